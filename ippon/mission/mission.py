@@ -15,6 +15,7 @@ from ippon.guidance.levels import Guidance
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.behaviors.behavior import Follower, StepContext
 from ippon.mission.behaviors.priority import Behaviors
+from ippon.mission.behaviors.self_navigation import SelfNavigation, planner_config
 from ippon.mission.config import MissionConfig
 from ippon.mission.finds.second_opinion import SecondOpinions
 from ippon.mission.goal import Goal
@@ -25,7 +26,6 @@ from ippon.mission.operator_control import OperatorControl
 from ippon.mission.places.room_regions import RoomRegions
 from ippon.mission.safe_motion import SafeMotion, moves_base
 from ippon.mission.search import Search
-from ippon.mission.self_navigation import SelfNavigation, planner_config
 from ippon.mission.snapshot import MissionState, StepResult
 from ippon.mission.snapshot_builder import snapshot_of
 from ippon.planning.deadline import Clock

@@ -95,12 +95,7 @@ class ViewpointPlanner:
         self._second_chances = 0
 
     def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
-        """Recompute every gain for a new goal or other levels; casts no ray.
-
-        Args:
-            probabilities: (4,) p_img by level.
-            termination_min: T_min; viewpoints that show more object voxels end the search.
-        """
+        """Recompute every gain for a new goal or other levels; see `Planner.set_goal`."""
         self._termination_min = termination_min
         self._viewpoints.set_probabilities(probabilities)
         self._levels_changed = True
@@ -150,7 +145,6 @@ class ViewpointPlanner:
     def mark_unreachable(self, xy: tuple[float, float]) -> None:
         """Close the floor at a point, as after a contact, until nothing else is left to reach."""
         self._floor.mark_unreachable(xy)
-        self._selector.path = None
 
     def step(self, map_arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> Plan:
         """Extend roadmap and evaluations by one increment and return the best plan so far.

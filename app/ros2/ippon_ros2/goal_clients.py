@@ -31,6 +31,7 @@ class GoalTopic:
 
     def __init__(self, node: Node, topic: Topic, ended: Ended) -> None:
         self._node, self._topic, self._ended = node, topic, ended
+        self.name = topic.name
         self._class = _interface(POSE)
         qos = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
         self._publisher = node.create_publisher(self._class, topic.name, qos)
@@ -61,6 +62,7 @@ class GoalAction:
 
     def __init__(self, node: Node, topic: Topic, ended: Ended) -> None:
         self._topic, self._ended = topic, ended
+        self.name = topic.name
         self._action = _interface(NAVIGATE)
         self._pose = _interface(POSE)
         self._client = ActionClient(node, self._action, topic.name)

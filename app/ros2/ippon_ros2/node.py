@@ -91,6 +91,8 @@ class BridgeNode(Node):  # type: ignore[misc]
         if "cmd_vel" in settings.topics:
             self._subscribe_zenoh("cmd_vel", lambda p: self.driver.take(p, time.monotonic()))
         self._subscribe_zenoh("camera/cmd_tilt", self._send_tilt)
+        if self.navigation is not None:
+            logger.info("goals go to %s (%s)", self.navigation.name, self.navigation.kind)
         self.create_timer(DISCOVER_S, self.discover)
 
     def discover(self) -> None:

@@ -2,10 +2,22 @@
 
 import contextlib
 import os
+import shutil
 import subprocess
 import time
+from pathlib import Path
 
 from tests.locations import ROOT, ROS2_PYTHON
+
+TYPES = ROOT / ".pytest_cache" / "d" / "nav2_msgs"
+"""Where the package nav2_msgs is built for the tests."""
+HAS_COMPILER = shutil.which("g++") is not None and shutil.which("gcc") is not None
+
+
+def build_action_types():
+    """Build nav2_msgs with the action NavigateToPose, which PyPI does not have, once."""
+    script = Path(__file__).with_name("action_types.py")
+    subprocess.run([str(ROS2_PYTHON), str(script), str(TYPES)], check=True, capture_output=True)
 
 
 def ros2_environment(domain):
@@ -13,7 +25,7 @@ def ros2_environment(domain):
         **os.environ,
         "ROS_DOMAIN_ID": str(domain),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        "PYTHONPATH": str(ROOT / "app/ros2"),
+        "PYTHONPATH": f"{ROOT / 'app/ros2'}{os.pathsep}{TYPES}",
     }
 
 

@@ -1,7 +1,8 @@
-"""A whole search by a robot that is known through ROS 2 topics alone."""
+"""A whole search by a robot that is known through ROS 2 alone: by velocities, and by goals."""
 
 import json
 import random
+import threading
 import time
 from pathlib import Path
 
@@ -15,10 +16,12 @@ from app.messages import keys
 from app.messages.control import decode
 from app.messages.images import decode_color, decompress_color
 from app.messages.motion import StampedTwist, decode_transforms, encode_twist
+from app.messages.navigation import decode_goal_status, decode_pose
 from app.messages.status import Status
+from ippon.command import GoalOutcome
 from ippon.geometry import yaw_of
 from tests.app.messages.robot_messages import odometry, raw_color
-from tests.app.ros2.ippon_ros2.ros2_process import Ros2Process
+from tests.app.ros2.ippon_ros2.ros2_process import HAS_COMPILER, Ros2Process, build_action_types
 from tests.locations import ROS2_PYTHON
 
 pytestmark = [
@@ -30,7 +33,7 @@ pytestmark = [
 PROFILE = """
 name: scout
 body: {radius_m: 0.25, height_m: 1.2, clearance_m: 0.06}
-motion: {max_speed_m_s: 0.8, max_turn_deg_s: 60}
+motion: {max_speed_m_s: 0.8, max_turn_deg_s: 60, takes: [TAKES]}
 camera:
   {height_m: 1.2, horizontal_fov_deg: 80, width_over_height: 1.33, max_depth_m: 5, tilt: -18}
 ros2:
@@ -59,6 +62,11 @@ class Robot:
             handler = getattr(self, "_on_" + topic.split("/")[-1])
             session.declare_subscriber(f"sim/{topic}", handler)
         session.declare_subscriber("robot/twist", self._on_twist)
+        session.declare_subscriber("robot/goal", self._on_goal)
+        session.declare_subscriber("robot/cancelled", lambda _: self._active.clear())
+        session.declare_subscriber(f"sim/{keys.NAVIGATION_STATUS}", self._on_status)
+        self.goals, self._active, self._payload = 0, threading.Event(), b""
+        threading.Thread(target=self._keep_goal, daemon=True).start()
         session.declare_subscriber(f"ippon/{keys.LABELS}", self._on_labels)
         session.declare_queryable(f"sim/{keys.LABELS}", self._answer_labels)
 
@@ -89,6 +97,26 @@ class Robot:
         )
         self._session.put(f"sim/{keys.CMD_VEL}", encode_twist(command))
 
+    def _on_goal(self, sample: zenoh.Sample) -> None:
+        self.goals += 1
+        self._payload = sample.payload.to_bytes()
+        self._session.put(f"sim/{keys.NAVIGATION_GOAL}", self._payload)
+        self._active.set()
+
+    def _keep_goal(self) -> None:
+        # The wheels stop half a second after the last of these.
+        while not self._session.is_closed():
+            if self._active.wait(0.1):
+                self._session.put(f"sim/{keys.NAVIGATION_ACTIVE}", self._payload)
+                time.sleep(0.1)
+
+    def _on_status(self, sample: zenoh.Sample) -> None:
+        stamp_ns, outcome = decode_goal_status(sample.payload.to_bytes())
+        present = self._payload and stamp_ns == decode_pose(self._payload).stamp_ns
+        if present and outcome in (GoalOutcome.REACHED, GoalOutcome.FAILED):
+            self._active.clear()
+            self._session.put("robot/result", outcome.value)
+
     def _on_labels(self, sample: zenoh.Sample) -> None:
         self._session.put(f"sim/{keys.LABELS}", sample.payload.to_bytes())
 
@@ -102,11 +130,16 @@ class Robot:
         self._session.put(f"robot{topic}", payload)
 
 
+@pytest.mark.parametrize("takes", ["velocities", "goals"])
 def test_a_ros2_robot_with_raw_images_and_odometry_finds_a_hat(
-    launch, tmp_path, free_endpoint, room
+    launch, tmp_path, free_endpoint, room, takes
 ):
+    if takes == "goals":
+        if not HAS_COMPILER:
+            pytest.skip("needs gcc and g++ to build nav2_msgs")
+        build_action_types()
     profile = tmp_path / "scout.yaml"
-    profile.write_text(PROFILE)
+    profile.write_text(PROFILE.replace("TAKES", takes))
     navigator = launch("navigate", "--listen", free_endpoint, "--profile", str(profile))
     navigator.wait_for_log("navigator ready", 240.0)
     session = open_client(free_endpoint)
@@ -121,12 +154,19 @@ def test_a_ros2_robot_with_raw_images_and_odometry_finds_a_hat(
         "cmd_vel": "/cmd_vel",
         "cmd_type": "geometry_msgs/msg/TwistStamped",
     }
-    script = Path(__file__).parents[1] / "ros2_robot.py"
+    folder = Path(__file__).parents[1]
+    script = folder / "ros2_robot.py"
     node = Ros2Process([str(script), json.dumps(options)], domain, tmp_path / "robot.log")
+    server = json.dumps({"connect": free_endpoint, "action": "/navigate_to_pose"})
+    action = [str(folder / "ros2_navigation.py"), server]
+    navigation = (
+        Ros2Process(action, domain, tmp_path / "navigation.log") if takes == "goals" else None
+    )
     arguments = ["-m", "ippon_ros2", "--connect", free_endpoint, "--profile", str(profile)]
     bridge = Ros2Process(arguments, domain, tmp_path / "bridge.log")
     try:
-        bridge.wait_for_log("cmd_vel: /cmd_vel (geometry_msgs/msg/TwistStamped)")
+        ready = "goals go to /navigate" if navigation else "cmd_vel: /cmd_vel (geometry_msgs/msg/T"
+        bridge.wait_for_log(ready)
         bridge.wait_for_log("odom: /odom")
         launch(
             "sim", "--connect", free_endpoint, "--robot", "sim", "--home", str(room),
@@ -136,7 +176,10 @@ def test_a_ros2_robot_with_raw_images_and_odometry_finds_a_hat(
         status, out = ask.finish(100.0)
     finally:
         node.kill()
+        if navigation is not None:
+            navigation.kill()
         bridge.kill()
         session.close()
     assert status == 0, (out, ask.log(), bridge.log(), statuses[-1:])
-    assert robot is not None
+    if navigation is not None:
+        assert 1 <= robot.goals <= 30, "few goals"

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ippon.command import Command, GoalOutcome
+from ippon.mission.behaviors.self_navigation import planner_config
 from ippon.mission.config import MissionConfig
-from ippon.mission.self_navigation import planner_config
 from ippon.mission.snapshot import MissionState
 from ippon.robot import ZED
 
@@ -56,7 +56,7 @@ def test_goals_that_fail_are_out_of_reach_and_others_are_tried(robot):
 
 def test_a_robot_that_does_not_answer_is_said_to_be_silent(robot):
     robot.world.navigation.take_reports = list
-    robot.world.navigation.velocities = lambda *_: Command(tilt_rad=robot.world.base.tilt_rad)
+    robot.world.navigation.velocities = lambda *args: Command(tilt_rad=args[2])
     robot.ask("chair")
     results = robot.search(9.0)
     assert results[-1].snapshot.why.startswith("the robot's navigation does not answer")

@@ -1,0 +1,100 @@
+"""A robot's own navigation in ROS 2: the action NavigateToPose, or a topic; run by ROS 2's Python.
+
+The wheels are in the test: each goal goes out on `robot/goal` over zenoh, `robot/result` ends it
+("reached" or "failed"), and a cancelled one is said on `robot/cancelled`. As Nav2 does, it gives up
+its goal when a new one comes.
+"""
+
+import contextlib
+import json
+import sys
+import threading
+
+import rclpy
+import zenoh
+from geometry_msgs.msg import PoseStamped
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.serialization import serialize_message
+
+
+class Server:
+    def __init__(self, node, session, options):
+        self._session = session
+        self._result = threading.Event()
+        self._text = ""
+        self._present = None
+        self._cancels = options.get("cancels", True)
+        session.declare_subscriber("robot/result", self._on_result)
+        from nav2_msgs.action import NavigateToPose
+
+        self._action = NavigateToPose
+        self._server = ActionServer(
+            node, NavigateToPose, options["action"], self._execute,
+            goal_callback=self._accept, cancel_callback=lambda _: CancelResponse.ACCEPT,
+            callback_group=ReentrantCallbackGroup(),
+        )  # fmt: skip
+
+    def _accept(self, goal):
+        refused = goal.pose.pose.position.x > 50.0
+        return GoalResponse.REJECT if refused else GoalResponse.ACCEPT
+
+    def _on_result(self, sample):
+        self._text = sample.payload.to_string()
+        self._result.set()
+
+    def _execute(self, handle):
+        self._present = handle
+        self._result.clear()
+        self._session.put("robot/goal", serialize_message(handle.request.pose))
+        feedback = self._action.Feedback()
+        while not self._result.wait(0.02):
+            if handle.is_cancel_requested:
+                handle.canceled()
+                self._session.put("robot/cancelled", b"")
+                return self._action.Result()
+            if handle is not self._present:
+                handle.abort()
+                return self._action.Result()
+            handle.publish_feedback(feedback)
+        result = self._action.Result()
+        if self._text == "reached":
+            handle.succeed()
+        else:
+            result.error_code, result.error_msg = 208, "no valid path"
+            handle.abort()
+        return result
+
+
+def main():
+    options = json.loads(sys.argv[1])
+    config = zenoh.Config()
+    for key, value in {
+        "mode": "client",
+        "connect/endpoints": [options["connect"]],
+        "scouting/multicast/enabled": False,
+    }.items():
+        config.insert_json5(key, json.dumps(value))
+    session = zenoh.open(config)
+    rclpy.init()
+    node = rclpy.create_node("navigation")
+    if "topic" in options:
+
+        def take(message):
+            session.put("robot/goal", serialize_message(message))
+
+        node.create_subscription(PoseStamped, options["topic"], take, 10)
+    else:
+        server = Server(node, session, options)
+        assert server is not None
+    sys.stdout.write("ready\n")
+    sys.stdout.flush()
+    executor = MultiThreadedExecutor(4)
+    executor.add_node(node)
+    with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
+        executor.spin()
+
+
+if __name__ == "__main__":
+    main()

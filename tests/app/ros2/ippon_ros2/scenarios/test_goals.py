@@ -1,0 +1,169 @@
+"""The navigator's goals through the bridge to a real action server, and to a real topic."""
+
+import json
+import queue
+import random
+import signal
+import time
+from pathlib import Path
+
+import pytest
+import yaml
+
+from app.links.network.session import open_client, open_router
+from app.messages.navigation import decode_pose
+from app.nodes.navigator.command.command_stream import CommandStream
+from app.nodes.navigator.command.goal_output import GoalOutput
+from ippon.command import Command, GoalOutcome, NavigationGoal
+from ippon.geometry import base_pose
+from tests.app.ros2.ippon_ros2.ros2_process import (
+    HAS_COMPILER,
+    Ros2Process,
+    build_action_types,
+)
+from tests.locations import ROS2_PYTHON
+
+pytestmark = [
+    pytest.mark.process,
+    pytest.mark.skipif(not ROS2_PYTHON.exists(), reason="needs scripts/setup --ros2"),
+    pytest.mark.skipif(not HAS_COMPILER, reason="needs gcc and g++ to build nav2_msgs"),
+]
+HERE = base_pose(1.0, 2.0, 0.0, 0.0)
+
+
+class Rig:
+    """The navigator's command stream, the bridge, and a navigation of ROS 2."""
+
+    def __init__(self, folder: Path, endpoint: str, ros2: dict, options: dict) -> None:
+        self.folder, self.endpoint = folder, endpoint
+        self.domain = random.Random().randrange(1, 100)
+        self.router, self.session = open_router(endpoint), open_client(endpoint)
+        self.goals, self.cancelled = queue.SimpleQueue(), queue.SimpleQueue()
+        self.reports = queue.SimpleQueue()
+        self._subscribers = [
+            self.session.declare_subscriber(
+                "robot/goal", lambda s: self.goals.put(decode_pose(s.payload.to_bytes()))
+            ),
+            self.session.declare_subscriber("robot/cancelled", self.cancelled.put),
+        ]
+        output = GoalOutput(self.router, "ippon", lambda *report: self.reports.put(report))
+        self.stream = CommandStream(self.router, "ippon", 30.0, 60.0, output, velocities=False)
+        profile = {"motion": {"takes": ["goals"]}, "ros2": ros2}
+        (folder / "scout.yaml").write_text(yaml.safe_dump(profile))
+        script = Path(__file__).parents[1] / "ros2_navigation.py"
+        text = json.dumps({"connect": endpoint, **options})
+        self.robot = Ros2Process([str(script), text], self.domain, folder / "robot.log")
+        self.robot.wait_for_log("ready")
+        self.bridge = self.start_bridge()
+
+    def start_bridge(self):
+        log = self.folder / f"bridge-{time.monotonic_ns()}.log"
+        arguments = ["-m", "ippon_ros2", "--connect", self.endpoint]
+        profile = ["--profile", str(self.folder / "scout.yaml")]
+        bridge = Ros2Process([*arguments, *profile], self.domain, log)
+        bridge.wait_for_log("goals go to")
+        return bridge
+
+    def give(self, number, x=3.0):
+        goal = NavigationGoal(number=number, x_m=x, y_m=1.0, yaw_rad=0.0)
+        self.stream.give(Command(goal=goal), time.time_ns(), HERE)
+
+    def until_reported(self, *wanted):
+        while (report := self.reports.get(timeout=20.0)) != wanted:
+            pass
+        return report
+
+    def close(self):
+        self.stream.close()
+        self.bridge.kill()
+        self.robot.kill()
+        self.session.close()
+        self.router.close()
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory):
+    build_action_types()
+    port = random.Random().randrange(20000, 30000)
+    made = Rig(
+        tmp_path_factory.mktemp("goals"), f"tcp/127.0.0.1:{port}",
+        {"navigate": {"topic": "go", "frame": "odom"}}, {"action": "/go"},
+    )  # fmt: skip
+    yield made
+    made.close()
+
+
+def test_a_goal_reaches_the_action_and_its_result_comes_back(rig):
+    rig.give(1)
+    goal = rig.goals.get(timeout=20.0)
+    assert goal.frame_id == "odom"
+    assert goal.T_frame_base[:2, 3].tolist() == [3.0, 1.0]
+    rig.until_reported(1, GoalOutcome.ACCEPTED)
+    rig.session.put("robot/result", "reached")
+    rig.until_reported(1, GoalOutcome.REACHED)
+
+
+def test_what_the_navigation_gives_up_or_refuses_has_failed(rig):
+    rig.give(2)
+    rig.goals.get(timeout=20.0)
+    rig.session.put("robot/result", "failed")
+    rig.until_reported(2, GoalOutcome.FAILED)
+    assert "no valid path" in rig.bridge.log()
+    rig.give(3, x=60.0)
+    rig.until_reported(3, GoalOutcome.FAILED)
+    assert "refuses the goal" in rig.bridge.log()
+
+
+def test_a_new_goal_replaces_the_old_one_without_a_stop(rig):
+    rig.give(4)
+    rig.goals.get(timeout=20.0)
+    rig.give(5, x=4.0)
+    assert rig.goals.get(timeout=20.0).T_frame_base[0, 3] == 4.0
+    rig.until_reported(5, GoalOutcome.ACCEPTED)
+    assert rig.cancelled.empty()
+
+
+def test_stop_cancels_the_action_within_half_a_second(rig):
+    rig.give(6, x=5.0)
+    rig.goals.get(timeout=20.0)
+    rig.until_reported(6, GoalOutcome.ACCEPTED)
+    began = time.monotonic()
+    rig.stream.halt()
+    rig.cancelled.get(timeout=20.0)
+    assert time.monotonic() - began < 0.5
+    assert rig.stream.release(rig.stream.halts)
+
+
+def test_silence_of_the_navigator_cancels_and_its_return_goes_on(rig, monkeypatch):
+    rig.give(7, x=6.0)
+    rig.goals.get(timeout=20.0)
+    rig.until_reported(7, GoalOutcome.ACCEPTED)
+    with rig.stream._lock:  # Nothing is sent: as when the navigator hangs.
+        began = time.monotonic()
+        rig.cancelled.get(timeout=20.0)
+        assert time.monotonic() - began < 1.0
+    assert rig.goals.get(timeout=20.0).T_frame_base[0, 3] == 6.0
+
+
+def test_the_end_of_the_bridge_cancels(rig):
+    rig.give(8, x=7.0)
+    while rig.goals.get(timeout=20.0).T_frame_base[0, 3] != 7.0:
+        pass
+    rig.until_reported(8, GoalOutcome.ACCEPTED)
+    rig.bridge.child.send_signal(signal.SIGTERM)
+    assert rig.bridge.child.wait(timeout=20) == 0
+    rig.cancelled.get(timeout=20.0)
+    rig.bridge = rig.start_bridge()
+
+
+def test_a_topic_gets_each_goal_once_and_the_robots_place_to_stop_it(tmp_path, free_endpoint):
+    rig = Rig(tmp_path, free_endpoint, {"goal": "goal_pose"}, {"topic": "/goal_pose"})
+    try:
+        rig.give(1)
+        assert rig.goals.get(timeout=20.0).T_frame_base[:2, 3].tolist() == [3.0, 1.0]
+        rig.until_reported(1, GoalOutcome.ACCEPTED)
+        rig.stream.halt()
+        assert rig.goals.get(timeout=20.0).T_frame_base[:2, 3].tolist() == [1.0, 2.0]
+        assert rig.goals.empty()
+    finally:
+        rig.close()
