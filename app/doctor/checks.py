@@ -8,12 +8,12 @@ import shutil
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 
+from app.doctor.finding import Finding
 from app.doctor.segmentation_speed import measure_network
 from app.links.network.registry import running_navigators
 from app.nodes.navigator.config import NavigatorConfig
@@ -21,7 +21,6 @@ from app.nodes.navigator.warm_up import warm_up
 from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.errors import SegmentationError
 
-Verdict = Literal["ok", "warning", "missing"]
 LIBRARIES: Final = {
     "libusb-1.0.so.0": "libusb-1.0-0",
     "libGL.so.1": "libgl1",
@@ -34,15 +33,6 @@ DISK_GB: Final = 2.0
 SLOW_MS: Final = 150.0
 SLOW_SEGMENTATION_S: Final = 0.5
 """Two images per second suffice for a robot in motion."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Finding:
-    """The result of one check."""
-
-    what: str
-    verdict: Verdict
-    detail: str
 
 
 def check_machine() -> list[Finding]:

@@ -176,7 +176,12 @@ class Config:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Doctor:
-    """Check the installation and the speed of this machine, or check and repair a recording."""
+    """Check the installation and the speed of this machine, a live robot, or a recording.
+
+    `ippon doctor --robot scout --profile scout.yaml` listens to the streams of a robot for five
+    seconds: rate, delay, clocks, size and unit of the images, depth on colour, tf, commands; each
+    line says what to do. Exit status 1 where something is missing or wrong.
+    """
 
     recording: Positional[Path | None] = None
     """A recording, or the folder of a session; it is repaired if it was cut off."""
@@ -186,6 +191,12 @@ class Doctor:
     """The network; without a checkpoint, SAN is measured with random weights, at equal speed."""
     json: bool = False
     """Print JSON instead of a table."""
+    robot: str | None = None
+    """Key prefix of the robot to listen to."""
+    connect: str | None = None
+    """zenoh endpoint of its navigator; by default the navigator running on this machine."""
+    profile: str | None = None
+    """Built-in profile or YAML file to compare the robot's camera with."""
 
 
 Tool = User | Export | Ask | Read | Memory | Levels | Profile | Config | Doctor

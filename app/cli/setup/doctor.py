@@ -13,12 +13,23 @@ from rich.text import Text
 
 from app.cli.nodes.segment import config_of, models_folder
 from app.cli.options.tools import Doctor
-from app.doctor.checks import Finding, Verdict, check_machine, check_segmentation
+from app.cli.tools.ask import find_navigator
+from app.doctor.checks import check_machine, check_segmentation
+from app.doctor.finding import Finding, Verdict
+from app.doctor.robot.checkup import check_robot
+from app.doctor.robot.samples import listen
 from app.errors import UsageError
+from app.links.network.session import open_client
 from app.recording.errors import RecordingError
 from app.recording.reading.repair import RecordingCheck, check
+from app.robot_file import RobotFileError, read_profile
 
-COLORS: Final[dict[Verdict, str]] = {"ok": "green", "warning": "yellow", "missing": "red"}
+COLORS: Final[dict[Verdict, str]] = {
+    "ok": "green",
+    "warning": "yellow",
+    "missing": "red",
+    "failed": "red",
+}
 EXIT_UNWELL: Final = 1
 
 
@@ -26,6 +37,8 @@ def run_doctor(command: Doctor) -> int:
     """Run the checks and print their results; exit status 1 when something is missing."""
     if command.recording is not None:
         return _run_file_doctor(command.recording, as_json=command.json)
+    if command.robot is not None or command.connect is not None:
+        return _report(_robot_findings(command), as_json=command.json)
     findings = check_machine()
     if command.segmentation:
         network = command.network
@@ -34,11 +47,35 @@ def run_doctor(command: Doctor) -> int:
         except ValueError as error:
             raise UsageError(str(error)) from error
         findings.append(check_segmentation(config, network.models or models_folder()))
-    if command.json:
+    return _report(findings, as_json=command.json)
+
+
+def _report(findings: Sequence[Finding], *, as_json: bool) -> int:
+    """Print findings; return the exit status."""
+    if as_json:
         print(json.dumps([asdict(finding) for finding in findings]))
     else:
         _print_table(findings)
-    return EXIT_UNWELL if any(f.verdict == "missing" for f in findings) else 0
+    return EXIT_UNWELL if any(f.verdict in ("missing", "failed") for f in findings) else 0
+
+
+def _robot_findings(command: Doctor) -> list[Finding]:
+    """Listen to a robot and check what it sends.
+
+    Raises:
+        UsageError: The profile cannot be read, or no navigator is named or running.
+        LinkError: It does not answer.
+    """
+    try:
+        profile = None if command.profile is None else read_profile(command.profile)
+    except RobotFileError as error:
+        raise UsageError(str(error)) from error
+    endpoint, robot = find_navigator(command.connect, command.robot)
+    session = open_client(endpoint)
+    try:
+        return check_robot(listen(session, robot), profile)
+    finally:
+        session.close()  # pyright: ignore[reportUnknownMemberType]
 
 
 def _print_table(findings: Sequence[Finding]) -> None:
@@ -47,7 +84,10 @@ def _print_table(findings: Sequence[Finding]) -> None:
         table.add_column(column)
     for finding in findings:
         mark = Text("● " + finding.verdict, style=COLORS[finding.verdict])
-        table.add_row(mark, finding.what, Text(finding.detail))
+        text = Text(finding.detail)
+        if finding.do:
+            text.append(f"\n→ {finding.do}", style="bold")
+        table.add_row(mark, finding.what, text)
     Console().print(table)
 
 

@@ -1,0 +1,83 @@
+"""All checks of a live robot, in the order in which they are to be read."""
+
+from app.doctor.finding import Finding
+from app.doctor.robot.clocks import check_clocks
+from app.doctor.robot.command_loop import check_commands
+from app.doctor.robot.frames import check_frames
+from app.doctor.robot.images import CameraCheck, check_camera
+from app.doctor.robot.samples import Samples
+from app.links.robot_streams.transforms import TransformBuffer
+from app.messages import keys
+from app.messages.cdr import MessageError
+from app.messages.motion import decode_transforms
+from app.nodes.navigator.profile_check import profile_mismatches
+from ippon.errors import FrameRejectedError
+from ippon.frame import Frame
+from ippon.geometry import invert_transform
+from ippon.robot import RobotProfile
+
+
+def check_robot(samples: Samples, profile: RobotProfile | None = None) -> list[Finding]:
+    """Return a line for each stream, for the frames and for the commands.
+
+    Args:
+        samples: What the robot sent.
+        profile: Compared with its camera; None for no comparison.
+    """
+    camera = check_camera(samples)
+    findings = [*camera.findings, *check_clocks(samples)]
+    optical = None if camera.camera is None else camera.camera.frame_id
+    findings += check_frames(samples, optical, sorted(camera.colors))
+    if profile is not None:
+        findings += _check_profile(samples, camera, profile)
+    return [*findings, *check_commands(samples, profile)]
+
+
+def _check_profile(samples: Samples, camera: CameraCheck, profile: RobotProfile) -> list[Finding]:
+    frame = last_frame(samples, camera)
+    if frame is None:
+        return [
+            Finding(
+                what="profile", verdict="warning",
+                detail="not compared: there is no image with depth and a pose by tf",
+            )
+        ]  # fmt: skip
+    wrong = profile_mismatches(profile, frame)
+    if not wrong:
+        detail = f"{profile.name}: height, place, tilt and view of the camera agree"
+        return [Finding(what="profile", verdict="ok", detail=detail)]
+    do = "correct the profile, or the transform that is wrong"
+    return [Finding(what="profile", verdict="failed", detail=text, do=do) for text in wrong]
+
+
+def last_frame(samples: Samples, camera: CameraCheck) -> Frame | None:
+    """Return the newest colour image with depth and poses by tf; None where there is none."""
+    if camera.camera is None:
+        return None
+    buffer = TransformBuffer()
+    for key in (keys.TF_STATIC, keys.TF):
+        for arrival in samples.arrivals.get(key, []):
+            try:
+                for transform in decode_transforms(arrival.payload):
+                    buffer.add(transform, fixed=key == keys.TF_STATIC)
+            except MessageError:
+                continue
+    for stamp, color, depth in reversed(camera.pairs()):
+        T_world_camera = buffer.lookup("map", camera.camera.frame_id, stamp)
+        T_world_base = buffer.lookup("map", "base_link", stamp)
+        if T_world_camera is None or T_world_base is None:
+            continue
+        ahead = (invert_transform(T_world_base) @ T_world_camera)[:3, 2]
+        try:
+            return Frame(
+                stamp_ns=stamp,
+                color=color,
+                depth=depth,
+                camera=camera.camera.camera,
+                T_world_camera=T_world_camera,
+                T_world_base=T_world_base,
+                tilt_rad=float(ahead[2]),
+            )
+        except (FrameRejectedError, ValueError):
+            return None
+    return None

@@ -1,0 +1,148 @@
+"""The tree of a robot's coordinate frames, and the pose that it gives."""
+
+from typing import Final
+
+import numpy as np
+
+from app.doctor.finding import Finding
+from app.doctor.robot.clocks import rate_hz
+from app.doctor.robot.images import read_all, unreadable
+from app.doctor.robot.samples import Samples
+from app.links.robot_streams.transforms import TransformBuffer
+from app.messages import keys
+from app.messages.motion import StampedTransform, decode_odometry, decode_transforms
+
+WORLD, BASE = "map", "base_link"
+JUMP_M: Final = 0.5
+"""Step of the pose between two messages that no robot makes."""
+SLOW_HZ: Final = 5.0
+
+
+def check_frames(samples: Samples, optical: str | None, stamps_ns: list[int]) -> list[Finding]:
+    """Check that tf is a tree that leads from `map` through `base_link` to the camera.
+
+    Args:
+        samples: What the robot sent.
+        optical: Frame that camera_info names; None if unknown.
+        stamps_ns: Stamps of the images.
+    """
+    moving, problem = read_all(samples.arrivals.get(keys.TF, []), decode_transforms)
+    fixed, _ = read_all(samples.arrivals.get(keys.TF_STATIC, []), decode_transforms)
+    if not moving and not fixed:
+        if samples.arrivals.get(keys.ODOM):
+            return _check_odometry(samples)
+        return [unreadable("tf", keys.TF, samples.arrivals.get(keys.TF, []), problem)]
+    parents: dict[str, set[str]] = {}
+    for _, transforms in (*moving, *fixed):
+        for t in transforms:
+            parents.setdefault(t.child, set()).add(t.parent)
+    findings = _shape_of(parents)
+    if not findings:
+        findings = _chain(parents, optical)
+    if findings:
+        return findings
+    buffer = TransformBuffer()
+    poses: list[StampedTransform] = []
+    for transforms, is_fixed in (*((t, True) for _, t in fixed), *((t, False) for _, t in moving)):
+        for transform in transforms:
+            buffer.add(transform, fixed=is_fixed)
+    for stamp in stamps_ns:
+        T = buffer.lookup(WORLD, BASE, stamp)
+        if T is not None:
+            poses.append(
+                StampedTransform(stamp_ns=stamp, parent=WORLD, child=BASE, T_parent_child=T)
+            )
+    return [_judge(poses, len(stamps_ns), len(parents) + 1, rate_hz(samples.of(keys.TF)[1]))]
+
+
+def _shape_of(parents: dict[str, set[str]]) -> list[Finding]:
+    """Return where the frames are no tree: two parents, or a loop."""
+    findings: list[Finding] = []
+    for child, several in sorted(parents.items()):
+        if len(several) > 1:
+            findings.append(
+                Finding(
+                    what="tf", verdict="failed",
+                    detail=f"{child!r} has two parents, {' and '.join(sorted(several)[:2])}",
+                    do="two nodes publish it: switch one off (publish_tf: false)",
+                )
+            )  # fmt: skip
+    for start in sorted(parents):
+        way = _up(parents, start)
+        if way and way[-1] in parents and way[-1] in way[:-1]:
+            loop = way[way.index(way[-1]) :]
+            findings.append(
+                Finding(
+                    what="tf", verdict="failed", detail=f"a loop: {' -> '.join(loop)}",
+                    do="one of these transforms is published the wrong way round: invert it",
+                )
+            )  # fmt: skip
+            break
+    return findings
+
+
+def _chain(parents: dict[str, set[str]], optical: str | None) -> list[Finding]:
+    """Return what is missing between `map`, `base_link` and the camera."""
+    known = parents.keys() | {p for several in parents.values() for p in several}
+    wanted = [name for name in (BASE, optical) if name]
+    for name in wanted:
+        way = _up(parents, name)
+        if WORLD in way and (name == BASE or BASE in way):
+            continue
+        detail = f"no way from {WORLD!r} to {name!r}"
+        if name not in known:
+            detail += f": nothing names {name!r}; there is {', '.join(sorted(known)[:6])}"
+        elif WORLD in way:
+            detail = f"{name!r} hangs on {way[1]!r} and not on {BASE!r}"
+        else:
+            detail += f": it ends at {way[-1]!r}"
+        do = "publish the missing transform (static_transform_publisher)"
+        if name == BASE:
+            do += "; a robot without a map frame publishes a fixed one from 'map' to 'odom'"
+        return [Finding(what="tf", verdict="failed", detail=detail, do=do)]
+    return []
+
+
+def _up(parents: dict[str, set[str]], name: str) -> list[str]:
+    """Return the frames from one upwards; the last is repeated where there is a loop."""
+    way = [name]
+    while way[-1] in parents and way.count(way[-1]) == 1:
+        way.append(min(parents[way[-1]]))
+    return way
+
+
+def _judge(poses: list[StampedTransform], images: int, frames: int, hz: float) -> Finding:
+    share = len(poses) / images if images else 0.0
+    detail = f"{frames} frames, {hz:.0f} Hz, a pose for {share:.0%} of the images"
+    if images and share < 0.5:
+        return Finding(
+            what="tf", verdict="failed", detail=detail,
+            do="the stamps of tf and images do not overlap: see the clocks above, or raise tf's "
+            "rate to 20 Hz",
+        )  # fmt: skip
+    return _judge_motion(poses, detail, hz)
+
+
+def _judge_motion(poses: list[StampedTransform], detail: str, hz: float) -> Finding:
+    at = np.array([p.T_parent_child[:3, 3] for p in poses]).reshape(-1, 3)
+    step = float(np.linalg.norm(np.diff(at, axis=0), axis=1).max(initial=0.0))
+    if step > JUMP_M:
+        return Finding(
+            what="pose", verdict="warning", detail=f"{detail}; it jumps by {step:.1f} m",
+            do="localisation jumps: let it settle before a search, since a map is not moved",
+        )  # fmt: skip
+    if hz < SLOW_HZ:
+        return Finding(
+            what="pose", verdict="warning", detail=detail,
+            do="publish the pose 20 times a second: it is interpolated between messages",
+        )  # fmt: skip
+    return Finding(what="pose", verdict="ok", detail=detail)
+
+
+def _check_odometry(samples: Samples) -> list[Finding]:
+    arrivals = samples.arrivals[keys.ODOM]
+    read, problem = read_all(arrivals, decode_odometry)
+    if not read:
+        return [unreadable("odometry", keys.ODOM, arrivals, problem)]
+    hz = rate_hz(arrivals)
+    return [_judge_motion([pose for _, pose in read], f"odometry, {hz:.0f} Hz", hz)]

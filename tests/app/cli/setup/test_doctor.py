@@ -1,0 +1,46 @@
+import json
+from types import SimpleNamespace
+
+import pytest
+
+from app.cli.options.tools import Doctor
+from app.cli.setup import doctor
+from app.doctor.robot.samples import Samples
+from app.errors import UsageError
+
+
+@pytest.fixture
+def listened(monkeypatch):
+    """Let the robot be silent, without a network."""
+    heard = []
+
+    def listen(_, robot):
+        heard.append(robot)
+        return Samples(seconds=0.0)
+
+    session = SimpleNamespace(close=lambda: heard.append("closed"))
+    monkeypatch.setattr(doctor, "open_client", lambda endpoint: heard.append(endpoint) or session)
+    monkeypatch.setattr(doctor, "listen", listen)
+    return heard
+
+
+def test_a_silent_robot_fails_with_a_line_for_each_stream(listened, capsys):
+    command = Doctor(robot="scout", connect="tcp/127.0.0.1:1", json=True)
+    assert doctor.run_doctor(command) == doctor.EXIT_UNWELL
+    assert listened == ["tcp/127.0.0.1:1", "scout", "closed"]
+    lines = json.loads(capsys.readouterr().out)
+    assert [one["what"] for one in lines] == ["colour", "depth", "intrinsics", "tf", "commands"]
+    assert all(one["verdict"] == "failed" and one["do"] for one in lines)
+
+
+def test_the_table_says_what_to_do(listened, capsys):
+    assert listened == []
+    assert doctor.run_doctor(Doctor(robot="scout", connect="tcp/127.0.0.1:1", profile="zed")) == 1
+    out = " ".join(capsys.readouterr().out.split())
+    assert "nothing comes on camera/color" in out
+    assert "start the driver and the bridge" in out
+
+
+def test_a_profile_that_is_none_is_refused():
+    with pytest.raises(UsageError, match="no robot profile 'scout'"):
+        doctor.run_doctor(Doctor(robot="r", connect="tcp/127.0.0.1:1", profile="scout"))

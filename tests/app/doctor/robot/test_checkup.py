@@ -1,0 +1,229 @@
+"""A good robot gets good lines; each fault of a bad one is said, with what to do."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from app.doctor.robot.checkup import check_robot
+from app.messages import keys
+from app.messages.cdr import encode, header
+from app.messages.images import (
+    decode_color,
+    decode_depth,
+    decompress_color,
+    encode_color,
+    encode_depth,
+)
+from app.messages.motion import (
+    StampedTransform,
+    StampedTwist,
+    decode_transforms,
+    encode_flag,
+    encode_transforms,
+    encode_twist,
+)
+from ippon.geometry import base_pose
+from tests.app.messages.robot_messages import odometry
+
+DAY_NS = 86_400_000_000_000
+
+
+def found(samples, profile=None):
+    return {f.what: f for f in check_robot(samples, profile)}
+
+
+def recoded(payload, function):
+    """Return a colour message whose image is changed."""
+    message = decode_color(payload)
+    return encode_color(
+        function(decompress_color(message.encoded)), message.stamp_ns, message.frame_id
+    )
+
+
+def depth_image(payload, encoding, values):
+    """Return an uncompressed depth image of other numbers, as a faulty driver writes it."""
+    image = decode_depth(payload)
+    data = np.ascontiguousarray(values(image.depth))
+    return encode(
+        "sensor_msgs/msg/Image",
+        header=header(image.stamp_ns, image.frame_id),
+        height=data.shape[0],
+        width=data.shape[1],
+        encoding=encoding,
+        is_bigendian=0,
+        step=data.shape[1] * data.itemsize,
+        data=data.reshape(-1).view(np.uint8),
+    )
+
+
+def test_a_good_robot_is_well(samples, profile):
+    twist = StampedTwist(stamp_ns=0, linear_m_s=0.0, yaw_rate_rad_s=0.0)
+    for image in list(samples.arrivals[keys.COLOR]):
+        for k in range(6):
+            said = dataclasses.replace(twist, stamp_ns=image.stamp_ns)
+            at_ns = image.at_ns + 60_000_000 + k * 33_000_000
+            samples.add(keys.CMD_VEL, encode_twist(said), at_ns)
+    lines = found(samples, profile)
+    assert {f.verdict for f in lines.values()} == {"ok"}, lines
+    assert not any(f.do for f in lines.values())
+    assert lines["colour"].detail.startswith("160 x 100, 5.0 Hz")
+    assert "unit metres" in lines["depth"].detail
+    assert lines["delay"].detail.startswith("30 ms from the stamp")
+    assert "60 ms from image to command" in lines["commands"].detail
+
+
+def test_a_silent_robot(samples):
+    samples.arrivals.clear()
+    lines = found(samples)
+    assert {lines[k].verdict for k in ("colour", "depth", "intrinsics", "tf")} == {"failed"}
+    assert "start the driver and the bridge" in lines["colour"].do
+
+
+def test_a_black_camera(samples, change):
+    change(keys.COLOR, lambda p: recoded(p, np.zeros_like))
+    line = found(samples)["colour"]
+    assert line.verdict == "failed"
+    assert line.detail.startswith("black: 160 x 100")
+
+
+def test_a_topic_of_another_type(samples, change):
+    change(keys.DEPTH, lambda _: encode_flag(True))
+    line = found(samples)["depth"]
+    assert line.verdict == "failed"
+    assert "not a sensor_msgs/msg/CompressedImage" in line.detail
+    assert "name the right one" in line.do
+
+
+@pytest.mark.parametrize(
+    ("encoding", "values", "seems"),
+    [
+        ("32FC1", lambda d: (1000.0 * d).astype("<f4"), "seems to be millimetres"),
+        ("16UC1", lambda d: np.rint(d).astype("<u2"), "seems to be metres"),
+    ],
+)
+def test_depth_in_the_wrong_unit(samples, change, encoding, values, seems):
+    change(keys.DEPTH, lambda p: depth_image(p, encoding, values), keys.DEPTH_RAW)
+    line = found(samples)["depth"]
+    assert (line.verdict, seems in line.detail) == ("failed", True), line
+
+
+def test_depth_without_returns(samples, change):
+    def empty(payload):
+        image = decode_depth(payload)
+        return encode_depth(0.0 * image.depth, image.stamp_ns, image.frame_id)
+
+    change(keys.DEPTH, empty)
+    assert "no pixel has a depth" in found(samples)["depth"].detail
+
+
+def test_depth_of_another_camera(samples, change):
+    def moved(payload):
+        image = decode_depth(payload)
+        return encode_depth(np.roll(image.depth, 6, axis=1), image.stamp_ns, image.frame_id)
+
+    assert found(samples)["depth with colour"].verdict == "ok"
+    change(keys.DEPTH, moved)
+    line = found(samples)["depth with colour"]
+    assert line.verdict == "warning", line
+    assert "with depth moved by (-6, " in line.detail
+
+
+def test_depth_of_another_size(samples, change):
+    def halved(payload):
+        image = decode_depth(payload)
+        return encode_depth(image.depth[::2, ::2], image.stamp_ns, image.frame_id)
+
+    change(keys.DEPTH, halved)
+    line = found(samples)["intrinsics"]
+    assert (line.verdict, "images of 80 x 50" in line.detail) == ("failed", True)
+
+
+def test_no_tf_and_a_frame_that_is_missing(samples, change):
+    def renamed(payload):
+        return encode_transforms(
+            dataclasses.replace(t, parent="odom" if t.parent == "map" else t.parent)
+            for t in decode_transforms(payload)
+        )
+
+    change(keys.TF, renamed)
+    line = found(samples)["tf"]
+    assert "no way from 'map' to 'base_link': it ends at 'odom'" in line.detail
+    assert "publishes a fixed one from 'map' to 'odom'" in line.do
+    del samples.arrivals[keys.TF]
+    assert found(samples)["tf"].detail == "nothing comes on tf"
+
+
+def test_odometry_takes_the_place_of_tf(samples):
+    stamps = [a.at_ns for a in samples.arrivals.pop(keys.TF)]
+    for at_ns in stamps:
+        samples.add(keys.ODOM, odometry(at_ns, 0.0, 0.0, 0.0), at_ns)
+    line = found(samples)["pose"]
+    assert (line.verdict, line.detail.startswith("odometry")) == ("ok", True)
+
+
+def extra(samples, parent, child):
+    first = samples.arrivals[keys.TF][0]
+    one = StampedTransform(
+        stamp_ns=first.at_ns, parent=parent, child=child, T_parent_child=np.eye(4)
+    )
+    samples.add(keys.TF, encode_transforms([one]), first.at_ns)
+
+
+def test_two_parents_and_a_loop(samples):
+    extra(samples, "odom", "base_link")
+    assert "'base_link' has two parents, map and odom" in found(samples)["tf"].detail
+    samples.arrivals[keys.TF].pop()
+    extra(samples, "base_link", "map")
+    assert "a loop: " in found(samples)["tf"].detail
+
+
+def test_a_pose_that_jumps(samples, change):
+    steps = iter(range(1000))
+
+    def jump(payload):
+        k = next(steps)
+        return encode_transforms(
+            dataclasses.replace(t, T_parent_child=base_pose(2.0 * (k > 40), 0.0, 0.0, 0.0))
+            if t.child == "base_link"
+            else t
+            for t in decode_transforms(payload)
+        )
+
+    change(keys.TF, jump)
+    line = found(samples)["pose"]
+    assert (line.verdict, "it jumps by 2.0 m" in line.detail) == ("warning", True), line
+
+
+def test_stamps_a_day_apart(samples, change):
+    def older(payload):
+        image = decode_depth(payload)
+        return encode_depth(image.depth, image.stamp_ns - DAY_NS, image.frame_id)
+
+    change(keys.DEPTH, older)
+    lines = found(samples)
+    assert "1.0 days older than those of colour" in lines["clock of depth"].detail
+    assert lines["depth with colour"].verdict == "failed"
+    for several in samples.arrivals.values():
+        for one in several:
+            one.at_ns += DAY_NS
+    line = found(samples)["clock"]
+    assert (line.verdict, "1.0 days behind this machine's" in line.detail) == ("warning", True)
+
+
+def test_a_profile_of_another_robot(samples, profile):
+    other = dataclasses.replace(profile, camera_height_m=0.6)
+    line = found(samples, other)["profile"]
+    assert line.verdict == "failed"
+    assert "1.20 m above the base, the profile says 0.60 m" in line.detail
+
+
+def test_commands_that_reach_nobody_two_bridges_and_a_silent_navigator(samples, profile):
+    line = found(samples)["commands"]
+    assert (line.verdict, "the navigator is silent" in line.detail) == ("warning", True)
+    samples.takes_velocities = False
+    assert found(samples)["commands"].detail == "nobody listens to cmd_vel"
+    samples.bridges = ("r/alive/ros2/1-a-7", "r/alive/ros2/2-b-8")
+    assert "two bridges serve this robot: 1-a-7 and 2-b-8" in found(samples)["bridge"].detail
+    goals = dataclasses.replace(profile, takes_goals=True, takes_velocities=False)
+    assert found(samples, goals)["commands"].detail == "nobody listens to navigation/goal"
