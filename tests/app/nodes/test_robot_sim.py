@@ -180,7 +180,9 @@ def test_it_stands_when_the_link_is_gone_and_comes_back_by_itself(
     station.close()
     again = Station(free_endpoint)
     try:
-        again.wait_for(keys.COLOR, timeout_s=60.0)
+        # The first colour image may belong to a frame whose pose came before the subscription.
+        again.wait_for(keys.TF, timeout_s=60.0)
+        again.wait_for(keys.COLOR)
         # The link may be back before the watchdog has stopped the robot.
         now = again.pose()[0]
         for _ in range(10):
