@@ -17,6 +17,10 @@ from ippon.robot import HABITAT, ZED, CollisionSphere, RobotProfile, upright_bod
 
 PROFILES: Final = {profile.name: profile for profile in (ZED, HABITAT)}
 """Built-in profiles by name."""
+SHIPPED: Final = {
+    path.stem: path for path in sorted((Path(__file__).parent / "profiles").glob("*.yaml"))
+}
+"""Files of profiles that come with the program, by name."""
 MOST_BYTES: Final = 100_000
 _MAP: Final = MapConfig()
 
@@ -99,7 +103,7 @@ def read_profile(text: str) -> RobotProfile:
     """Return a built-in profile or that of a file.
 
     Args:
-        text: Name of a built-in profile, or path of a YAML file.
+        text: Name of a built-in or shipped profile, or path of a YAML file.
 
     Raises:
         RobotFileError: There is no such profile, or it is invalid.
@@ -134,10 +138,10 @@ def read_detector(text: str) -> DetectorTable:
 
 
 def _read(text: str) -> _RobotFile:
-    path = Path(text)
+    path = SHIPPED.get(text) or Path(text)
     if not path.is_file():
         raise RobotFileError(
-            f"no robot profile {text!r}: give {', '.join(PROFILES)} or a YAML file; "
+            f"no robot profile {text!r}: give {', '.join((*PROFILES, *SHIPPED))} or a YAML file; "
             "`ippon profile` prints one to start from"
         )
     size = path.stat().st_size

@@ -233,6 +233,11 @@ class RobotProfile:
         ahead = 0.0
         if lowest > -0.5 * math.pi:
             ahead = self.camera_height_m / math.tan(-lowest)
+        # Depth is measured along the optical axis, and not below `min_depth_m`.
+        down = -self.min_tilt_rad
+        too_near_m = self.min_depth_m - self.camera_height_m * math.sin(down)
+        if math.cos(down) > 1e-6:
+            ahead = max(ahead, too_near_m / math.cos(down))
         return max(0.0, self.camera_forward_m + ahead)
 
     def within_tilt(self, tilt_rad: float) -> float:

@@ -7,6 +7,7 @@ import pytest
 
 from app.robot_file import (
     PROFILES,
+    SHIPPED,
     DetectorTable,
     RobotFileError,
     map_config,
@@ -46,6 +47,29 @@ def test_what_is_printed_is_read_again(name, written):
     again = read_profile(written(template(PROFILES[name])))
     assert again.name == name
     assert numbers(again) == pytest.approx(numbers(PROFILES[name]), abs=1e-3)
+
+
+@pytest.mark.parametrize("name", list(SHIPPED))
+def test_a_shipped_profile_fits_itself_and_says_where_each_number_is_from(name):
+    robot = read_profile(name)
+    assert robot.name == name
+    assert min(s.z_m - s.radius_m for s in robot.spheres) >= 0.0
+    assert robot.camera_height_m <= robot.height_m + 0.1
+    assert abs(robot.camera_forward_m) <= robot.radius_m + 0.05
+    assert robot.floor_in_view_m <= 1.5, "floor that is not seen at the start counts as free"
+    assert map_config(robot, 0.05).max_range_m == robot.max_depth_m
+    text = SHIPPED[name].read_text("utf-8")
+    assert "spec: " in text
+    with_number = re.compile(r"(_m|_deg|_s|_height|tilt): -?[0-9]")
+    lines = [line for line in text.splitlines() if with_number.search(line)]
+    assert len(lines) >= 12
+    assert all(re.search(r"  # (spec|typical|measure)", line) for line in lines)
+
+
+def test_the_shipped_robots_are_those_of_the_guide():
+    guide = (ROOT / "docs/guides/robot.md").read_text("utf-8")
+    assert all(f"`{name}`" in guide for name in (*PROFILES, *SHIPPED))
+    assert len(SHIPPED) == 5
 
 
 def test_a_short_file_with_a_fixed_camera(written):
@@ -120,7 +144,7 @@ def test_the_profile_of_the_documentation_is_one(written):
 
 
 def test_a_file_that_is_none(tmp_path, written):
-    with pytest.raises(RobotFileError, match="give zed, habitat or a YAML file"):
+    with pytest.raises(RobotFileError, match=r"give zed, habitat, .* or a YAML file"):
         read_profile(str(tmp_path / "nosuch.yaml"))
     with pytest.raises(RobotFileError, match="no robot profile"):
         read_profile(str(tmp_path))

@@ -75,6 +75,8 @@ def test_where_the_floor_comes_into_view() -> None:
     assert fixed.floor_in_view_m == pytest.approx(0.2 + 1.2 / math.tan(math.radians(37.0)))
     up = dataclasses.replace(fixed, min_tilt_rad=0.7, max_tilt_rad=0.7)
     assert up.floor_in_view_m == math.inf
+    blind = dataclasses.replace(fixed, min_depth_m=2.0)
+    assert blind.floor_in_view_m == pytest.approx(0.2 + 2.0), "depth begins at 2 m"
     short = dataclasses.replace(fixed, max_depth_m=1.5)
     assert short.floor_in_view_m == math.inf, "the floor is 2 m away along the lowest ray"
 

@@ -34,7 +34,8 @@ class Demo:
     """Simulated time relative to real time; max runs as fast as the navigator answers."""
     profile: str = "zed"
     """Body, limits and camera of the robot: zed (from the paper), habitat (from the Habitat
-    challenge), or a YAML file; `ippon profile` prints a template."""
+    challenge), spot or another that `ippon profile --help` names, or a YAML file; `ippon profile`
+    prints a template."""
     seed: int = 0
     """Seed of the camera's noise and the planner's samples."""
     voxel_size_m: float = 0.1
@@ -73,7 +74,8 @@ class Sim:
     """Key prefix of the robot."""
     profile: str = "zed"
     """Body, limits and camera of the robot: zed (from the paper), habitat (from the Habitat
-    challenge), or a YAML file; `ippon profile` prints a template."""
+    challenge), spot or another that `ippon profile --help` names, or a YAML file; `ippon profile`
+    prints a template."""
     speed: Speed = "1"
     """Simulated time relative to real time; max waits for the navigator's answer to each frame."""
     seed: int = 0
@@ -98,7 +100,8 @@ class Navigate:
     """Key prefix of the robot."""
     profile: str = "zed"
     """Body, limits and camera of the robot: zed (from the paper), habitat (from the Habitat
-    challenge), or a YAML file; `ippon profile` prints a template."""
+    challenge), spot or another that `ippon profile --help` names, or a YAML file; `ippon profile`
+    prints a template."""
     seed: int = 0
     """Seed of the planner's samples."""
     voxel_size_m: float = 0.1

@@ -153,11 +153,19 @@ class Profile:
     """Print a robot profile as a template, or check and draw your own.
 
     `ippon profile > scout.yaml`, edit it, `ippon profile scout.yaml --picture scout.png`, then
-    `ippon navigate --profile scout.yaml`. The simulated robot takes it as well.
+    `ippon navigate --profile scout.yaml`. The simulated robot takes it as well. Some robots come
+    with the program: `ippon profile spot`. `ippon profile --from-robot ippon > scout.yaml` reads
+    the camera of a robot that is connected to a navigator, and asks for the rest.
     """
 
     profile: Positional[str] = "zed"
-    """zed, habitat, or a YAML file."""
+    """zed, habitat, anymal-zedx, spot, turtlebot4-oakd, go2-realsense, hand-held, or a YAML
+    file."""
+    from_robot: str | None = None
+    """Key prefix of a live robot: print its profile, with view and mount of its camera as its
+    messages say."""
+    connect: str | None = None
+    """With --from-robot: zenoh endpoint of its navigator; by default the one on this machine."""
     picture: Path | None = None
     """Draw the body and the field of view, from the side and from above, into this PNG."""
 

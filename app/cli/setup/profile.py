@@ -7,20 +7,27 @@ from typing import TYPE_CHECKING
 from app.cli.options.tools import Profile
 from app.cli.tools.save_picture import save_picture
 from app.errors import UsageError
-from app.robot_file import PROFILES, RobotFileError, read_profile, template
+from app.robot_file import PROFILES, SHIPPED, RobotFileError, read_profile, template
 
 if TYPE_CHECKING:
     from ippon.robot import RobotProfile
 
 
 def run_profile(command: Profile) -> int:
-    """Print a built-in profile as YAML, or a summary of the user's profile."""
+    """Print a built-in profile as YAML, a robot's own, or a summary of the user's profile."""
+    if command.from_robot is not None:
+        from app.cli.setup.profile_from_robot import profile_from_robot
+
+        print(profile_from_robot(command.from_robot, command.connect), end="")
+        return 0
     try:
         profile = read_profile(command.profile)
     except RobotFileError as error:
         raise UsageError(str(error)) from error
     if command.profile in PROFILES:
         print(template(profile), end="")
+    elif command.profile in SHIPPED:
+        print(SHIPPED[command.profile].read_text("utf-8"), end="")
     else:
         print(summary(profile))
     if command.picture is not None:

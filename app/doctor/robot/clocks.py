@@ -61,7 +61,7 @@ def _of_this_machine(least: float, median: float, largest: float) -> Finding:
             detail=f"the robot's clock is {spell(abs(least))} {order} this machine's; the delay "
             f"{jitter}",
             do="searching works, since only the robot's clock counts; synchronise the clocks "
-            "(chrony) to see the delay, and unless the robot is simulated",
+            "(chrony) to see the delay. A simulated robot's clock begins at 0",
         )  # fmt: skip
     late = median > LATE_S
     return Finding(

@@ -18,7 +18,7 @@ from ippon.planning.config import PlannerConfig
 from ippon.planning.interface import Planner
 from ippon.robot import RobotProfile
 
-SILENT_TEXT = "the robot's navigation does not answer: is its bridge running?"
+SILENT_TEXT = "nobody answers the goal and nothing moves: start the robot's bridge, or walk there"
 
 
 class SelfNavigation:

@@ -42,7 +42,8 @@ def test_a_file_is_checked_and_drawn(capsys, tmp_path):
 def test_no_such_profile(arguments, capsys):
     assert run(arguments) == 2
     error = capsys.readouterr().err
-    assert "give zed, habitat or a YAML file; `ippon profile` prints one to start from" in error
+    assert "give zed, habitat, anymal-zedx" in error
+    assert "or a YAML file; `ippon profile` prints one to start from" in error
 
 
 def test_a_body_far_behind_its_camera_is_drawn_whole(capsys, tmp_path):

@@ -59,7 +59,7 @@ def test_a_robot_that_does_not_answer_is_said_to_be_silent(robot):
     robot.world.navigation.velocities = lambda *args: Command(tilt_rad=args[2])
     robot.ask("chair")
     results = robot.search(9.0)
-    assert results[-1].snapshot.why.startswith("the robot's navigation does not answer")
+    assert results[-1].snapshot.why.startswith("nobody answers the goal and nothing moves")
 
 
 def test_a_point_of_the_operator_is_given_up_when_it_fails(robot):
