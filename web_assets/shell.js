@@ -1,6 +1,7 @@
 // The page around the scene: status bar, Stop, reconnection. The scene and its panels are in an iframe.
 
 import { showAnswers } from "./answers.js";
+import { Calls } from "./calls.js";
 import { Camera } from "./camera.js";
 import { Drive, isTyping } from "./drive.js";
 import { Explanation } from "./explain.js";
@@ -166,6 +167,7 @@ const camera = new Camera(isTyping, () => plan.besideCamera());
 const sides = new Sides(isTyping);
 const isRecorded = () => document.body.classList.contains("review");
 const mayChange = () => !isRecorded() && lease.watching === "";
+const calls = new Calls(sides);
 const goals = new Goals(sides, request, mayChange, (position) => show(position));
 new Things(sides, show, (object) => request({ type: "search", object }));
 const onSideKey = (event) => sides.onKey(event);
@@ -210,6 +212,7 @@ function render() {
   at("resume").hidden = shown !== "stopped";
   lease.update(state?.lease);
   goals.update(state);
+  calls.update(state);
   explanation.update(state?.explanation);
   drive.update(state?.drive ?? { mode: "auto" }, state?.link === "live" && lease.watching === "");
   camera.drive(live && state.link === "live" ? state.drive.mode : camera.mode);

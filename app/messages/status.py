@@ -110,6 +110,8 @@ class FindReport(_Message, frozen=True):
     no path leads close to."""
     attributes: list[FindAttribute] = []
     """What was said of the object, judged on the find."""
+    perhaps: bool = False
+    """It was doubted before, and nothing else looks more like the object."""
 
 
 class StreamStatus(_Message, frozen=True):
@@ -174,6 +176,8 @@ class Status(_Message, frozen=True):
     lease: LeaseStatus = LeaseStatus()
     tour: list[GoalStatus] = []
     """All goals of the present tour; empty for one goal."""
+    localization: str = ""
+    """Why the robot's pose in the map cannot be trusted; empty if it can."""
 
 
 def goal_of(status: Status, goal_id: int) -> GoalStatus | None:

@@ -4,12 +4,17 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
+from urllib.parse import urlsplit
 
 from app.errors import UsageError
 
 LOOPBACK: Final = frozenset({"127.0.0.1", "localhost", "::1"})
 PASSWORD_VARIABLE: Final = "IPPON_CONSOLE_PASSWORD"  # noqa: S105 (a name, not a password)
 """Password of the single user "operator", used when there is no file of users."""
+
+
+SECRET_VARIABLE: Final = "IPPON_NOTIFY_SECRET"  # noqa: S105 (a name, not a secret)
+"""Key that signs calls to the webhook, used when there is no file of it."""
 
 
 class ConsoleError(UsageError):
@@ -36,6 +41,11 @@ class ConsoleConfig:
     """PEM file with the private key of the certificate."""
     names: tuple[str, ...] = ()
     """Further host names that the console answers to, for example robot.example.org."""
+    notify: str | None = None
+    """Address (http or https) that is told when a person is needed: a find, a robot that is stuck
+    or lost, a full disk. It works without a browser."""
+    notify_secret: Path | None = None
+    """File with the secret that signs what is sent; by default the variable IPPON_NOTIFY_SECRET."""
 
     def __post_init__(self) -> None:
         """Reject settings that would serve the page to everyone, and invalid values."""
@@ -50,6 +60,10 @@ class ConsoleConfig:
             raise ConsoleError("TLS needs both a certificate and its key: --tls-cert and --tls-key")
         if not 0 <= self.port <= 65535:
             raise ConsoleError(f"a port lies in 0 to 65535; got {self.port}")
+        if self.notify is not None:
+            _check_address(self.notify)
+        elif self.notify_secret is not None:
+            raise ConsoleError("--notify-secret signs what --notify sends: name an address, too")
         if not self.robot or any(c in self.robot for c in "*$?# "):
             raise ConsoleError(f"a robot's key prefix has no wildcard or space; got {self.robot!r}")
 
@@ -57,3 +71,20 @@ class ConsoleConfig:
     def has_login(self) -> bool:
         """Whether a login is required."""
         return self.users is not None or bool(os.environ.get(PASSWORD_VARIABLE))
+
+
+def _check_address(url: str) -> None:
+    try:
+        parts = urlsplit(url)
+        _ = parts.port
+    except ValueError:
+        parts = urlsplit("")
+    if parts.scheme not in ("http", "https") or not parts.hostname:
+        raise ConsoleError(
+            "--notify is an address such as https://example.org/robot; what was given has no "
+            "scheme http or https, or no host"
+        )
+    if parts.username is not None or parts.password is not None:
+        raise ConsoleError(
+            "--notify takes no user and password: what is sent is signed with the secret instead"
+        )

@@ -8,6 +8,8 @@ import ssl
 import uvicorn
 from starlette.types import ASGIApp
 
+from app.nodes.console.calls.call_log import CallLog
+from app.nodes.console.calls.webhook import Webhook, place_of, read_secret
 from app.nodes.console.camera.camera_feed import CAMERA_ONLY
 from app.nodes.console.config import (
     LOOPBACK,
@@ -43,6 +45,7 @@ def run_console(config: ConsoleConfig) -> None:
         ConsoleError: The port is taken, or a part of the console has failed.
     """
     accounts, tls = _accounts(config), _tls(config)
+    calls, webhook = _calls(config)
     listener = listen_on(config)
     state_feed = StateFeed()
     inbox = Inbox(EVERY, state_feed.camera.takers, CAMERA_ONLY)
@@ -66,9 +69,11 @@ def run_console(config: ConsoleConfig) -> None:
     settings.load()
     settings.ssl = tls
     server = uvicorn.Server(settings)
-    scene_thread = SceneThread(viser_server, link, inbox, state_feed, fail)
+    scene_thread = SceneThread(viser_server, link, inbox, state_feed, fail, calls)
     link.start()
     scene_thread.start()
+    if webhook is not None:
+        webhook.start()
     scheme = "http" if tls is None else "https"
     logger.info("console at %s://%s:%d", scheme, *listener.getsockname()[:2])
     if config.host not in LOOPBACK and tls is None:
@@ -80,6 +85,8 @@ def run_console(config: ConsoleConfig) -> None:
         server.run(sockets=[listener])
     finally:
         scene_thread.stop()
+        if webhook is not None:
+            webhook.close()
         link.close()
         viser_server.close()
         listener.close()
@@ -88,6 +95,21 @@ def run_console(config: ConsoleConfig) -> None:
             f"the console has ended because a part of it failed ({failures[0]!r}); its log says "
             "where. The robot continues on its own: restart the console with ippon console"
         ) from failures[0]
+
+
+def _calls(config: ConsoleConfig) -> tuple[CallLog, Webhook | None]:
+    """Return the log of calls, and the webhook that they are sent to.
+
+    Raises:
+        ConsoleError: There is an address, and no secret to sign with.
+    """
+    calls = CallLog()
+    if config.notify is None:
+        return calls, None
+    secret = read_secret(os.environ, config.notify_secret)
+    webhook = Webhook(config.notify, secret, config.robot, calls.note)
+    calls.send_to(webhook.send, place_of(config.notify))
+    return calls, webhook
 
 
 def _gateway(

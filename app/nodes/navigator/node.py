@@ -323,6 +323,7 @@ class Navigator:
                     (self._alignment_note, self._memory.problem, self._first_look.problem),
                 ),
             ),
+            localization=self._first_look.problem,
         )
         self._services.goals.state = status.state
         self._state.publish_status(status)

@@ -4,6 +4,8 @@ import time
 from collections import deque
 from typing import Final
 
+import msgspec
+
 from app.messages.driving import DriveStatus
 from app.messages.lease import LeaseStatus
 from app.messages.status import (
@@ -23,6 +25,7 @@ from ippon.command import Command
 from ippon.mapping.objects.surface_voxels import N_FREE, N_USED
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
+from ippon.mission.search import Search
 from ippon.mission.snapshot import Find, Snapshot
 from ippon.planning.plan import Plan
 
@@ -84,6 +87,7 @@ class StatusReport:
         drive: DriveStatus,
         lease: LeaseStatus,
         notes: tuple[str, ...] = (),
+        localization: str = "",
     ) -> Status:
         """Return the current status."""
         active, queue, history = goals.statuses()
@@ -120,6 +124,7 @@ class StatusReport:
             drive=drive,
             lease=lease,
             tour=goals.tour(),
+            localization=localization or intake.refused,
         )
 
     def _slow_planning(self) -> tuple[str, ...]:
@@ -170,10 +175,17 @@ def _find(snapshot: Snapshot | None, mission: Mission) -> FindReport | None:
     tour = mission.goals.tour
     if tour is not None:
         one = tour.announced
-        return None if one is None or one.find is None else find_report(one.find, one.goal)
-    if snapshot is None or snapshot.find is None or mission.goal is None:
+        return None if one is None else _report(one, one.find)
+    if snapshot is None or mission.search is None:
         return None
-    return find_report(snapshot.find, mission.goal)
+    return _report(mission.search, snapshot.find)
+
+
+def _report(search: Search, find: Find | None) -> FindReport | None:
+    if find is None:
+        return None
+    report = find_report(find, search.goal)
+    return msgspec.structs.replace(report, perhaps=search.is_reconsidered(find))
 
 
 def _surface_voxels(mission: Mission) -> int:

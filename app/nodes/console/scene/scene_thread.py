@@ -16,6 +16,8 @@ from app.messages import keys
 from app.messages.control import InspectReply
 from app.messages.driving import DriveStatus
 from app.messages.lease import LeaseStatus
+from app.nodes.console.calls.call_detection import CallDetection
+from app.nodes.console.calls.call_log import CallLog
 from app.nodes.console.camera.camera_scene import CAMERA_PARTS, camera_scene
 from app.nodes.console.critical_thread import OnFailure, critical_thread
 from app.nodes.console.link.commands import CommandError
@@ -84,6 +86,8 @@ class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
     """Checksum of the list of goals, which pages fetch when it changes."""
     waiting: int = 0
     """Number of goals that wait."""
+    calls: int = 0
+    """Checksum of the calls, which pages fetch when it changes."""
 
 
 class SceneThread:
@@ -96,7 +100,20 @@ class SceneThread:
         inbox: Inbox,
         state_feed: StateFeed,
         on_failure: OnFailure,
+        calls: CallLog | None = None,
     ) -> None:
+        """Make the scene of all browsers.
+
+        Args:
+            viser_server: Draws it.
+            link: Sends requests.
+            inbox: Messages of the network or of a recording.
+            state_feed: State for the pages.
+            on_failure: Told when the thread ends by an error.
+            calls: Where people are called; None for a recording, which needs nobody.
+        """
+        self._calls = calls
+        self._detection = CallDetection()
         self.model = SceneModel()
         self.reader = SceneReader(self.model)
         self._link = link
@@ -160,6 +177,8 @@ class SceneThread:
         if key == keys.MAP_KEYFRAME and not self.model.needs_keyframe:
             return
         is_read = self.reader.feed(key, payload)
+        if is_read and key == keys.EVENT:
+            self._detection.hear(self.model.events[-1], time.monotonic())
         if key == keys.STATUS:
             self._unread = "" if is_read else not_understood(payload, self.reader.problem or "")
         if not is_read:
@@ -252,7 +271,16 @@ class SceneThread:
     def _notice(self, now: float) -> None:
         self._noticed_at = now
         self._state_feed.goals = msgspec.json.encode(goal_list(self.model))
+        self._call_people(now)
         self._state_feed.post(msgspec.json.encode(self._shell_state()))
+
+    def _call_people(self, now: float) -> None:
+        if self._calls is None:
+            return
+        model = self.model
+        occasions = self._detection.step(model.status, model.recording, self._link.silence_s(), now)
+        self._calls.step(occasions, now, time.time_ns())
+        self._state_feed.calls = msgspec.json.encode(self._calls.shown())
 
     def _shell_state(self) -> ShellState:
         link, status = self._link, self.model.status
@@ -284,6 +312,7 @@ class SceneThread:
             explanation=self._explanation,
             goals=zlib.crc32(self._state_feed.goals),
             waiting=len(status.queue),
+            calls=zlib.crc32(self._state_feed.calls),
         )
 
     async def _joined(self, client: viser.ClientHandle) -> None:

@@ -27,6 +27,8 @@ class StateFeed:
         """Export files that pages requested."""
         self.goals = b"{}"
         """The list of goals as JSON, see `goal_list`; replaced as a whole."""
+        self.calls = b"{}"
+        """The calls as JSON, see `CallsShown`; replaced as a whole."""
         self._lock = threading.Lock()
         self._notice: bytes | None = None
         self._number = 0

@@ -81,6 +81,7 @@ class Gateway:
                 Route("/api/pictures/{name}", self._picture),
                 Route("/api/export/{name}", self._export),
                 Route("/api/goals", self._goals),
+                Route("/api/calls", self._calls),
                 Route("/api/things", self._things),
                 Route("/api/things/{number:int}", self._thing_picture),
                 Route("/api/stop", self._stop, methods=["POST"]),
@@ -142,8 +143,11 @@ class Gateway:
 
     async def _goals(self, _: Request) -> Response:
         """Answer with the goals and saved searches, a `GoalList`."""
-        headers = {"Cache-Control": "no-store"}
-        return Response(self._state_feed.goals, media_type="application/json", headers=headers)
+        return _json(self._state_feed.goals)
+
+    async def _calls(self, _: Request) -> Response:
+        """Answer with the calls, a `CallsShown`."""
+        return _json(self._state_feed.calls)
 
     async def _things(self, request: Request) -> Response:
         """Answer with everything that the robot remembers, a `MemoryReply` without pictures."""
@@ -152,8 +156,7 @@ class Gateway:
             reply = await asyncio.to_thread(self._controller.things)
         except CommandError as error:
             return JSONResponse({"problem": str(error)}, status_code=502)
-        headers = {"Cache-Control": "no-store"}
-        return Response(msgspec.json.encode(reply), media_type="application/json", headers=headers)
+        return _json(msgspec.json.encode(reply))
 
     async def _thing_picture(self, request: Request) -> Response:
         set_acting_browser(request.scope["browser"])
@@ -211,6 +214,11 @@ class Gateway:
                 yield browser
         finally:
             self._open_sockets -= 1
+
+
+def _json(content: bytes) -> Response:
+    headers = {"Cache-Control": "no-store"}
+    return Response(content, media_type="application/json", headers=headers)
 
 
 def _text(text: str, status: int) -> Response:

@@ -8,6 +8,7 @@ import os
 import time
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from playwright.sync_api import expect
@@ -22,7 +23,7 @@ from app.messages.control import (
 )
 from app.messages.driving import DriveStatus
 from app.messages.perception.heatmaps import encode_heatmap
-from app.messages.status import GoalStatus
+from app.messages.status import FindReport, GoalStatus
 from ippon.observation import Heatmap
 from tests.chromium import new_window, open_browser
 
@@ -350,6 +351,35 @@ def test_goals_are_ordered_edited_repeated_and_saved_by_keyboard(page, parts, sh
     page.set_viewport_size({"width": 1440, "height": 900})
     goals.locator("#goals-close").press("Escape")
     expect(goals).to_be_hidden()
+    noted.home.begin_again()
+
+
+def test_a_person_is_called_and_each_kind_can_be_muted(page, parts, shoot):
+    noted = parts[0]
+    page.evaluate("localStorage.removeItem('ippon-muted')")
+    rang = int(page.locator("body").get_attribute("data-rang") or 0)
+    page.keyboard.press("n")
+    calls = page.locator("#calls")
+    expect(calls).to_contain_text("start the console with --notify URL")
+    sound = calls.get_by_role("switch", name="Sound: Perhaps found")
+    sound.press("Enter")
+    expect(sound).not_to_be_checked()
+    find = FindReport(
+        goal_id=1, object="hat", position_world=(1.6, 5.4, 0.8), size_m=(0.3, 0.3, 0.2),
+        probability=0.9, voxels=20, perhaps=True,
+    )  # fmt: skip
+    noted.home.goal = GoalStatus(goal_id=1, object="hat", display="<i>hat</i>", outcome="found")
+    noted.home.find, noted.home.state = find, "found"
+    expect(calls.locator("#calls-list li").first).to_contain_text("Perhaps found")
+    noted.home.find = msgspec.structs.replace(find, perhaps=False)
+    expect(calls.locator("#calls-list li").first).to_contain_text("<i>hat</i>: confirm or reject")
+    expect(page.locator("body")).to_have_attribute("data-rang", str(rang + 1))
+    shoot("calls", 500)
+    page.set_viewport_size({"width": 390, "height": 844})
+    shoot("phone-calls", 800)
+    page.set_viewport_size({"width": 1440, "height": 900})
+    page.keyboard.press("Escape")
+    expect(calls).to_be_hidden()
     noted.home.begin_again()
 
 

@@ -1,0 +1,1 @@
+"""Calls: what needs a person, and how a person is told."""

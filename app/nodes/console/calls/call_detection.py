@@ -1,0 +1,127 @@
+"""Notices what needs a person, from the status and the events of the navigator."""
+
+from collections import deque
+from typing import Final
+
+from app.messages.recording import RecordingStatus
+from app.messages.status import Event, Status, goal_of
+from app.nodes.console.calls.call import CallKind, Occasion
+
+LASTS_S: Final = 5.0
+"""Time that contact or position must be lost: shorter gaps need nobody."""
+STUCK_TIMES: Final = 4
+STUCK_S: Final = 60.0
+"""So many times in this time the robot touched something or did not get on."""
+
+
+_Key = tuple[CallKind, object]
+
+
+class CallDetection:
+    """Compares what holds now with what held before; one thread calls it."""
+
+    def __init__(self) -> None:
+        self._began_s: dict[_Key, float] = {}
+        """Since when each condition holds."""
+        self._told: set[_Key] = set()
+        self._contacts_s: deque[float] = deque(maxlen=STUCK_TIMES)
+
+    def hear(self, event: Event, now_s: float) -> None:
+        """Take an event of the navigator."""
+        if event.kind == "contact":
+            self._contacts_s.append(now_s)
+
+    def step(
+        self,
+        status: Status | None,
+        recording: RecordingStatus | None,
+        silence_s: float,
+        now_s: float,
+    ) -> list[Occasion]:
+        """Return the occasions that have come up since the last call.
+
+        Args:
+            status: Last status of the navigator; None before the first.
+            recording: Last status of the recorder; None without one.
+            silence_s: Time since the navigator was heard.
+            now_s: Monotonic time.
+        """
+        present: dict[_Key, tuple[Occasion, float]] = {
+            (one.kind, key): (one, after_s)
+            for one, key, after_s in self._conditions(status, recording, silence_s, now_s)
+        }
+        self._began_s = {key: self._began_s.get(key, now_s) for key in present}
+        self._told &= set(present)
+        due: list[_Key] = [
+            key
+            for key, (_, after_s) in present.items()
+            if key not in self._told and now_s - self._began_s[key] >= after_s
+        ]
+        self._told.update(due)
+        return [present[key][0] for key in due]
+
+    def _conditions(
+        self,
+        status: Status | None,
+        recording: RecordingStatus | None,
+        silence_s: float,
+        now_s: float,
+    ) -> list[tuple[Occasion, object, float]]:
+        """Return what holds now, what tells it from others of its kind, and how long it must."""
+        if status is None:
+            return []
+        found: list[tuple[Occasion, object, float]] = []
+        if silence_s > LASTS_S:
+            text = f"the navigator has been silent for more than {LASTS_S:g} s"
+            found.append((Occasion(kind="contact", text=text), "silence", 0.0))
+        elif status.localization:
+            lost = Occasion(kind="lost", text=status.localization)
+            found.append((lost, None, LASTS_S))
+        elif status.state == "lost":
+            found.append((Occasion(kind="contact", text=status.why), "streams", LASTS_S))
+        find = _find(status)
+        if find is not None:
+            found.append((find, (find.goal_id, find.position_world), 0.0))
+        goal = status.goal
+        if status.state == "exhausted" and goal is not None:
+            name = goal.display or _words(goal.object)
+            text = f"everything that the robot can reach was searched for: {name}"
+            ended = Occasion(kind="not_found", text=text, goal_id=goal.goal_id, object=name)
+            found.append((ended, goal.goal_id, 0.0))
+        recent = [at_s for at_s in self._contacts_s if now_s - at_s < STUCK_S]
+        if len(recent) >= STUCK_TIMES:
+            text = f"{STUCK_TIMES} times in {STUCK_S:g} s it touched something or did not get on"
+            found.append((Occasion(kind="stuck", text=text), None, 0.0))
+        if recording is not None and (recording.warning or recording.state == "failed"):
+            text = recording.warning or recording.text
+            found.append((Occasion(kind="disk", text=text), recording.state, 0.0))
+        return found
+
+
+def _find(status: Status) -> Occasion | None:
+    """Return the find that waits for a verdict; None without one."""
+    find = status.find
+    if find is None:
+        return None
+    goal = goal_of(status, find.goal_id)
+    if goal is None or goal.confirmed or goal.outcome not in ("found", "out_of_reach"):
+        return None
+    name = goal.display or _words(find.object)
+    kind: CallKind = "perhaps" if find.perhaps else "found"
+    text = f"{name}: confirm or reject it"
+    if find.out_of_reach_m is not None:
+        kind = "out_of_reach"
+        text = f"{name}: {find.out_of_reach_m:.1f} m from where the robot can stand"
+    elif find.perhaps:
+        text = f"{name}: nothing looks more like it; confirm or reject it"
+    return Occasion(
+        kind=kind,
+        text=text,
+        goal_id=find.goal_id,
+        object=name,
+        position_world=find.position_world,
+    )
+
+
+def _words(label: str) -> str:
+    return label.replace("_", " ")

@@ -1,0 +1,97 @@
+"""The calls of this console: at most one of a kind in a minute, with what became of each."""
+
+import logging
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable
+from typing import Final
+
+import msgspec
+
+from app.nodes.console.calls.call import TITLES, Call, CallKind, Occasion
+
+logger = logging.getLogger(__name__)
+
+EVERY_S: Final = 60.0
+"""Least time between two calls of one kind; what comes up in between is counted."""
+KEPT: Final = 40
+
+
+class CallsShown(msgspec.Struct, frozen=True, kw_only=True):
+    """What a page knows of the calls."""
+
+    calls: list[Call]
+    """The latest first."""
+    titles: dict[CallKind, str]
+    webhook: str
+    """Where calls are sent; empty without a webhook."""
+
+
+class CallLog:
+    """Numbers, limits and keeps the calls; one thread steps it, any thread may read and note."""
+
+    def __init__(self) -> None:
+        self._send: Callable[[Call], None] | None = None
+        self._webhook = ""
+        self._lock = threading.Lock()
+        self._calls: deque[Call] = deque(maxlen=KEPT)
+        self._number = 0
+        self._called_s: dict[CallKind, float] = {}
+        self._held: dict[CallKind, tuple[Occasion, int]] = {}
+        """The latest occasion of each kind since its last call, and how many there were."""
+
+    def send_to(self, send: Callable[[Call], None], webhook: str) -> None:
+        """Send calls to a webhook from now on.
+
+        Args:
+            send: Sends a call without waiting.
+            webhook: Where it is sent, as people may read it.
+        """
+        self._send, self._webhook = send, webhook
+
+    def step(self, occasions: Iterable[Occasion], now_s: float, wall_ns: int) -> None:
+        """Call for occasions, and for those held back whose time has come.
+
+        Args:
+            occasions: What has come up.
+            now_s: Monotonic time.
+            wall_ns: Nanoseconds since 1970.
+        """
+        for one in occasions:
+            _, count = self._held.get(one.kind, (one, 0))
+            self._held[one.kind] = (one, count + 1)
+        for kind, (one, count) in list(self._held.items()):
+            last_s = self._called_s.get(kind)
+            if last_s is None or now_s - last_s >= EVERY_S:
+                del self._held[kind]
+                self._called_s[kind] = now_s
+                self._call(one, count, wall_ns)
+
+    def note(self, number: int, webhook: str) -> None:
+        """Note what became of a call at the webhook."""
+        with self._lock:
+            for place, call in enumerate(self._calls):
+                if call.number == number:
+                    self._calls[place] = msgspec.structs.replace(call, webhook=webhook)
+
+    def shown(self) -> CallsShown:
+        """Return what a page shows."""
+        with self._lock:
+            calls = list(self._calls)[::-1]
+        return CallsShown(calls=calls, titles=dict(TITLES), webhook=self._webhook)
+
+    def _call(self, one: Occasion, count: int, wall_ns: int) -> None:
+        self._number += 1
+        call = Call(
+            number=self._number,
+            title=TITLES[one.kind],
+            occasion=one,
+            wall_ns=wall_ns,
+            count=count,
+            webhook="is being sent" if self._send is not None else "",
+        )
+        logger.info("call %d: %s: %s", call.number, call.title, one.text)
+        with self._lock:
+            self._calls.append(call)
+        if self._send is not None:
+            self._send(call)

@@ -1,0 +1,106 @@
+"""What needs a person, from the status and the events of a navigator."""
+
+import msgspec
+import pytest
+
+from app.messages.recording import RecordingStatus
+from app.messages.status import Event, FindReport, GoalStatus
+from app.nodes.console.calls.call_detection import LASTS_S, STUCK_TIMES, CallDetection
+from tests.app.nodes.console.drawn_home import status_of
+
+FIND = FindReport(
+    goal_id=1, object="hat", position_world=(1.0, 2.0, 0.5), size_m=(0.3, 0.3, 0.2),
+    probability=0.97, voxels=14,
+)  # fmt: skip
+
+
+@pytest.fixture
+def watch():
+    """Steps a detection; returns the kinds and texts of what has come up."""
+    detection = CallDetection()
+
+    def step(status=None, now_s=0.0, *, silence_s=0.0, recording=None, contacts=0):
+        for _ in range(contacts):
+            detection.hear(Event(stamp_ns=1, kind="contact", text="touched"), now_s)
+        told = detection.step(status, recording, silence_s, now_s)
+        return [(one.kind, one.text) for one in told]
+
+    return step
+
+
+def found(outcome="found", *, goal=None, **changes):
+    goal = goal or GoalStatus(goal_id=1, object="hat", outcome=outcome)
+    return status_of("found", goal=goal, find=msgspec.structs.replace(FIND, **changes))
+
+
+def test_a_find_calls_once_until_it_is_another_one(watch):
+    assert watch(status_of()) == []
+    assert watch(found()) == [("found", "hat: confirm or reject it")]
+    assert watch(found()) == []
+    assert watch(status_of()) == []
+    other = found(position_world=(4.0, 2.0, 0.5))
+    assert watch(other) == [("found", "hat: confirm or reject it")]
+
+
+def test_a_doubtful_find_one_out_of_reach_and_none_have_their_own_words(watch):
+    assert watch(found(perhaps=True))[0] == (
+        "perhaps", "hat: nothing looks more like it; confirm or reject it",
+    )  # fmt: skip
+    assert watch(found("out_of_reach", out_of_reach_m=1.42)) == [
+        ("out_of_reach", "hat: 1.4 m from where the robot can stand")
+    ]
+    goal = GoalStatus(goal_id=2, object="hat", display="Anna's hat", outcome="exhausted")
+    assert watch(status_of("exhausted", goal=goal)) == [
+        ("not_found", "everything that the robot can reach was searched for: Anna's hat")
+    ]
+
+
+def test_a_find_that_is_judged_or_not_reached_yet_calls_nobody(watch):
+    judged = GoalStatus(goal_id=1, object="hat", outcome="found", confirmed=True)
+    assert watch(found(goal=judged)) == []
+    assert watch(found("active")) == []
+
+
+def test_the_find_of_a_tour_calls_though_another_goal_leads(watch):
+    tour = [
+        GoalStatus(goal_id=1, object="hat", outcome="found", tour=1),
+        GoalStatus(goal_id=2, object="mug", outcome="active", tour=1),
+    ]
+    assert watch(status_of("searching", goal=tour[1], tour=tour, find=FIND)) == [
+        ("found", "hat: confirm or reject it")
+    ]
+
+
+def test_what_is_lost_for_a_moment_calls_nobody(watch):
+    lost = status_of("lost", why="waiting for camera/color (1.2 s)")
+    assert watch(lost, 10.0) == []
+    assert watch(status_of(), 11.0) == []
+    assert watch(lost, 12.0) == []
+    assert watch(lost, 12.0 + LASTS_S) == [("contact", "waiting for camera/color (1.2 s)")]
+    assert watch(lost, 30.0) == []
+    assert watch(status_of(), 40.0, silence_s=LASTS_S + 0.1) == [
+        ("contact", "the navigator has been silent for more than 5 s")
+    ]
+
+
+def test_a_robot_that_does_not_know_where_it_is_calls_for_that_alone(watch):
+    astray = status_of("lost", localization="the pose jumped by 4.2 m")
+    watch(astray, 0.0)
+    assert watch(astray, LASTS_S) == [("lost", "the pose jumped by 4.2 m")]
+
+
+def test_a_robot_that_does_not_get_on_calls_and_one_that_touches_twice_does_not(watch):
+    assert watch(status_of(), 0.0, contacts=STUCK_TIMES - 1) == []
+    assert watch(status_of(), 100.0, contacts=STUCK_TIMES - 1) == []
+    (told,) = watch(status_of(), 101.0, contacts=1)
+    assert told[0] == "stuck"
+    assert watch(status_of(), 102.0, contacts=1) == []
+
+
+def test_a_disk_that_fills_calls_and_so_does_a_recording_that_failed(watch):
+    near = RecordingStatus(state="recording", text="", warning="2.4 GB are free on the disk")
+    assert watch(status_of(), recording=near) == [("disk", "2.4 GB are free on the disk")]
+    nearer = msgspec.structs.replace(near, warning="2.3 GB are free on the disk")
+    assert watch(status_of(), recording=nearer) == []
+    failed = RecordingStatus(state="failed", text="the disk is full")
+    assert watch(status_of(), recording=failed) == [("disk", "the disk is full")]

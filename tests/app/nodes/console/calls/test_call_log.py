@@ -1,0 +1,43 @@
+from app.nodes.console.calls.call import KINDS, TITLES, Occasion
+from app.nodes.console.calls.call_log import EVERY_S, KEPT, CallLog
+
+
+def occasion(text="hat", kind="found"):
+    return Occasion(kind=kind, text=text)
+
+
+def told(log):
+    return [(one.number, one.occasion.text, one.count, one.webhook) for one in log.shown().calls]
+
+
+def test_every_kind_has_a_title():
+    assert set(TITLES) == set(KINDS)
+
+
+def test_one_call_of_a_kind_in_a_minute_and_none_is_lost():
+    sent, log = [], CallLog()
+    log.send_to(sent.append, "https://example.org")
+    log.step([occasion("hat"), occasion("stairs", "stuck")], 0.0, 1)
+    log.step([occasion("mug")], 10.0, 2)
+    log.step([occasion("keys")], 20.0, 3)
+    assert [call.occasion.text for call in sent] == ["hat", "stairs"]
+    log.step([], EVERY_S - 0.1, 4)
+    assert len(sent) == 2
+    log.step([], EVERY_S, 5)
+    assert told(log)[0] == (3, "keys", 2, "is being sent")
+    assert [call.number for call in sent] == [1, 2, 3]
+    log.step([], 10 * EVERY_S, 6)
+    assert len(sent) == 3
+
+
+def test_what_became_of_a_call_is_noted_and_old_calls_are_dropped():
+    log = CallLog()
+    log.step([occasion()], 0.0, 1)
+    assert told(log) == [(1, "hat", 1, "")]
+    log.note(1, "arrived")
+    log.note(99, "arrived")
+    assert told(log) == [(1, "hat", 1, "arrived")]
+    for k in range(1, 2 * KEPT):
+        log.step([occasion(str(k))], EVERY_S * k, 1)
+    assert len(told(log)) == KEPT
+    assert told(log)[0][1] == str(2 * KEPT - 1)

@@ -1,0 +1,195 @@
+// Calls: sounds and notifications of this browser, and what has been sent to the webhook.
+
+import { button, make, replaceRows } from "./side.js";
+
+const at = (id) => document.getElementById(id);
+const MUTED = "ippon-muted";
+const RUNG = "ippon-rung";
+const WAYS = [["sound", "Sound"], ["notification", "Notification"]];
+
+const muted = () => new Set(JSON.parse(localStorage.getItem(MUTED) ?? "[]"));
+
+function timeOf(call) {
+  return new Date(call.wall_ns / 1e6).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
+}
+
+export class Calls {
+  constructor(sides) {
+    this.known = null;
+    this.newest = null;
+    this.seen = 0;
+    this.calls = [];
+    this.isOpen = false;
+    this.audio = null;
+    sides.add("calls", "KeyN", (open) => {
+      this.isOpen = open;
+      this.markSeen();
+      this.renderPermission();
+    });
+    at("calls-allow").addEventListener("click", async () => {
+      await Notification.requestPermission();
+      this.renderPermission();
+    });
+    at("calls-try").addEventListener("click", () => this.ring("Test", "This is how a call sounds.", muted(), ""));
+    // Browsers let a page make sounds after its first click or key.
+    for (const event of ["pointerdown", "keydown"]) {
+      window.addEventListener(event, () => this.wakeAudio(), { capture: true });
+    }
+  }
+
+  // state: of the page, with the checksum of the calls.
+  update(state) {
+    const wanted = state?.calls ?? 0;
+    this.instance = state?.instance ?? this.instance;
+    if (wanted !== 0) this.fetch(wanted);
+  }
+
+  async fetch(wanted) {
+    if (this.isFetching || wanted === this.known) return;
+    this.isFetching = true;
+    try {
+      const shown = await (await fetch("/api/calls")).json();
+      this.known = wanted;
+      this.take(shown);
+    } catch {
+      // The page says elsewhere that the console does not respond.
+    } finally {
+      this.isFetching = false;
+    }
+  }
+
+  take(shown) {
+    this.calls = shown.calls ?? [];
+    const newest = this.calls[0]?.number ?? 0;
+    // Calls from before this page, or of an earlier console, make no sound.
+    if (this.newest === null || newest < this.newest) {
+      this.newest = newest;
+      this.seen = newest;
+    }
+    const fresh = this.calls.filter((call) => call.number > this.newest);
+    this.newest = newest;
+    for (const call of fresh.reverse()) this.call(call);
+    this.render(shown);
+  }
+
+  call(call) {
+    const off = muted();
+    const { kind, text } = call.occasion;
+    // Of several pages of one browser, one calls.
+    const mark = `${this.instance} ${call.number}`;
+    if (localStorage.getItem(RUNG) === mark) return;
+    localStorage.setItem(RUNG, mark);
+    this.ring(call.title, text, off, kind);
+  }
+
+  ring(title, text, off, kind) {
+    if (!off.has(`sound ${kind}`)) this.beep();
+    if (off.has(`notification ${kind}`) || this.permission !== "granted") return;
+    try {
+      const notification = new Notification(`IPPON: ${title}`, { body: text, tag: `ippon-${kind}` });
+      notification.onclick = () => window.focus();
+    } catch {
+      // Browsers of phones offer notifications to installed pages only.
+      at("calls-permission").textContent = "This browser shows no notifications of pages.";
+    }
+  }
+
+  get permission() {
+    return globalThis.Notification?.permission ?? "unsupported";
+  }
+
+  wakeAudio() {
+    this.audio ??= globalThis.AudioContext ? new AudioContext() : null;
+    if (this.audio?.state === "suspended") this.audio.resume();
+  }
+
+  beep() {
+    const audio = this.audio;
+    document.body.dataset.rang = String(Number(document.body.dataset.rang ?? 0) + 1);
+    if (audio === null || audio.state !== "running") return;
+    for (const [start, pitch] of [[0, 660], [0.18, 880]]) {
+      const tone = audio.createOscillator();
+      const loudness = audio.createGain();
+      tone.frequency.value = pitch;
+      const from = audio.currentTime + start;
+      loudness.gain.setValueAtTime(0.0001, from);
+      loudness.gain.exponentialRampToValueAtTime(0.25, from + 0.02);
+      loudness.gain.exponentialRampToValueAtTime(0.0001, from + 0.16);
+      tone.connect(loudness).connect(audio.destination);
+      tone.start(from);
+      tone.stop(from + 0.17);
+    }
+  }
+
+  markSeen() {
+    if (this.isOpen) this.seen = this.newest ?? 0;
+    const unseen = this.calls.filter((call) => call.number > this.seen).length;
+    for (const badge of document.querySelectorAll(".calls-unseen")) {
+      badge.textContent = unseen > 0 ? String(unseen) : "";
+    }
+  }
+
+  render(shown) {
+    this.markSeen();
+    at("calls-webhook").textContent = shown.webhook
+      ? `Calls are also sent to ${shown.webhook}.`
+      : "Calls reach open pages only. Elsewhere, too: start the console with --notify URL.";
+    if (at("calls-kinds").childElementCount === 0) {
+      at("calls-kinds").replaceChildren(...this.kindRows(shown.titles ?? {}));
+    }
+    replaceRows(at("calls-list"), this.calls.map((call) => this.row(call)));
+    at("calls-none").hidden = this.calls.length > 0;
+  }
+
+  row(call) {
+    const node = make("li", "entry");
+    const told = make("span", "told");
+    const name = make("b", "", call.title);
+    name.append(make("small", "", ` ${timeOf(call)}`));
+    told.append(name, make("small", "", call.occasion.text));
+    if (call.count > 1) told.append(make("small", "", `${call.count} times since the call before`));
+    if (call.webhook) told.append(make("small", "", `Webhook: ${call.webhook}`));
+    node.append(told);
+    return node;
+  }
+
+  kindRows(titles) {
+    return Object.entries(titles).map(([kind, title]) => {
+      const row = make("tr");
+      const head = make("th", "", title);
+      head.scope = "row";
+      row.append(head);
+      for (const [way, name] of WAYS) {
+        // Not a checkbox: Space stops the robot, and would not change one.
+        const box = button("", `${name}: ${title}`, () => {
+          const off = muted();
+          if (off.has(`${way} ${kind}`)) off.delete(`${way} ${kind}`);
+          else off.add(`${way} ${kind}`);
+          localStorage.setItem(MUTED, JSON.stringify([...off]));
+          show();
+        });
+        const show = () => {
+          const isOn = !muted().has(`${way} ${kind}`);
+          box.setAttribute("aria-checked", String(isOn));
+          box.textContent = isOn ? "on" : "off";
+        };
+        box.setAttribute("role", "switch");
+        show();
+        const cell = make("td");
+        cell.append(box);
+        row.append(cell);
+      }
+      return row;
+    });
+  }
+
+  renderPermission() {
+    at("calls-allow").hidden = this.permission !== "default";
+    at("calls-permission").textContent = {
+      granted: "",
+      default: "Notifications appear when the page is in the background, too.",
+      denied: "Notifications are blocked for this address in the settings of the browser.",
+      unsupported: "This browser shows notifications of pages that come by https or from this machine only.",
+    }[this.permission];
+  }
+}
