@@ -44,7 +44,8 @@ export class Plan {
   onKey(event) {
     if (this.isTyping(event.target) || at("room").open || at("help").open) return;
     if (event.ctrlKey || event.altKey || event.metaKey) return;
-    const act = this.size === "full" ? this.keys(event) : null;
+    const isBeside = Boolean(event.target.closest?.(".side"));
+    const act = this.size === "full" && !isBeside ? this.keys(event) : null;
     const opens = event.code === "KeyP" ? () => this.toggle() : null;
     const does = opens && !event.repeat ? opens : act;
     if (!does) return;
