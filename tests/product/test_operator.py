@@ -138,11 +138,22 @@ def view(page: Page) -> Any:
     return page.frame_locator("#view")
 
 
-def hold_until(page: Page, key: str, test: Callable[[], bool]) -> None:
-    """Hold a key until a test holds; press it again where the page let go: it does when late."""
-    deadline = time.monotonic() + PATIENCE_MS / 1e3
-    while not test():
-        assert time.monotonic() < deadline
+def hold_until_noted(page: Page, key: str, wanted: str) -> None:
+    """Hold a key until the pad's note has said something, if only for a moment.
+
+    The key is pressed again from time to time: the page lets go when it is late.
+    """
+    page.evaluate(
+        """() => {
+          const note = document.getElementById("pad-note");
+          window.noted = new Set([note.textContent]);
+          new MutationObserver(() => window.noted.add(note.textContent))
+            .observe(note, {childList: true, characterData: true, subtree: true});
+        }"""
+    )
+    deadline = time.monotonic() + 2 * PATIENCE_MS / 1e3
+    while not any(wanted in said for said in (noted := page.evaluate("[...window.noted]"))):
+        assert time.monotonic() < deadline, f"no {wanted!r} in {noted}"
         page.keyboard.up(key)
         page.keyboard.down(key)
         page.wait_for_timeout(2_000)
@@ -198,8 +209,7 @@ def test_a_held_key_drives_and_whatever_ends_the_hold_stops(page, parts, folder,
 
 def test_the_filter_says_why_it_slows_the_operator(page, parts, shoot):
     page.locator("#pad-mode").click()
-    note = page.locator("#pad-note")
-    hold_until(page, "w", lambda: "obstacle" in note.inner_text())
+    hold_until_noted(page, "w", "obstacle")
     shoot("camera-drive")
     page.keyboard.up("w")
     parts[1].wait(moving=False)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import faulthandler
 import json
 import logging
 import os
@@ -26,6 +27,8 @@ RETRY_S = 1.0
 CONNECT_S = 3.0
 CHECK_S = 4.0
 LAST_SPINS = 4
+END_S = 10.0
+"""A middleware whose shutdown hangs for so long is left behind: its traces go to the log."""
 LEASE_MS = 1000
 """Silence after which the navigator counts as gone."""
 ZENOH_PROFILE = "IPPON_ZENOH_PROFILE"
@@ -52,6 +55,27 @@ program dies.
 """
 
 
+class StopFlag:
+    """Set by a signal handler: without a lock, which the interrupted thread could hold."""
+
+    def __init__(self) -> None:
+        self._is_set = False
+
+    def set(self, *_: object) -> None:
+        """Ask all loops to end."""
+        self._is_set = True
+
+    def is_set(self) -> bool:
+        """Return whether to end."""
+        return self._is_set
+
+    def wait(self, timeout_s: float) -> bool:
+        """Sleep for so long, and return whether to end."""
+        if not self._is_set:
+            time.sleep(timeout_s)
+        return self._is_set
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Carry messages until SIGINT or SIGTERM; return the exit status."""
     options = _options(sys.argv[1:] if arguments is None else arguments)
@@ -71,14 +95,15 @@ def _start(options: argparse.Namespace) -> int:
         raise Ros2Error(
             f"no ROS 2 in this Python ({error}): source /opt/ros/DISTRO/setup.bash first"
         ) from error
-    stop = threading.Event()
+    stop = StopFlag()
     rclpy.init(signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop.set())
+        signal.signal(number, stop.set)
     try:
         return _run(options, settings, stop)
     finally:
         rclpy.try_shutdown()
+        faulthandler.cancel_dump_traceback_later()
 
 
 def _options(arguments: list[str]) -> argparse.Namespace:
@@ -107,7 +132,7 @@ def _read_profile(path: Path | None) -> dict[str, Any]:
     return read
 
 
-def _run(options: argparse.Namespace, settings: Settings, stop: threading.Event) -> int:
+def _run(options: argparse.Namespace, settings: Settings, stop: StopFlag) -> int:
     from .node import BridgeNode  # noqa: PLC0415
 
     session = _open({}) if options.check else _connect(options.connect, stop)
@@ -123,6 +148,7 @@ def _run(options: argparse.Namespace, settings: Settings, stop: threading.Event)
             _spin(node, stop)
         finally:
             node.stop()
+            faulthandler.dump_traceback_later(END_S, exit=True)
             _send_the_last(node)
             node.destroy_node()
             del token
@@ -131,7 +157,7 @@ def _run(options: argparse.Namespace, settings: Settings, stop: threading.Event)
     return 0
 
 
-def _connect(endpoint: str, stop: threading.Event) -> zenoh.Session | None:
+def _connect(endpoint: str, stop: StopFlag) -> zenoh.Session | None:
     """Return a session to the navigator, waiting for it; None once stopped."""
     said = False
     settings = {
@@ -197,7 +223,7 @@ def _watch_navigator(session: zenoh.Session, robot: str) -> None:
     session.liveliness().declare_subscriber(f"{robot}/alive/navigator", handler, history=True)
 
 
-def _spin(node: Any, stop: threading.Event) -> None:
+def _spin(node: Any, stop: StopFlag) -> None:
     import rclpy.executors  # noqa: PLC0415
 
     def watch() -> None:
@@ -226,7 +252,7 @@ def _send_the_last(node: Any) -> None:
         executor.spin_once(timeout_sec=0.05)
 
 
-def _check(node: Any, stop: threading.Event) -> int:
+def _check(node: Any, stop: StopFlag) -> int:
     """Print what each topic has; return 1 where one that is needed is missing."""
     import rclpy.executors  # noqa: PLC0415
 

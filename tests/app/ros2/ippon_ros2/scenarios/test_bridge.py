@@ -166,10 +166,14 @@ def test_the_robot_stops_when_the_bridge_is_ended(rig):
     rig.twists.clear()
     driving = threading.Thread(target=rig.drive, args=(1.0, 0.2, 0.0))
     driving.start()
-    rig.wait_for(lambda: len(rig.twists) > 5)
-    rig.bridge.child.send_signal(signal.SIGTERM)
-    assert rig.bridge.child.wait(timeout=20) == 0
-    driving.join()
-    rig.wait_for(lambda: rig.twists[-1]["linear"] == 0.0)
-    rig.bridge = rig.start_bridge()
-    rig.bridge.wait_for_log("cmd_vel: /scout/cmd_vel")
+    try:
+        rig.wait_for(lambda: len(rig.twists) > 5)
+        rig.bridge.child.send_signal(signal.SIGTERM)
+        assert rig.bridge.child.wait(timeout=20) == 0, rig.bridge.log()
+        driving.join()
+        rig.wait_for(lambda: rig.twists[-1]["linear"] == 0.0)
+    finally:
+        driving.join()
+        rig.bridge.kill()
+        rig.bridge = rig.start_bridge()
+        rig.bridge.wait_for_log("cmd_vel: /scout/cmd_vel")
