@@ -26,6 +26,10 @@ function stateOf(goal, section) {
   const parts = [OUTCOMES[goal.outcome] ?? goal.outcome];
   if (goal.confirmed) parts[0] += ", confirmed";
   else if (isFind && section === "active") parts[0] += ": confirm or reject it in the Search tab";
+  if (goal.count !== 1) {
+    const found = goal.counted.length + (isFind ? 1 : 0);
+    parts.push(goal.count === "all" ? `all: ${found} found` : `${found} of ${goal.count} found`);
+  }
   if (goal.rejected) parts.push(goal.rejected === 1 ? "1 find rejected" : `${goal.rejected} finds rejected`);
   if (goal.took_s !== null) parts.push(clock(goal.took_s));
   if (goal.tour) parts.push("in one tour");

@@ -9,7 +9,7 @@ from typing import Annotated, Literal, TypeVar
 import msgspec
 from msgspec import Meta, Struct
 
-from app.messages.status import MissionState
+from app.messages.status import Count, MissionState
 from ippon.guidance.language.requests.goals import Attribute, Goal
 from ippon.guidance.levels import LevelName
 
@@ -38,6 +38,9 @@ class SearchRequest(_Message, frozen=True, omit_defaults=True):
     just begun. Where that is not possible, this goal waits, and a note says why."""
     attributes: list[Attribute] = []
     """What tells the object from others of its name; empty for what the object's name says."""
+    count: Count = 1
+    """How many are searched for, "all" until everything reachable was seen; 1 for what the object's
+    name says."""
 
 
 class SearchAccepted(_Message, frozen=True):

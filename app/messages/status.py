@@ -1,8 +1,8 @@
 """Messages published by the navigator: status, levels, events, labels to segment."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from msgspec import Struct
+from msgspec import Meta, Struct
 
 from app.messages.driving import DriveStatus
 from app.messages.lease import LeaseStatus
@@ -21,6 +21,10 @@ MissionState = Literal[
     "lost",
     "ended",
 ]
+
+
+Count = Literal["all"] | Annotated[int, Meta(ge=1, le=99)]
+"""How many of an object; "all": everything reachable is seen before the search ends."""
 
 
 class _Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -78,6 +82,10 @@ class GoalStatus(_Message, frozen=True):
     """Number of its finds that the operator rejected."""
     took_s: float | None = None
     """Robot time that its search took; None while it goes on, or if it never began."""
+    count: Count = 1
+    """How many are wanted."""
+    counted: list[tuple[float, float, float]] = []
+    """Where those were found that came before the present find, metres."""
 
 
 class FindAttribute(_Message, frozen=True):
@@ -194,6 +202,7 @@ class Event(_Message, frozen=True):
         "goal_set",
         "state",
         "found",
+        "counted",
         "rejected",
         "doubted",
         "opinion",

@@ -1,6 +1,7 @@
 """The object that is searched for."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 from ippon.guidance.language.requests.goals import Attribute
 
@@ -18,5 +19,7 @@ class Goal:
     """What the operator said about its place; empty for nothing."""
     attributes: tuple[Attribute, ...] = ()
     """What tells it from others of its name."""
+    count: int | Literal["all"] = 1
+    """How many are searched for; "all": until everything reachable was seen."""
     category: str | None = None
     """The common object that it is an instance of; None if there is none."""

@@ -10,11 +10,12 @@ from ippon.mapping.goal_layers.goal_layers import GoalLayers
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.behaviors.look_around import LookAround
 from ippon.mission.config import MissionConfig
-from ippon.mission.finds.rejection import reject_find, update_candidates
+from ippon.mission.finds.find_geometry import counted_text
+from ippon.mission.finds.rejection import count_find, reject_find, update_candidates
 from ippon.mission.goal import Goal
 from ippon.mission.journal import WAITING, Journal
 from ippon.mission.search import Search
-from ippon.mission.snapshot import MissionState
+from ippon.mission.snapshot import OVER, MissionState
 from ippon.mission.tour import Tour, target_of
 from ippon.planning.interface import Planner
 from ippon.planning.plan import Plan
@@ -148,10 +149,30 @@ class GoalControl:
         search = self._search if self.tour is None else self.tour.focus(plan)
         return search, tuple(one for one in self.running if one is not search)
 
-    def settle(self) -> None:
-        """Continue a tour without the goals that were found in this step."""
+    def settle(self, search: Search, state: MissionState) -> None:
+        """Take over the state that a behavior gave a search.
+
+        One of which more are wanted goes on behind its find; a tour goes on without the goals that
+        were found in this step.
+        """
+        ended = state in OVER and search.state not in OVER
+        search.state = state
+        if ended and state is MissionState.FOUND and search.wants_more:
+            self._count(search)
         if self.tour is not None:
             self.tour.settle()
+
+    def _count(self, search: Search) -> None:
+        count_find(search, self._voxel_map)
+        search.state = MissionState.SEARCHING
+        goal = search.goal
+        text = counted_text(goal.display, len(search.counted), goal.count)
+        self._journal.why = f"{text}: searching on"
+        self._journal.note("counted", self._journal.why)
+        if self.tour is None:
+            self._planner.set_termination_min(search.termination_min)
+        else:
+            self.tour.replan()
 
     def set_guidance(self, guidance: Guidance, goal_id: int | None = None) -> None:
         """Replace the levels of a goal: by an answer, or by the operator's.

@@ -203,8 +203,7 @@ class Mission:
         self._plan = action.plan or plan
         self._journal.why = action.why or self._journal.why
         if search is not None and action.state is not None:
-            search.state = action.state
-            self.goals.settle()
+            self.goals.settle(search, action.state)
         return action.command
 
     def _advance(self, frame: Frame) -> float:

@@ -23,6 +23,7 @@ from ippon.mission.finds.find_geometry import (
     ExclusionSphere,
     distance_m,
     exclusion_sphere,
+    exhausted_text,
     out_of_reach_text,
 )
 from ippon.mission.finds.image_check import ImageCheck
@@ -73,11 +74,14 @@ class Search:
         """Clusters of voxels that may be the object, largest first."""
         self.find: Find | None = None
         """The find that ended the search."""
+        self.counted: list[Find] = []
+        """Finds before the present one, of a goal of which several are wanted."""
         self.cancelled = False
         self.dismissed = False
         """The map is no longer updated for a goal of a tour: it was confirmed or cancelled."""
         self.rejected: list[ExclusionSphere] = []
-        """Regions that the operator rejected, or that images contradicted twice."""
+        """Regions that the operator rejected, that images contradicted twice, or that were
+        counted."""
         self.set_aside: list[SetAside] = []
         self.reconsidered: list[ExclusionSphere] = []
         """Regions that were set aside once: images must contradict them more strongly."""
@@ -113,6 +117,12 @@ class Search:
     def over(self) -> bool:
         """The search has ended."""
         return self.cancelled or self.state in OVER
+
+    @property
+    def wants_more(self) -> bool:
+        """Return whether the search goes on after the present find."""
+        count = self.goal.count
+        return count == "all" or len(self.counted) + 1 < count
 
     def advance(self, last: Frame | None, frame: Frame) -> None:
         """Add the time since the last frame, and the path until the object is found."""
@@ -243,6 +253,27 @@ class Search:
         self.arrived_steps = self.empty_steps = self.idle_steps = 0
         self.relaxed_termination = False
         return find
+
+    def end(self) -> None:
+        """End the search since nothing is left to explore.
+
+        All are found if everything reachable was seen and at least one was.
+        """
+        self.state = MissionState.EXHAUSTED
+        if self.goal.count == "all" and self.counted:
+            self.find = self.counted.pop()
+            self.state = MissionState.FOUND
+
+    def ended_text(self, *, full: bool = False) -> str:
+        """Return why nothing is left to explore and what was found, for the operator.
+
+        Args:
+            full: The roadmap had no room for more viewpoints.
+        """
+        found = len(self.counted) + (self.find is not None)
+        return exhausted_text(
+            self.goal.display, self.candidates, full=full, found=found, wanted=self.goal.count
+        )
 
     def found_text(self, T_world_base: Float64Array) -> str:
         """Return what was found and how far from the robot, for the operator."""

@@ -95,6 +95,8 @@ class GoalStatus:
     state: GoalState
     find: Find | None
     """The find that was announced; None for none."""
+    counted: tuple[Find, ...] = ()
+    """Those before it, where several are wanted."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,6 +133,8 @@ class Snapshot:
     best_ooi: float
     explored_m2: float
     events: tuple[MissionEvent, ...]
+    counted: tuple[Find, ...] = ()
+    """Finds before the present one, where several are wanted."""
     tour: tuple[GoalStatus, ...] = ()
     """The goals of a tour with their states; empty for one goal. `goal`, `state`, `find`, way and
     time are those of the leading one."""

@@ -59,5 +59,6 @@ def snapshot_of(
         best_ooi=voxel_map.best_ooi() if search else 0.0,
         explored_m2=voxel_map.explored_m2(),
         events=events,
+        counted=() if search is None else tuple(search.counted),
         tour=() if tour is None else tour.statuses,
     )

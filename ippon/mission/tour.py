@@ -63,7 +63,12 @@ class Tour:
     def statuses(self) -> tuple[GoalStatus, ...]:
         """The goals with their states, in the order in which they were named."""
         return tuple(
-            GoalStatus(goal=search.goal, state=_state_of(search), find=search.find)
+            GoalStatus(
+                goal=search.goal,
+                state=_state_of(search),
+                find=search.find,
+                counted=tuple(search.counted),
+            )
             for search in self.searches
         )
 

@@ -196,6 +196,7 @@ def _agreed_searches(reading: SentenceReading, command: Ask) -> list[Wanted]:
                 context=goal.context,
                 requester=NAME,
                 attributes=list(goal.attributes),
+                count=goal.count,
             ),
             place > 0 and goal.order == "and",
         )
@@ -306,7 +307,8 @@ def _end_of(goal: GoalStatus) -> str:
     if goal.position_world is not None:
         x, y, z = goal.position_world
         place = f" at ({x:.1f}, {y:.1f}) m, {z:.1f} m high"
-    return f"{goal.object.replace('_', ' ')}: {goal.outcome.replace('_', ' ')}{place}"
+    before = f", and {len(goal.counted)} before" if goal.counted else ""
+    return f"{goal.object.replace('_', ' ')}: {goal.outcome.replace('_', ' ')}{place}{before}"
 
 
 def _as_dict(status: Status, goal: GoalStatus) -> dict[str, object]:
@@ -323,6 +325,7 @@ def _as_dict(status: Status, goal: GoalStatus) -> dict[str, object]:
         "path_length_m": round(status.path_length_m, 3),
         "position_world": goal.position_world if find is None else find.position_world,
         "out_of_reach_m": None if find is None else find.out_of_reach_m,
+        "counted": goal.counted,
         "attributes": [] if find is None else msgspec.to_builtins(find.attributes),
     }
 

@@ -209,6 +209,8 @@ class Navigator:
         """Report the step's events, and end the active goals whose search has an outcome."""
         ended: list[int] = []
         outcome, (goal, _, _) = snapshot.outcome, self._goals.statuses()
+        if snapshot.goal is not None and not snapshot.tour:
+            self._goals.count(snapshot.goal.goal_id, snapshot.counted)
         if snapshot.tour and snapshot.goal is not None:
             ended = self._goals.follow_tour(snapshot.goal.goal_id, snapshot.tour)
         elif outcome is not None and goal is not None and goal.outcome == "active":

@@ -3,7 +3,6 @@
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.behaviors.behavior import Action, StepContext
 from ippon.mission.config import MissionConfig
-from ippon.mission.finds.find_geometry import exhausted_text
 from ippon.mission.finds.rejection import readmit_most_likely
 from ippon.mission.journal import Journal
 from ippon.mission.search import Search
@@ -42,16 +41,16 @@ class Exhaustion:
         if not exhausted:
             return None
         for one in step.searches:
-            one.state = MissionState.EXHAUSTED
-            why = exhausted_text(one.goal.display, one.candidates, full=plan.full)
-            self._journal.note(MissionState.EXHAUSTED.value, why)
-        why = exhausted_text(search.goal.display, search.candidates, full=plan.full)
-        return Action(step.hold, MissionState.EXHAUSTED, why)
+            one.end()
+            self._journal.note(one.state.value, one.ended_text(full=plan.full))
+        return Action(step.hold, search.state, search.ended_text(full=plan.full))
 
     def _readmit(self, step: StepContext) -> Search | None:
         """Return the search whose most likely doubted candidate was readmitted, if there is one."""
         for one in step.searches:
-            if readmit_most_likely(one, self._voxel_map):
+            # What is doubtful is no better than nothing where all are wanted and some were found.
+            enough = one.goal.count == "all" and bool(one.counted)
+            if not enough and readmit_most_likely(one, self._voxel_map):
                 return one
         return None
 

@@ -4,6 +4,7 @@ import dataclasses
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -159,17 +160,34 @@ def out_of_reach_text(display: str, away_m: float) -> str:
     return f"found {display}, out of reach: {away_m:.1f} m from the nearest place I can stand"
 
 
-def exhausted_text(display: str, candidates: Sequence[Find], *, full: bool = False) -> str:
-    """Return why a search ended without a find, for the operator.
+def counted_text(display: str, found: int, wanted: int | Literal["all"]) -> str:
+    """Return how many of the wanted objects were found: "2 of 3 chairs"."""
+    total = "" if wanted == "all" else f" of {wanted}"
+    return f"{display}: {found}{total} found"
+
+
+def exhausted_text(
+    display: str,
+    candidates: Sequence[Find],
+    *,
+    full: bool = False,
+    found: int = 0,
+    wanted: int | Literal["all"] = 1,
+) -> str:
+    """Return why a search ended without a find, or with fewer than wanted, for the operator.
 
     Args:
         display: The object, in the operator's words.
         candidates: Clusters that may be it, most voxels first.
         full: The roadmap had no room for more viewpoints.
+        found: How many were found.
+        wanted: How many were wanted.
     """
     why = "everything reachable was seen"
     if full:
         why = "the roadmap is full (planner.max_nodes)"
+    if found:
+        return f"{counted_text(display, found, wanted)}: {why}"
     text = f"{display} not found: {why}"
     if not candidates:
         return text

@@ -1,13 +1,15 @@
 """Excludes finds from the search.
 
-The operator rejects finds; images and sizes contradict candidates. Candidates that continue an
-excluded find are excluded with it.
+The operator rejects finds; images and sizes contradict candidates; where several are wanted, those
+that were found are counted. Candidates that continue an excluded find are excluded with it.
 """
+
+from dataclasses import replace
 
 from ippon.frame import Frame
 from ippon.mapping.goal_layers.goal_layers import GoalLayer
 from ippon.mapping.voxel_map import VoxelMap
-from ippon.mission.finds.find_geometry import exclusion_sphere, looked_at
+from ippon.mission.finds.find_geometry import ExclusionConfig, exclusion_sphere, looked_at
 from ippon.mission.search import Search, SetAside
 from ippon.mission.snapshot import Find
 
@@ -33,6 +35,22 @@ def reject_find(search: Search, voxel_map: VoxelMap, frame: Frame | None) -> Non
         evidence_of(search, voxel_map).suppress_ooi(
             looked_at(frame), search.exclusion.image_radius_m
         )
+
+
+def count_find(search: Search, voxel_map: VoxelMap) -> None:
+    """Count the find that ended a search, and exclude it so that the search continues.
+
+    Args:
+        search: A search that wants more.
+        voxel_map: The map, whose evidence for the object is removed there.
+    """
+    find = search.drop_find()
+    if find is None:
+        return
+    search.counted.append(find)
+    # No further than the find itself: the next one may stand beside it.
+    beside = replace(search.exclusion, margin_m=voxel_map.config.voxel_size_m)
+    _exclude(search, voxel_map, find, beside)
 
 
 def set_aside(search: Search, voxel_map: VoxelMap, find: Find) -> None:
@@ -84,8 +102,10 @@ def update_candidates(search: Search, voxel_map: VoxelMap, frame: Frame) -> None
             entry.excluded.append(before)
 
 
-def _exclude(search: Search, voxel_map: VoxelMap, find: Find) -> None:
+def _exclude(
+    search: Search, voxel_map: VoxelMap, find: Find, config: ExclusionConfig | None = None
+) -> None:
     """Exclude a find for the rest of a search."""
-    region = exclusion_sphere(search.exclusion, find)
+    region = exclusion_sphere(config or search.exclusion, find)
     search.rejected.append(region)
     evidence_of(search, voxel_map).suppress_ooi(region.centre_world, region.radius_m)

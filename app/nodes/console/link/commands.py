@@ -130,6 +130,7 @@ class Actions(Protocol):
         *,
         joins_last: bool = False,
         attributes: Sequence[Attribute] = (),
+        count: int | Literal["all"] = 1,
     ) -> str:
         """Start a search for an object, if wanted in one tour with the last one."""
         ...

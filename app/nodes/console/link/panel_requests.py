@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, Literal
 
 import msgspec
 
@@ -132,6 +132,7 @@ class PanelRequests(ABC):
         *,
         joins_last: bool = False,
         attributes: Sequence[Attribute] = (),
+        count: int | Literal["all"] = 1,
     ) -> str:
         """Start a search for an object, if wanted in one tour with the last one."""
         request = SearchRequest(
@@ -141,6 +142,7 @@ class PanelRequests(ABC):
             requester=REQUESTER,
             joins=self._last_goal if joins_last else None,
             attributes=list(attributes),
+            count=count,
         )
         accepted = self._request(keys.SEARCH, request, SearchAccepted)
         self._last_goal = accepted.goal_id

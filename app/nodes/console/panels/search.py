@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 import viser
@@ -137,6 +137,7 @@ class SearchPanel:
                 _both(goal.context, context),
                 joins_last=place > 0 and goal.order == "and",
                 attributes=goal.attributes,
+                count=goal.count,
             )
             for place, goal in enumerate(goals)
         )
@@ -148,13 +149,14 @@ class SearchPanel:
         *,
         joins_last: bool = False,
         attributes: Sequence[Attribute] = (),
+        count: int | Literal["all"] = 1,
     ) -> str:
         scenario = self._scenario.value.strip()
         problem = _problem(wanted, context, scenario)
         if problem is not None:
             raise CommandError(problem)
         return self._actions.search(
-            wanted, context, scenario, joins_last=joins_last, attributes=attributes
+            wanted, context, scenario, joins_last=joins_last, attributes=attributes, count=count
         )
 
     def _control(self, word: str) -> None:

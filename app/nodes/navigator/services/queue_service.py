@@ -53,6 +53,7 @@ class QueueService:
             context=context,
             scenario=old.scenario,
             attributes=[] if request.object else list(old.goal.attributes),
+            count=1 if request.object else old.goal.count,
         )
         new = self._goals.plan(wanted)
         if new.goal.object == old.goal.object:
@@ -76,6 +77,7 @@ class QueueService:
             context=old.goal.context,
             scenario=old.scenario,
             attributes=list(old.goal.attributes),
+            count=old.goal.count,
         )
         return Accepted(detail=told(self._goals.search(again, copy_of=f"goal {goal_id}")))
 

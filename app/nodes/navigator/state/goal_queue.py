@@ -16,7 +16,7 @@ from app.nodes.navigator.state.planned_search import (
     goal_status,
 )
 from app.nodes.navigator.state.waiting_goals import edited, moved, tour_to_join
-from ippon.mission.snapshot import GoalState
+from ippon.mission.snapshot import Find, GoalState
 from ippon.mission.snapshot import GoalStatus as TourGoal
 
 HISTORY = 50
@@ -227,6 +227,11 @@ class GoalQueue:
             if outcome in FOUND:
                 self._finds.append(ended)
 
+    def count(self, goal_id: int, finds: Sequence[Find]) -> None:
+        """Note all finds before the present one of a goal of which several are wanted."""
+        places = tuple(find.position_world for find in finds)
+        self.amend(goal_id, lambda one: dataclasses.replace(one, counted=places))
+
     def follow_tour(self, lead: int, tour: Sequence[TourGoal]) -> list[int]:
         """Take over which goal leads, and which goals of the tour have ended.
 
@@ -245,6 +250,7 @@ class GoalQueue:
             goal_id, find = one.goal.goal_id, one.find
             if not self.is_active(goal_id):
                 continue
+            self.count(goal_id, one.counted)
             if one.state is GoalState.MISSING and goal_id in ends:
                 self.reopen(goal_id)
             elif goal_id not in ends and one.state is GoalState.NOT_FOUND:

@@ -160,5 +160,6 @@ def _request_of(search: PlannedSearch, joins: int | None) -> SavedGoal:
         scenario=search.scenario,
         joins=joins,
         attributes=list(search.goal.attributes),
+        count=search.goal.count,
         levels={edit.label: edit.level.text for edit in search.edits},
     )

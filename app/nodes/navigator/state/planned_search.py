@@ -45,6 +45,8 @@ class PlannedSearch:
     """The operator confirmed its find."""
     rejected: int = 0
     """Number of its finds that the operator rejected."""
+    counted: tuple[tuple[float, float, float], ...] = ()
+    """Where those were found that came before the present find, where several are wanted."""
     copy_of: str = ""
     """What it repeats: "goal 3" or "saved search 2"; empty for a new one."""
 
@@ -103,4 +105,6 @@ def goal_status(
         confirmed=search.confirmed,
         rejected=search.rejected,
         took_s=None if end is None else round(end.took_s, 1),
+        count=goal.count,
+        counted=list(search.counted),
     )

@@ -113,10 +113,6 @@ def unchecked(goal: Goal) -> tuple[str, ...]:
             f"{said} {are} checked only by a model that takes images (--llm.second-opinion): "
             f"without one, any {goal.object} counts"
         )
-    if goal.count == ALL:
-        notes.append(f"“all” is not used yet: the search ends at the first {goal.object}")
-    elif goal.count != 1:
-        notes.append(f"“{goal.count}” is not used yet: the search ends at the first {goal.object}")
     notes += [
         f"“{place.text}” guides the search, but a find is not checked for it yet"
         for place in goal.relations

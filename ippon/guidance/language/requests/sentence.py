@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Final
+from typing import Final, Literal
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.languages import other_language
@@ -82,6 +82,12 @@ def name_attributes(name: str) -> tuple[Attribute, ...]:
     """Return the attributes in the name of an object: red of "red mug"."""
     phrase = read_noun_phrase(hear(name[:MAX_OBJECT_CHARS]), 0)
     return draft(phrase).goal().attributes if phrase is not None and phrase.head else ()
+
+
+def name_count(name: str) -> int | Literal["all"]:
+    """Return how many the name of an object asks for: 2 of "two chairs"."""
+    phrase = read_noun_phrase(hear(name[:MAX_OBJECT_CHARS]), 0)
+    return draft(phrase).goal().count if phrase is not None and phrase.head else 1
 
 
 def search_name(goal: Goal) -> str:

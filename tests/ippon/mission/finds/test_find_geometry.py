@@ -89,6 +89,12 @@ def test_a_search_that_found_nothing_says_what_it_could_not_get_to():
     assert exhausted_text("hat", ()) == plain
     text = exhausted_text("hat", (find(3.0, 9), find(1.0, 2)))
     assert text == f"{plain}; no path leads close to the most likely candidate, at (3.0, 2.0) m"
+    assert exhausted_text(
+        "hats", (), found=1, wanted=3
+    ) == "hats: 1 of 3 found" + plain.removeprefix("hat not found")
+    assert exhausted_text("hats", (), full=True, found=1, wanted="all").startswith(
+        "hats: 1 found: "
+    )
 
 
 def test_a_region_that_excludes_nothing_is_refused():

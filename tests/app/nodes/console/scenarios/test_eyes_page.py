@@ -312,7 +312,8 @@ def test_goals_are_ordered_edited_repeated_and_saved_by_keyboard(page, parts, sh
         GoalStatus(goal_id=3, object="shoe", outcome="cancelled"),
         GoalStatus(goal_id=4, object="keys", outcome="found", confirmed=True, took_s=133.2,
                    position_world=(5.5, 0.6, 0.4)),
-        GoalStatus(goal_id=2, object="cup", outcome="exhausted", rejected=2, took_s=412.0),
+        GoalStatus(goal_id=2, object="cup", outcome="exhausted", rejected=2, took_s=412.0,
+                   count=3, counted=[(1.0, 2.0, 0.5)]),
     ]  # fmt: skip
     noted.home.status_changes = {"queue": waiting, "history": ended}
     goals = page.locator("#goals")
@@ -326,7 +327,7 @@ def test_goals_are_ordered_edited_repeated_and_saved_by_keyboard(page, parts, sh
     expect(goals.locator("#goals-waiting li").first).to_contain_text("near the window")
     expect(goals.locator("#goals-waiting li").nth(2)).to_contain_text("<b>remote</b>")
     expect(goals.locator("#goals-ended li").first).to_contain_text(
-        "given up: not found · 2 finds rejected · 6:52"
+        "given up: not found · 1 of 3 found · 2 finds rejected · 6:52"
     )
     expect(goals.locator("#goals-ended li").nth(1)).to_contain_text("found, confirmed · 2:13")
     shoot("goals", 500)

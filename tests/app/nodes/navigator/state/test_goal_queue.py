@@ -111,6 +111,26 @@ def test_a_rejected_find_goes_on():
     assert names(book) == (("hat", "active"), ["mug"], [])
 
 
+def test_finds_before_the_last_are_shown_with_their_goal():
+    book = GoalQueue(5)
+    several = search("chair")
+    several = dataclasses.replace(several, goal=dataclasses.replace(several.goal, count=2))
+    book.add(several)
+    book.next()
+    first = Find(
+        position_world=(1.0, 2.0, 0.5),
+        size_m=(0.4, 0.4, 0.9),
+        probability=0.9,
+        voxels=40,
+        box_px=None,
+    )
+    book.count(1, (first,))
+    book.conclude("found", 1, (4.0, 2.0, 0.5))
+    active = book.statuses()[0]
+    assert (active.count, active.counted) == (2, [(1.0, 2.0, 0.5)])
+    assert active.position_world == (4.0, 2.0, 0.5)
+
+
 def test_a_goal_is_amended_while_it_is_searched_for_or_waits():
     book = GoalQueue(5)
     for name in ("hat", "mug", "key"):

@@ -1,0 +1,97 @@
+"""Several of one kind: a search goes on behind each find until so many are found."""
+
+import dataclasses
+
+import pytest
+
+from ippon.guidance.language.naming import resolve_object
+from ippon.guidance.prior import EmbeddedPrior
+from ippon.mission.goal import Goal
+from ippon.mission.snapshot import Find, MissionState
+from ippon.vocabulary import MATTERPORT_40
+
+PLANTS = (
+    ("plant", "plant", (9.0, 0.4, 0.0), (9.4, 0.8, 0.9)),
+    ("plant", "plant", (0.4, 4.2, 0.0), (0.8, 4.6, 0.9)),
+)
+
+
+@pytest.fixture
+def make_find():
+    """Return a find at a place."""
+
+    def make(position_world):
+        return Find(
+            position_world=position_world, size_m=(0.4, 0.4, 0.9), probability=0.9, voxels=40,
+            box_px=None,
+        )  # fmt: skip
+
+    return make
+
+
+@pytest.fixture
+def hall(searcher, room):
+    """A hall with two plants, and a robot in its middle that is asked for some of them."""
+
+    def make(count):
+        robot = searcher([*room(10.0, 5.0), *PLANTS], 5.0, 2.5)
+        resolved = resolve_object("plant", MATTERPORT_40)
+        goal = Goal(goal_id=1, object="plant", display="plants", category=resolved.category)
+        levels = EmbeddedPrior().levels(resolved, "", MATTERPORT_40)
+        robot.mission.goals.set_goal(dataclasses.replace(goal, count=count), levels)
+        return robot
+
+    return make
+
+
+def events(results, kind):
+    return [e.text for r in results for e in r.snapshot.events if e.kind == kind]
+
+
+def places(finds):
+    """Return which of the two plants each find is."""
+    return [0 if find.position_world[0] > 5.0 else 1 for find in finds]
+
+
+@pytest.mark.slow
+def test_two_are_found_and_the_first_is_counted(hall):
+    robot = hall(2)
+    results = robot.search(200.0)
+    last = results[-1].snapshot
+    assert last.state is MissionState.FOUND
+    assert sorted(places([*last.counted, last.find])) == [0, 1]
+    assert events(results, "counted") == ["plants: 1 of 2 found: searching on"]
+    assert len(events(results, "found")) == 2
+
+
+@pytest.mark.slow
+def test_fewer_than_wanted_end_exhausted_and_say_how_many(hall):
+    robot = hall(3)
+    results = robot.search(300.0)
+    last = results[-1].snapshot
+    assert (last.state, last.outcome, last.find) == (MissionState.EXHAUSTED, "exhausted", None)
+    assert sorted(places(last.counted)) == [0, 1]
+    assert last.why == "plants: 2 of 3 found: everything reachable was seen"
+
+
+def test_all_are_found_once_nothing_is_left_to_explore(hall, make_find):
+    search = hall("all").mission.search
+    search.counted += [make_find((9.2, 0.6, 0.4)), make_find((0.6, 4.4, 0.4))]
+    assert search.wants_more
+    search.end()
+    assert (search.state, places([*search.counted, search.find])) == (MissionState.FOUND, [0, 1])
+    assert search.ended_text() == "plants: 2 found: everything reachable was seen"
+
+
+def test_a_search_for_all_without_any_ends_exhausted(hall):
+    search = hall("all").mission.search
+    search.end()
+    assert (search.state, search.find) == (MissionState.EXHAUSTED, None)
+    assert search.ended_text() == "plants not found: everything reachable was seen"
+
+
+def test_a_search_for_two_wants_one_more(hall, make_find):
+    search = hall(2).mission.search
+    assert search.wants_more
+    search.counted.append(make_find((9.2, 0.6, 0.4)))
+    assert not search.wants_more
