@@ -5,6 +5,7 @@ from functools import partial
 
 import zenoh
 
+from app.links.network.query_queue import QueryQueue
 from app.links.network.sender import Sender
 
 
@@ -19,7 +20,7 @@ class LatchedTopic:
         self._publisher = session.declare_publisher(
             key, congestion_control=zenoh.CongestionControl.BLOCK
         )
-        self._queryable = session.declare_queryable(key, self._answer)
+        self._queries = QueryQueue(session, key, self._answer)
 
     @property
     def last(self) -> bytes | None:

@@ -9,9 +9,10 @@ from typing import Any, TypeVar
 import msgspec
 import zenoh
 
+from app.links.network.query_queue import RATE_HZ, QueryQueue
 from app.links.network.session import LinkError
 from app.messages import keys
-from app.messages.control import ErrorReply, M, decode, encode
+from app.messages.control import ControlRequest, ErrorReply, M, decode, encode
 from app.messages.lease import Credential
 from app.messages.recording import Exchange
 
@@ -26,6 +27,7 @@ MAX_QUOTED = 500
 """Bytes of a malformed request that its record keeps."""
 _TIMED_OUT = b"Timeout"
 """Error reply of zenoh at a timeout."""
+_MOST_STOP_BYTES = 1000
 
 
 class RequestRefusedError(Exception):
@@ -42,19 +44,19 @@ def serve(
     kind: type[M],
     handle: Callable[[M], msgspec.Struct],
     authorize: Authorize = allow_all,
-) -> "zenoh.Queryable[None]":
-    """Answer requests on a key; malformed and refused ones get an `ErrorReply`.
+) -> QueryQueue:
+    """Answer requests on a key; malformed, refused and too frequent ones get an `ErrorReply`.
 
     Args:
         session: An open session.
         key: Key of the requests.
         kind: What a request must be.
-        handle: Returns the reply, or raises `RequestRefusedError`. Called in a thread of zenoh:
-            it must be quick.
+        handle: Returns the reply, or raises `RequestRefusedError`. Called in the thread of the
+            key, which answers one request at a time.
         authorize: Checks the request and its credential before `handle` is called.
 
     Request and reply are published on `key`/exchange, for recordings. A slow subscriber may lose
-    one, which shows in its number; a Stop never waits for a subscriber.
+    one, which shows in its number; a Stop never waits for a subscriber, nor behind other requests.
     """
 
     def handle_permitted(message: M, who: Credential | None) -> msgspec.Struct:
@@ -69,7 +71,7 @@ def serve_with_credential(
     key: str,
     kind: type[M],
     handle: Callable[[M, Credential | None], msgspec.Struct],
-) -> "zenoh.Queryable[None]":
+) -> QueryQueue:
     """Answer requests on a key as `serve` does; the handler gets the credential as well."""
     numbers = itertools.count(1)
     exchanges = session.declare_publisher(
@@ -85,7 +87,29 @@ def serve_with_credential(
         name = who.name if who is not None else ""
         exchanges.put(_exchange(next(numbers), name, payload, reply))
 
-    return session.declare_queryable(key, answer)
+    busy = encode(
+        ErrorReply(
+            error=f"more than {RATE_HZ:g} requests a second come on {key}: this one is refused; "
+            "try again when they have ended. Stop is always accepted"
+        )
+    )
+
+    def refuse(query: zenoh.Query) -> None:
+        with query:
+            query.reply(key, busy, encoding=zenoh.Encoding.APPLICATION_JSON)
+
+    return QueryQueue(session, key, answer, refuse, _is_stop if kind is ControlRequest else None)
+
+
+def _is_stop(query: zenoh.Query) -> bool:
+    """Return whether a query is a well-formed request to stop."""
+    payload = b"" if query.payload is None else query.payload.to_bytes()
+    if len(payload) > _MOST_STOP_BYTES or b'"stop"' not in payload:
+        return False
+    try:
+        return decode(payload, ControlRequest).action == "stop"
+    except msgspec.DecodeError:
+        return False
 
 
 def _exchange(number: int, name: str, payload: bytes, reply: bytes) -> bytes:

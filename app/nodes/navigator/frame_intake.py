@@ -84,15 +84,11 @@ class FrameIntake:
             kept = topic in _KEPT
             self._receivers[topic] = self._receiver(topic, stream)
             subscribe(session, f"{robot}/{topic}", self._receivers[topic], kept=kept)
-        subscribe(session, f"{robot}/{keys.TF}", self._note_tf)
         subscribe(session, f"{robot}/{keys.ENDED}", self._note_end)
 
     def inject(self, topic: str, payload: bytes) -> None:
         """Take a message that the navigator converted from another topic of the robot."""
         self._receivers[topic](payload)
-
-    def _note_tf(self, _: bytes) -> None:
-        self.has_tf = True
 
     def _note_end(self, payload: bytes) -> None:
         text = payload[:MAX_REASON].decode("utf-8", "replace")
@@ -112,6 +108,8 @@ class FrameIntake:
                 if topic == keys.COLOR:
                     self.ended = ""
                     self._arrived.notify()
+                elif topic == keys.TF:
+                    self.has_tf = True
 
         return receive
 

@@ -10,6 +10,7 @@ import numpy as np
 import zenoh
 
 from app.links.language_model.interface import LanguageModelInterface
+from app.links.network.query_queue import QueryQueue
 from app.links.network.sender import Sender
 from app.links.robot_streams.robot_detector import RobotDetector
 from app.memory.memory_file import memory_path
@@ -48,6 +49,9 @@ logger = logging.getLogger(__name__)
 
 IDLE_S: Final = 0.05
 STATUS_EVERY_S: Final = 0.4
+KEYFRAMES_HZ: Final = 5.0
+"""Requests for the whole map, which has megabytes, that are answered in a second."""
+KEYFRAMES_AT_ONCE: Final = 20
 
 
 class Navigator:
@@ -98,9 +102,10 @@ class Navigator:
         self._map = MapPublisher(
             session, robot, self._mission.voxel_map, config.keyframe_every_s, self._sender
         )
-        self._keyframes = session.declare_queryable(
-            f"{robot}/{keys.MAP_KEYFRAME}", self._queue_keyframe
-        )
+        self._keyframes = QueryQueue(
+            session, f"{robot}/{keys.MAP_KEYFRAME}", self._queue_keyframe,
+            rate_hz=KEYFRAMES_HZ, burst=KEYFRAMES_AT_ONCE,
+        )  # fmt: skip
         known = saved.voxel_map if saved is not None else None
         self._first_look = FirstLook(known, self._events.report)
         self._memory = self._keep_memory(session, map_was_read=known is not None)
@@ -238,7 +243,7 @@ class Navigator:
         names = room_names_path(Path(keep_map)) if keep_map else None
         rooms = RoomService(self._operations, self._events.report, names, map_was_read=map_was_read)
         self._room_endpoints = declare_endpoints(
-            session, self.config.robot, rooms, self._services.control.authorize
+            session, self.config.robot, rooms, self._services.authorize
         )
         self._mission.rooms.set_names(rooms.names)
         path = memory_path(Path(keep_map)) if keep_map else None

@@ -51,6 +51,7 @@ class GoalOutput:
         self._report = report
         self._lock = threading.Lock()
         self._numbers: dict[int, int] = {}
+        self._reported: tuple[int, GoalOutcome] | None = None
         self._in_force: tuple[int, int] | None = None
         self._last_ns = 0
         self._goal = _publisher(session, f"{robot}/{keys.NAVIGATION_GOAL}")
@@ -97,6 +98,9 @@ class GoalOutput:
         with self._lock:
             number = self._numbers.get(stamp_ns)
             current = self._in_force is not None and self._in_force[1] == stamp_ns
+            if self._reported == (stamp_ns, outcome):
+                return
+            self._reported = stamp_ns, outcome
         # What the navigator has cancelled itself is no news.
         if number is not None and (current or outcome is GoalOutcome.FAILED):
             self._report(number, outcome)

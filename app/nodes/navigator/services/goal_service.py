@@ -110,7 +110,7 @@ class GoalService:
             case "stop":
                 # The robot stops at once; the mission is told between two frames.
                 self._stop_latch.halt()
-                self._operations.enqueue(self._stop)
+                self._operations.enqueue_first(self._stop)
                 state: MissionState = "stopped"
             case "pause":
                 self._operations.enqueue(lambda mission: mission.operator.pause())
@@ -170,7 +170,7 @@ class GoalService:
             self._goals.confirm(find)
 
     def _resume(self, halts: int, mission: Mission) -> None:
-        # A stop that came after this resume prevails; its operation is queued next.
+        # A stop that came after this resume prevails.
         if self._stop_latch.release(if_count=halts):
             mission.operator.resume()
 

@@ -1,7 +1,9 @@
-"""Operations on the mission, queued by any thread and run by the mission's own thread."""
+"""Operations that other threads queue for the mission, and questions that it answers."""
 
 import logging
-import queue
+import threading
+import time
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Final, TypeVar
@@ -15,28 +17,53 @@ T = TypeVar("T")
 Operation = Callable[[Mission], None]
 ANSWER_S: Final = 1.8
 """Default time that a request waits for an answer; a step of the mission may be under way."""
+MAX_WAITING: Final = 200
+"""Operations that may wait before requests are refused."""
+ROUND_S: Final = 0.1
+"""Time after which the other operations wait for the next frame."""
 
 
 class OperationQueue:
-    """First-in, first-out queue of operations; `enqueue` and `ask` are safe from any thread."""
+    """First-in, first-out queue of operations; safe from any thread."""
 
     def __init__(self, wake: Callable[[], None]) -> None:
         """Create an empty queue; `wake` ends the mission thread's wait for a frame."""
         self.wake = wake
-        self._operations: queue.SimpleQueue[Operation] = queue.SimpleQueue()
+        self._lock = threading.Lock()
+        self._operations: deque[Operation] = deque()
 
     def enqueue(self, operation: Operation) -> None:
         """Queue an operation and wake the mission's thread."""
-        self._operations.put(operation)
+        with self._lock:
+            self._operations.append(operation)
         self.wake()
 
+    def enqueue_first(self, operation: Operation) -> None:
+        """Queue an operation before all others, once, and wake the mission's thread."""
+        with self._lock:
+            if not self._operations or self._operations[0] != operation:
+                self._operations.appendleft(operation)
+        self.wake()
+
+    def check_room(self) -> None:
+        """Refuse a request while too many operations wait.
+
+        Raises:
+            RequestRefusedError: More than `MAX_WAITING` wait.
+        """
+        if len(self._operations) > MAX_WAITING:
+            raise RequestRefusedError(
+                f"the navigator is busy: {MAX_WAITING} requests wait; try again in a moment"
+            )
+
     def run_queued(self, mission: Mission) -> None:
-        """Run the queued operations in order; called by the mission's thread."""
-        while True:
-            try:
-                operation = self._operations.get_nowait()
-            except queue.Empty:
-                return
+        """Run the queued operations in order, for `ROUND_S`; called by the mission's thread."""
+        until = time.monotonic() + ROUND_S
+        while time.monotonic() < until:
+            with self._lock:
+                if not self._operations:
+                    return
+                operation = self._operations.popleft()
             try:
                 operation(mission)
             except Exception:  # One failing request must not end the navigator.
@@ -46,8 +73,10 @@ class OperationQueue:
         """Return the answer that the mission's thread computes.
 
         Raises:
-            RequestRefusedError: The question raised `ValueError`, or no answer came in time.
+            RequestRefusedError: Too many operations wait, the question raised `ValueError`, or no
+                answer came in time.
         """
+        self.check_room()
         answer: Future[T] = Future()
 
         def run(mission: Mission) -> None:

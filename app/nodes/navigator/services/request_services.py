@@ -10,6 +10,7 @@ import zenoh
 
 from app.links.language_model.interface import LanguageModelInterface
 from app.links.network.latched_topic import LatchedTopic
+from app.links.network.query_queue import QueryQueue
 from app.links.network.requests import Authorize, allow_all, serve, serve_with_credential
 from app.links.network.sender import Sender
 from app.messages import keys
@@ -27,7 +28,7 @@ from app.messages.control import (
     VocabularyRequest,
 )
 from app.messages.driving import DriveRequest, GotoRequest, PaintRequest
-from app.messages.lease import LeaseRequest, TakeRequest
+from app.messages.lease import Credential, LeaseRequest, TakeRequest
 from app.messages.memory import RoomNameRequest, RoomsRequest
 from app.nodes.navigator.command.command_mux import CommandMux
 from app.nodes.navigator.command.command_stream import CommandStream
@@ -91,7 +92,7 @@ ENDPOINTS: Final = (
 
 def declare_endpoints(
     session: zenoh.Session, robot: str, service: object, authorize: Authorize = allow_all
-) -> "list[zenoh.Queryable[None]]":
+) -> list[QueryQueue]:
     """Declare the endpoints of one service; they exist as long as the returned objects.
 
     Args:
@@ -109,7 +110,7 @@ def declare_endpoints(
 
 def _declare(
     session: zenoh.Session, key: str, endpoint: Endpoint, service: object, authorize: Authorize
-) -> "zenoh.Queryable[None]":
+) -> QueryQueue:
     def handle(*request: Any) -> msgspec.Struct:
         return endpoint.handle(service, *request)
 
@@ -135,6 +136,7 @@ class RequestServices:
         model: LanguageModelInterface | None,
     ) -> None:
         robot = config.robot
+        self._operations = operations
         self.control = LeaseService()
         self.guidance = GuidanceService(
             config.labels,
@@ -178,5 +180,15 @@ class RequestServices:
             self.preview,
         )
         self._endpoints = [
-            declare_endpoints(session, robot, service, self.control.authorize) for service in served
+            declare_endpoints(session, robot, service, self.authorize) for service in served
         ]
+
+    def authorize(self, message: msgspec.Struct, who: Credential | None) -> None:
+        """Accept a command of the lease's holder while there is room for it, and every Stop.
+
+        Raises:
+            RequestRefusedError: Somebody else has control, or too many requests wait.
+        """
+        self.control.authorize(message, who)
+        if not (isinstance(message, ControlRequest) and message.action == "stop"):
+            self._operations.check_room()
