@@ -121,4 +121,6 @@ class QueryQueue:
                 answer(query)
             except zenoh.ZError as error:
                 logger.debug("%s: no reply was sent: %s", self._key, error)
+            except Exception:  # The next query must be answered.
+                logger.exception("a query on %s", self._key)
             del query

@@ -116,7 +116,7 @@ def _exchange(number: int, name: str, payload: bytes, reply: bytes) -> bytes:
     """Encode an exchange; a request that is not JSON is included as text."""
     try:
         msgspec.json.decode(payload)
-    except (msgspec.DecodeError, UnicodeDecodeError):
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         payload = msgspec.json.encode(payload[:MAX_QUOTED].decode(errors="replace"))
     return encode(
         Exchange(

@@ -102,10 +102,7 @@ class Navigator:
         self._map = MapPublisher(
             session, robot, self._mission.voxel_map, config.keyframe_every_s, self._sender
         )
-        self._keyframes = QueryQueue(
-            session, f"{robot}/{keys.MAP_KEYFRAME}", self._queue_keyframe,
-            rate_hz=KEYFRAMES_HZ, burst=KEYFRAMES_AT_ONCE,
-        )  # fmt: skip
+        self._keyframes = self._serve_keyframes(session)
         known = saved.voxel_map if saved is not None else None
         self._first_look = FirstLook(known, self._events.report)
         self._memory = self._keep_memory(session, map_was_read=known is not None)
@@ -334,6 +331,12 @@ class Navigator:
         )
         self._services.goals.state = status.state
         self._state.publish_status(status)
+
+    def _serve_keyframes(self, session: zenoh.Session) -> QueryQueue:
+        return QueryQueue(
+            session, f"{self.config.robot}/{keys.MAP_KEYFRAME}", self._queue_keyframe,
+            rate_hz=KEYFRAMES_HZ, burst=KEYFRAMES_AT_ONCE,
+        )  # fmt: skip
 
     def _queue_keyframe(self, query: zenoh.Query) -> None:
         if self._map.ask(query):

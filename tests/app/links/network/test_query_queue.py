@@ -1,0 +1,102 @@
+import queue
+import threading
+import time
+
+import pytest
+
+from app.links.network.query_queue import QueryQueue
+from app.links.network.requests import RequestRefusedError, ask, serve
+from app.messages.control import Accepted, ControlReply, ControlRequest, SearchRequest
+
+KEY = "robot/search"
+
+
+class Desk:
+    """Answers queries when it is let, in the order that it notes."""
+
+    def __init__(self):
+        self.answered = []
+        self.may_answer = threading.Semaphore(0)
+
+    def answer(self, query):
+        self.may_answer.acquire(timeout=30.0)
+        with query:
+            self.answered.append(text := query.payload.to_string())
+            query.reply(KEY, f"yes {text}")
+
+    def refuse(self, query):
+        with query:
+            query.reply(KEY, f"no {query.payload.to_string()}")
+
+
+def send(session, *texts):
+    """Send queries; return a queue that gets their replies."""
+    replies = queue.SimpleQueue()
+    for text in texts:
+        session.get(KEY, lambda r: replies.put(r.ok.payload.to_string()), payload=text, timeout=30)
+    return replies
+
+
+def test_what_comes_faster_than_the_rate_is_refused_and_after_a_while_admitted(sessions, caplog):
+    router, client = sessions
+    desk, now = Desk(), [100.0]
+    desk.may_answer.release(100)
+    QueryQueue(router, KEY, desk.answer, desk.refuse, rate_hz=2.0, burst=3, clock=lambda: now[0])
+    replies = send(client, *"abcde")
+    assert sorted(replies.get(timeout=10.0) for _ in range(5)) == [
+        "no d", "no e", "yes a", "yes b", "yes c",
+    ]  # fmt: skip
+    assert caplog.text.count("more than 2 queries a second") == 1
+    now[0] += 1.0
+    replies = send(client, *"fgh")
+    assert sorted(replies.get(timeout=10.0) for _ in range(3)) == ["no h", "yes f", "yes g"]
+
+
+def test_an_urgent_query_goes_before_those_that_wait_and_past_the_limit(sessions):
+    router, client = sessions
+    desk = Desk()
+    QueryQueue(router, KEY, desk.answer, None, lambda q: q.payload.to_string() == "stop", burst=3)
+    replies = send(client, *"abcdefg", "stop")
+    time.sleep(0.5)
+    desk.may_answer.release(10)
+    for _ in range(4):
+        replies.get(timeout=10.0)
+    assert desk.answered == ["a", "stop", "b", "c"]
+
+
+def test_a_failure_does_not_end_the_answers(sessions, caplog):
+    router, client = sessions
+    desk = Desk()
+    desk.may_answer.release(100)
+
+    def answer(query):
+        if query.payload.to_string() == "bad":
+            raise ZeroDivisionError
+        desk.answer(query)
+
+    QueryQueue(router, KEY, answer)
+    replies = send(client, "bad", "good")
+    assert replies.get(timeout=10.0) == "yes good"
+    assert "ZeroDivisionError" in caplog.text
+
+
+def test_a_request_too_many_is_told_so_and_a_stop_is_not(sessions):
+    router, client = sessions
+    stopped = ControlReply(state="stopped")
+    served = [
+        serve(router, KEY, SearchRequest, lambda request: Accepted(detail=request.object)),
+        serve(router, "robot/control", ControlRequest, lambda _: stopped),
+    ]
+
+    def exhaust(key, request, kind):
+        for _ in range(1000):
+            ask(client, key, request, kind, 5.0)
+
+    with pytest.raises(RequestRefusedError, match="more than 50 requests a second come on robot/"):
+        exhaust(KEY, SearchRequest(object="hat"), Accepted)
+    with pytest.raises(RequestRefusedError, match="Stop is always accepted"):
+        exhaust("robot/control", ControlRequest(action="pause"), ControlReply)
+    stop = ControlRequest(action="stop")
+    for _ in range(200):
+        assert ask(client, "robot/control", stop, ControlReply, 5.0).state == "stopped"
+    del served

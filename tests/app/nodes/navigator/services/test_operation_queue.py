@@ -1,0 +1,47 @@
+import time
+
+import pytest
+
+from app.links.network.requests import RequestRefusedError
+from app.nodes.navigator.services.operation_queue import MAX_WAITING, OperationQueue
+
+
+@pytest.fixture
+def operations():
+    return OperationQueue(wake=lambda: None)
+
+
+def test_they_run_in_order_and_what_is_first_goes_first_and_once(operations):
+    ran = []
+    operations.enqueue(lambda _: ran.append("a"))
+    operations.enqueue(lambda _: ran.append("b"))
+
+    def stop(_):
+        ran.append("stop")
+
+    operations.enqueue_first(stop)
+    operations.enqueue_first(stop)
+    operations.run_queued(None)
+    assert ran == ["stop", "a", "b"]
+
+
+def test_what_takes_long_waits_for_the_next_round(operations):
+    ran = []
+    for k in range(5):
+        operations.enqueue(lambda _, k=k: (time.sleep(0.06), ran.append(k)))
+    operations.run_queued(None)
+    assert 1 <= len(ran) <= 2
+    for _ in range(5):
+        operations.run_queued(None)
+    assert ran == [0, 1, 2, 3, 4]
+
+
+def test_requests_are_refused_while_too_many_wait(operations):
+    for _ in range(MAX_WAITING + 1):
+        operations.enqueue(lambda _: None)
+    with pytest.raises(RequestRefusedError, match="200 requests wait"):
+        operations.check_room()
+    with pytest.raises(RequestRefusedError, match="try again in a moment"):
+        operations.ask(lambda _: 1)
+    operations.run_queued(None)
+    operations.check_room()
