@@ -4,6 +4,7 @@ import logging
 import queue
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -48,6 +49,7 @@ WATCHDOG_S: Final = 0.25
 LABELS_WAIT_S: Final = 20.0
 ANSWER_WAIT_S: Final = 30.0
 """Time without an answer, in lock-step, after which the navigator counts as gone."""
+SPEEDS_KEPT: Final = 6000
 CAMERA_FRAME: Final = "camera_color_optical_frame"
 
 
@@ -91,6 +93,9 @@ class GroundTruth(msgspec.Struct, frozen=True, kw_only=True):
     collisions: int
     frames: int
     stamp_ns: int
+    speeds: list[tuple[float, float, float]] = []
+    """Of each physics step of the last two minutes in real time: linear and yaw rate, and the time
+    since the last command (m/s, rad/s, s)."""
 
 
 class RobotSim:
@@ -110,6 +115,8 @@ class RobotSim:
         self._lock = threading.Lock()
         self._tilt_rad = self.world.base.tilt_rad
         self._twist: StampedTwist | None = None
+        self._commanded_at = 0.0
+        self._speeds: deque[tuple[float, float, float]] = deque(maxlen=SPEEDS_KEPT)
         self._answers: queue.SimpleQueue[StampedTwist] = queue.SimpleQueue()
         self._labels: SegmentationLabels | None = None
         self._goals = SimulatedGoals()
@@ -154,6 +161,7 @@ class RobotSim:
             elif tick % tf_every == 0:
                 self._publish_transforms()
             self.world.step(self._fresh_command(), dt)
+            self._note_speed()
             self._report_goals()
             tick += 1
             due += dt / factor
@@ -218,9 +226,16 @@ class RobotSim:
         with self._lock:
             twist, self._twist = self._twist, None
             tilt = self._tilt_rad
+        if twist is not None:
+            self._commanded_at = time.monotonic()
         if twist is None and self.world.navigation is not None:
             return Command(tilt_rad=tilt, goal=self._goals.in_force(time.monotonic()))
         return None if twist is None else self._command(twist)
+
+    def _note_speed(self) -> None:
+        base, age_s = self.world.base, time.monotonic() - self._commanded_at
+        with self._lock:
+            self._speeds.append((base.linear_m_s, base.yaw_rate_rad_s, age_s))
 
     def _report_goals(self) -> None:
         if self.world.navigation is not None:
@@ -273,12 +288,15 @@ class RobotSim:
             self._labels = request
 
     def _answer_truth(self, query: zenoh.Query) -> None:
+        with self._lock:
+            speeds = list(self._speeds)
         with query:
             truth = GroundTruth(
                 trajectory=[tuple(p) for p in self.world.trajectory.tolist()],
                 collisions=self.world.collisions,
                 frames=self.world.frames,
                 stamp_ns=self.world.stamp_ns,
+                speeds=speeds,
             )
             query.reply(self._key(keys.SIM_TRUTH), msgspec.json.encode(truth))
 

@@ -93,6 +93,11 @@ def _config_of(
     """
     if command.align and command.map is None:
         raise UsageError("--align finds the robot's place in a kept map: name it with --map FILE")
+    if command.resume and (command.map is None or command.align):
+        raise UsageError(
+            "--resume goes on with the goals of --map FILE, in the same frame: it needs --map, and "
+            "does not go with --align"
+        )
     changes = beyond_flags(Navigate, read_config(command.config))
     try:
         profile = read_profile(command.profile)
@@ -115,6 +120,7 @@ def _config_of(
             look_every_s=command.llm.look_every_s,
             second_opinion=command.llm.second_opinion,
             labels=MATTERPORT_40 if voxel_map is None else voxel_map.labels,
+            resume=command.resume,
             keep_map="" if command.map is None else str(command.map),
             keep_searches=str(saved_searches_path(command.robot)),
         )

@@ -122,6 +122,11 @@ class Navigate:
     """File that stores map and goals, and beside it what is remembered (`ippon memory`): read at
     the start if it exists, written every ten seconds and at the end. Unfinished goals are restored,
     and the robot waits until you resume. Poses must be in the same world frame as before."""
+    resume: bool = False
+    """Go on with the goals of --map by itself if the last run was killed in mid-search within the
+    last two minutes, for a supervisor that starts the navigator again. The robot still waits for
+    Resume if the operator had stopped or paused it or drove it by hand, if the last run ended in
+    order, and if the map does not fit the first image."""
     config: Path | None = None
     """Configuration file, YAML or JSON, with any of the fields that `ippon config` prints. Flags
     override the file."""

@@ -197,11 +197,11 @@ class FirstLook:
         self.problem = ""
         """What is wrong, for the operator."""
 
-    def check(self, frame: Frame) -> None:
-        """Look at the first frame; later ones are ignored."""
+    def check(self, frame: Frame) -> bool:
+        """Look at the first frame; return whether it contradicts the map. Later ones do not."""
         voxel_map, self._map = self._map, None
         if voxel_map is None:
-            return
+            return False
         camera_world = frame.T_world_camera[:3, 3]
         share = contradiction(voxel_map, camera_world, seen_points(frame, _REACH_M), _WITHIN_M)
         if share > _DISAGREES:
@@ -210,6 +210,7 @@ class FirstLook:
                 "the robot's frame has changed: start again with --align"
             )
             self._report_event("error", self.problem)
+        return bool(self.problem)
 
 
 def said_registration(registration: Registration) -> str:

@@ -53,6 +53,8 @@ class NavigatorConfig:
     """Largest number of queued goals."""
     keep_map: str = ""
     """File that keeps map and goals between runs; empty keeps nothing."""
+    resume: bool = False
+    """Go on by itself with the goals of a run that was killed in mid-search."""
     keep_searches: str = ""
     """File of the saved searches; empty keeps them only while the process runs."""
 

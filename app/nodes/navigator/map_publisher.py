@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Final
 
@@ -10,6 +10,7 @@ import numpy as np
 import zenoh
 
 from app.links.network.latched_topic import LatchedTopic
+from app.links.network.query_queue import QueryQueue
 from app.links.network.sender import Sender
 from app.messages import keys
 from app.messages.control import encode
@@ -31,6 +32,9 @@ MAX_BACKLOG_BYTES: Final = 4 * 2**20
 """Unsent bytes above which changes of the map accumulate in the tracker instead."""
 MAX_WAITING: Final = 16
 """Largest number of pending requests for the whole map; more are dropped."""
+KEYFRAMES_HZ: Final = 5.0
+"""Requests for the whole map, which has megabytes, that are answered in a second."""
+KEYFRAMES_AT_ONCE: Final = 20
 
 
 class MapPublisher:
@@ -46,6 +50,7 @@ class MapPublisher:
     ) -> None:
         self._sender = sender
         self._keyframe_key = f"{robot}/{keys.MAP_KEYFRAME}"
+        self._requests: QueryQueue | None = None
         self._waiting: list[zenoh.Query] = []
         self._waiting_lock = threading.Lock()
         self._last: Snapshot | None = None
@@ -82,6 +87,19 @@ class MapPublisher:
         for key, payload in plan_messages(snapshot, before):
             self._plan[key].put(payload)
         self._last, self._republish = snapshot, max(0, self._republish - 1)
+
+    def serve(self, session: zenoh.Session, wake: Callable[[], None]) -> None:
+        """Take requests for the whole map; `wake` is called for each that `answer` will answer."""
+
+        def queue(query: zenoh.Query) -> None:
+            if self.ask(query):
+                wake()
+            else:
+                query.drop()
+
+        self._requests = QueryQueue(
+            session, self._keyframe_key, queue, rate_hz=KEYFRAMES_HZ, burst=KEYFRAMES_AT_ONCE
+        )
 
     def ask(self, query: zenoh.Query) -> bool:
         """Queue a request for the whole map until `answer`; safe from any thread.

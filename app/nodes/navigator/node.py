@@ -10,7 +10,6 @@ import numpy as np
 import zenoh
 
 from app.links.language_model.interface import LanguageModelInterface
-from app.links.network.query_queue import QueryQueue
 from app.links.network.sender import Sender
 from app.links.robot_streams.robot_detector import RobotDetector
 from app.memory.memory_file import memory_path
@@ -28,6 +27,7 @@ from app.nodes.navigator.profile_check import ProfileCheck
 from app.nodes.navigator.services.memory_service import MemoryService
 from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.services.request_services import RequestServices, declare_endpoints
+from app.nodes.navigator.services.restoration import restore_goals, run_state
 from app.nodes.navigator.services.room_service import RoomService
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.persistence import SavedState, StatePersistence
@@ -49,9 +49,6 @@ logger = logging.getLogger(__name__)
 
 IDLE_S: Final = 0.05
 STATUS_EVERY_S: Final = 0.4
-KEYFRAMES_HZ: Final = 5.0
-"""Requests for the whole map, which has megabytes, that are answered in a second."""
-KEYFRAMES_AT_ONCE: Final = 20
 
 
 class Navigator:
@@ -102,7 +99,7 @@ class Navigator:
         self._map = MapPublisher(
             session, robot, self._mission.voxel_map, config.keyframe_every_s, self._sender
         )
-        self._keyframes = self._serve_keyframes(session)
+        self._map.serve(session, self._intake.wake)
         known = saved.voxel_map if saved is not None else None
         self._first_look = FirstLook(known, self._events.report)
         self._memory = self._keep_memory(session, map_was_read=known is not None)
@@ -114,7 +111,10 @@ class Navigator:
         self._alive = session.liveliness().declare_token(f"{robot}/{keys.NAVIGATOR_ALIVE}")
         keep = Path(config.keep_map) if config.keep_map else None
         self._persistence = keep and StatePersistence(keep, self._events.report)
-        self._restore(saved)
+        if saved is not None:
+            restore_goals(
+                saved, self._services, self._mission, self._events.report, resume=config.resume
+            )
 
     def run(self, stop: StopSignal) -> None:
         """Answer frames and requests until stopped."""
@@ -164,7 +164,8 @@ class Navigator:
         """Integrate a frame, decide, command, publish."""
         started = time.perf_counter()
         frame = in_map_frame(frame, self._T_map_world)
-        self._first_look.check(frame)
+        if self._first_look.check(frame):
+            self._mission.operator.stop()
         try:
             self._mission.observe(frame)
         except FrameRejectedError as error:
@@ -192,7 +193,9 @@ class Navigator:
         self._conclude(result.snapshot)
         self._memory.step(frame, self._mission.search, self._mission.floor_z_m)
         if self._persistence is not None:
-            self._persistence.keep(self._mission.voxel_map, self._goals)
+            self._persistence.keep(
+                self._mission.voxel_map, self._goals, run_state(self._services, self._mission)
+            )
 
     def _command(self, result: StepResult, frame: Frame) -> None:
         """Command what the mission or the operator wants, after the safety filter."""
@@ -267,18 +270,6 @@ class Navigator:
 
     # -- goals -------------------------------------------------------------------------------
 
-    def _restore(self, saved: SavedState | None) -> None:
-        """Queue the goals of an earlier navigator, with the robot stopped."""
-        if saved is None or not saved.requests:
-            return
-        self._mission.operator.stop()
-        for request in saved.requests:
-            accepted = self._services.goals.search(request)
-            self._services.guidance.restore(accepted.goal_id, request.levels)
-        self._events.report(
-            "stopped", "the goals of the last run are restored: press Resume to let the robot move"
-        )
-
     def _start_next_goal(self) -> None:
         now = time.monotonic()
         started = self._goals.next(now, hold=now < self._hold_until)
@@ -331,15 +322,3 @@ class Navigator:
         )
         self._services.goals.state = status.state
         self._state.publish_status(status)
-
-    def _serve_keyframes(self, session: zenoh.Session) -> QueryQueue:
-        return QueryQueue(
-            session, f"{self.config.robot}/{keys.MAP_KEYFRAME}", self._queue_keyframe,
-            rate_hz=KEYFRAMES_HZ, burst=KEYFRAMES_AT_ONCE,
-        )  # fmt: skip
-
-    def _queue_keyframe(self, query: zenoh.Query) -> None:
-        if self._map.ask(query):
-            self._intake.wake()
-        else:
-            query.drop()

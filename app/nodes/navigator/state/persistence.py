@@ -1,7 +1,8 @@
 """Saves the map and the unfinished goals for the next start of the navigator.
 
 The map is one file (see `ippon.mapping.map_file`), the goals are JSON beside it. Both are replaced
-atomically, so that a crash leaves the previous version.
+atomically, so that a crash leaves the previous version. A third file exists while the navigator
+runs: who finds it at a start knows that the last run was killed, and what it did then.
 """
 
 import logging
@@ -15,6 +16,7 @@ from typing import Final
 import msgspec
 
 from app.messages.control import SearchRequest
+from app.messages.driving import DriveModeName
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.planned_search import PlannedSearch
 from ippon.atomic_file import replace_file
@@ -28,6 +30,9 @@ logger = logging.getLogger(__name__)
 
 SAVE_EVERY_S: Final = 10.0
 FIRST_AFTER_S: Final = 5.0
+RECENT_S: Final = 120.0
+"""Age of the last sign of a killed run from which the next one does not go on by itself: the robot
+may have been moved."""
 
 
 class SavedGoal(SearchRequest, frozen=True, kw_only=True):
@@ -45,6 +50,22 @@ class SavedState:
     """None if no map was written before it ended."""
     requests: tuple[SavedGoal, ...]
     """The active goal and the queued ones, in order."""
+    interrupted: "RunState | None" = None
+    """What the last run did when it was killed; None if it ended by itself, or long ago."""
+
+
+class RunState(msgspec.Struct, frozen=True, kw_only=True):
+    """What a navigator does, for the one that follows it after a crash."""
+
+    held: bool
+    """The operator has stopped or paused it."""
+    mode: DriveModeName
+    speed_limit: float
+
+    @property
+    def may_go_on(self) -> bool:
+        """Whether its successor may move the robot without asking."""
+        return not self.held and self.mode == "auto"
 
 
 def read_saved_state(path: Path, config: MapConfig) -> SavedState | None:
@@ -68,7 +89,9 @@ def read_saved_state(path: Path, config: MapConfig) -> SavedState | None:
             requests = msgspec.json.decode(goals.read_bytes(), type=list[SavedGoal])
         except msgspec.MsgspecError as error:
             raise MapFileError(f"{goals.name} holds no goals: {error}; remove it") from error
-    return SavedState(voxel_map=voxel_map, requests=tuple(requests))
+    return SavedState(
+        voxel_map=voxel_map, requests=tuple(requests), interrupted=_read_run_state(_run_path(path))
+    )
 
 
 class StatePersistence:
@@ -87,9 +110,11 @@ class StatePersistence:
         self._writer: threading.Thread | None = None
         self._problem = ""
         self._reported = False
+        self._run: tuple[RunState, float] | None = None
 
-    def keep(self, voxel_map: VoxelMap, goals: GoalQueue) -> None:
+    def keep(self, voxel_map: VoxelMap, goals: GoalQueue, run: RunState) -> None:
         """Write what changed, if it is due: called by the mission's thread after every step."""
+        self._keep_run(run)
         if self._problem and not self._reported:
             self._reported = True
             self._report_event("error", self._problem)
@@ -112,6 +137,7 @@ class StatePersistence:
             self._writer.join()
         self._keep_goals(goals)
         self._write(*voxel_map.capture())
+        _run_path(self._path).unlink(missing_ok=True)
         if self._problem:
             logger.error("%s", self._problem)
 
@@ -123,6 +149,17 @@ class StatePersistence:
             self._revision = -1
         else:
             self._problem, self._reported = "", False
+
+    def _keep_run(self, run: RunState) -> None:
+        now = time.monotonic()
+        if self._run is not None and self._run[0] == run and now - self._run[1] < self._every_s:
+            return
+        self._run = run, now
+        path = _run_path(self._path)
+        try:
+            replace_file(path, msgspec.json.encode(run))
+        except OSError as error:
+            self._problem = f"the state is not kept in {path.name}: {error.strerror or error}"
 
     def _keep_goals(self, goals: GoalQueue) -> None:
         content = msgspec.json.encode(_requests_of(goals.unfinished()))
@@ -139,6 +176,20 @@ class StatePersistence:
 
 def _goals_path(path: Path) -> Path:
     return path.with_name(path.name + ".goals.json")
+
+
+def _run_path(path: Path) -> Path:
+    return path.with_name(path.name + ".run.json")
+
+
+def _read_run_state(path: Path) -> RunState | None:
+    """Return the state of a run that was killed a moment ago."""
+    try:
+        if time.time() - path.stat().st_mtime > RECENT_S:
+            return None
+        return msgspec.json.decode(path.read_bytes(), type=RunState)
+    except (OSError, msgspec.MsgspecError):
+        return None
 
 
 def _requests_of(searches: Sequence[PlannedSearch]) -> list[SavedGoal]:

@@ -1,5 +1,6 @@
 """What a navigator leaves behind, and what the next one makes of it."""
 
+import os
 import queue
 import threading
 
@@ -13,7 +14,12 @@ from app.messages.control import GuidanceRequest, SearchRequest, decode
 from app.messages.status import LevelTable
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.node import Navigator
-from app.nodes.navigator.state.persistence import StatePersistence, read_saved_state
+from app.nodes.navigator.state.persistence import (
+    RECENT_S,
+    RunState,
+    StatePersistence,
+    read_saved_state,
+)
 from ippon.camera import PinholeCamera
 from ippon.errors import MapFileError
 from ippon.frame import Frame
@@ -24,6 +30,7 @@ from ippon.mission.snapshot import MissionState
 from ippon.vocabulary import MATTERPORT_40
 from tests.app.nodes.navigator.conftest import run_next, search
 
+RUN = RunState(held=False, mode="auto", speed_limit=0.5)
 CONFIG = MapConfig(voxel_size_m=0.2, memory_limit_mb=128.0)
 
 
@@ -57,7 +64,7 @@ def test_map_and_goals_are_there_for_the_next_start(open_office, voxel_map, tmp_
     search(office, "mug", "", start=False)
     path = tmp_path / "home.map"
     persistence = StatePersistence(path, lambda *_: None, every_s=0.0)
-    persistence.keep(voxel_map, office.goals)
+    persistence.keep(voxel_map, office.goals, RUN)
     persistence.close(voxel_map, office.goals)
     kept = read_saved_state(path, CONFIG)
     assert [(r.object, r.context) for r in kept.requests] == [("hat", "on the sofa"), ("mug", "")]
@@ -92,7 +99,7 @@ def test_the_goals_of_a_tour_that_were_not_found_are_one_tour_again(
     office.goals.next()
     office.goals.conclude("found", 1)
     path = tmp_path / "home.map"
-    StatePersistence(path, lambda *_: None).keep(office.mission.voxel_map, office.goals)
+    StatePersistence(path, lambda *_: None).keep(office.mission.voxel_map, office.goals, RUN)
     kept = read_saved_state(path, CONFIG)
     assert [(r.object, r.joins) for r in kept.requests] == [
         ("mug", None), ("keys", 1), ("plant", None)
@@ -118,7 +125,7 @@ def test_levels_that_the_operator_set_are_there_for_the_next_start(
         run_next(office)
     search(office, "mug", "", start=False)
     path = tmp_path / "home.map"
-    StatePersistence(path, lambda *_: None).keep(voxel_map, office.goals)
+    StatePersistence(path, lambda *_: None).keep(voxel_map, office.goals, RUN)
     kept = read_saved_state(path, CONFIG)
     assert [r.levels for r in kept.requests] == [{"toilet": "near", "sofa": "average"}, {}]
     navigator, stop = Navigator(NavigatorConfig(robot="s"), router, saved=kept), threading.Event()
@@ -160,7 +167,7 @@ def test_a_goal_that_is_over_is_not_taken_up(open_office, voxel_map, tmp_path):
     search(office)
     office.goals.conclude("found")
     persistence = StatePersistence(tmp_path / "home.map", lambda *_: None)
-    persistence.keep(voxel_map, office.goals)
+    persistence.keep(voxel_map, office.goals, RUN)
     kept = read_saved_state(tmp_path / "home.map", CONFIG)
     assert kept.requests == ()
     assert kept.voxel_map is None, "it is too early for the map"
@@ -173,7 +180,7 @@ def test_a_disk_that_is_full_is_told_once(open_office, voxel_map, tmp_path):
         tmp_path / "missing" / "home.map", lambda *event: told.append(event), every_s=0.0
     )
     for _ in range(4):
-        persistence.keep(voxel_map, goals)
+        persistence.keep(voxel_map, goals, RUN)
         if persistence._writer is not None:
             persistence._writer.join()
     assert [kind for kind, _ in told] == ["error"]
@@ -195,3 +202,27 @@ def test_what_is_no_map_is_refused_with_a_reason(voxel_map, tmp_path):
     (tmp_path / "home.map.goals.json").write_text('[{"object": "hat", "levels": {"bed": "high"}}]')
     with pytest.raises(MapFileError, match="holds no goals: Invalid enum value 'high'"):
         read_saved_state(path, CONFIG)
+
+
+def test_a_killed_run_is_told_from_one_that_ended(open_office, voxel_map, tmp_path):
+    path, office = tmp_path / "home.map", open_office()
+    search(office, "hat")
+    persistence = StatePersistence(path, lambda *_: None)
+    persistence.keep(voxel_map, office.goals, RUN)
+    assert read_saved_state(path, CONFIG).interrupted == RUN
+    held = RunState(held=True, mode="auto", speed_limit=1.0)
+    persistence.keep(voxel_map, office.goals, held)
+    assert not read_saved_state(path, CONFIG).interrupted.may_go_on
+    run_file = tmp_path / "home.map.run.json"
+    long_ago = run_file.stat().st_mtime - RECENT_S - 1.0
+    os.utime(run_file, (long_ago, long_ago))
+    assert read_saved_state(path, CONFIG).interrupted is None
+    run_file.write_text("{")
+    assert read_saved_state(path, CONFIG).interrupted is None
+    persistence.close(voxel_map, office.goals)
+    assert not run_file.exists()
+
+
+def test_who_drove_by_hand_is_not_succeeded_by_the_plan():
+    assert RUN.may_go_on
+    assert not RunState(held=False, mode="manual", speed_limit=1.0).may_go_on
