@@ -4,7 +4,6 @@ import logging
 import queue
 import threading
 import time
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -30,6 +29,7 @@ from app.messages.motion import (
 from app.messages.navigation import encode_goal_status
 from app.messages.perception.heatmaps import encode_heatmap
 from app.messages.status import SegmentationLabels
+from app.nodes.simulated_drive import SimulatedDrive, Speed
 from app.nodes.simulated_goals import SimulatedGoals
 from app.process.stop_signal import ProcessStopSignal, StopSignal
 from ippon.command import Command
@@ -49,7 +49,6 @@ WATCHDOG_S: Final = 0.25
 LABELS_WAIT_S: Final = 20.0
 ANSWER_WAIT_S: Final = 30.0
 """Time without an answer, in lock-step, after which the navigator counts as gone."""
-SPEEDS_KEPT: Final = 6000
 CAMERA_FRAME: Final = "camera_color_optical_frame"
 
 
@@ -93,9 +92,8 @@ class GroundTruth(msgspec.Struct, frozen=True, kw_only=True):
     collisions: int
     frames: int
     stamp_ns: int
-    speeds: list[tuple[float, float, float]] = []
-    """Of each physics step of the last two minutes in real time: linear and yaw rate, and the time
-    since the last command (m/s, rad/s, s)."""
+    speeds: list[Speed] = []
+    """Of each physics step of the last two minutes."""
 
 
 class RobotSim:
@@ -114,9 +112,7 @@ class RobotSim:
         self._session = session
         self._lock = threading.Lock()
         self._tilt_rad = self.world.base.tilt_rad
-        self._twist: StampedTwist | None = None
-        self._commanded_at = 0.0
-        self._speeds: deque[tuple[float, float, float]] = deque(maxlen=SPEEDS_KEPT)
+        self._drive = SimulatedDrive(1.0 if config.speed == "max" else float(config.speed))
         self._answers: queue.SimpleQueue[StampedTwist] = queue.SimpleQueue()
         self._labels: SegmentationLabels | None = None
         self._goals = SimulatedGoals()
@@ -161,7 +157,7 @@ class RobotSim:
             elif tick % tf_every == 0:
                 self._publish_transforms()
             self.world.step(self._fresh_command(), dt)
-            self._note_speed()
+            self._drive.note(self.world.base, self.world.stamp_ns)
             self._report_goals()
             tick += 1
             due += dt / factor
@@ -223,19 +219,12 @@ class RobotSim:
 
     def _fresh_command(self) -> Command | None:
         """Return the command since the last step; None lets the base's watchdog count."""
+        twist = self._drive.fresh(self.world.stamp_ns)
         with self._lock:
-            twist, self._twist = self._twist, None
             tilt = self._tilt_rad
-        if twist is not None:
-            self._commanded_at = time.monotonic()
         if twist is None and self.world.navigation is not None:
             return Command(tilt_rad=tilt, goal=self._goals.in_force(time.monotonic()))
         return None if twist is None else self._command(twist)
-
-    def _note_speed(self) -> None:
-        base, age_s = self.world.base, time.monotonic() - self._commanded_at
-        with self._lock:
-            self._speeds.append((base.linear_m_s, base.yaw_rate_rad_s, age_s))
 
     def _report_goals(self) -> None:
         if self.world.navigation is not None:
@@ -269,8 +258,7 @@ class RobotSim:
 
     def _on_twist(self, payload: bytes) -> None:
         twist = decode_twist(payload)
-        with self._lock:
-            self._twist = twist
+        self._drive.take(twist)
         if self._config.speed == "max":
             self._answers.put(twist)
 
@@ -288,15 +276,13 @@ class RobotSim:
             self._labels = request
 
     def _answer_truth(self, query: zenoh.Query) -> None:
-        with self._lock:
-            speeds = list(self._speeds)
         with query:
             truth = GroundTruth(
                 trajectory=[tuple(p) for p in self.world.trajectory.tolist()],
                 collisions=self.world.collisions,
                 frames=self.world.frames,
                 stamp_ns=self.world.stamp_ns,
-                speeds=speeds,
+                speeds=self._drive.speeds(),
             )
             query.reply(self._key(keys.SIM_TRUTH), msgspec.json.encode(truth))
 

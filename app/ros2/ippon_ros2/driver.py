@@ -14,6 +14,8 @@ logger = logging.getLogger(__name__)
 
 WATCHDOG_S = 0.3
 """Age of a command from which the robot gets zero velocity."""
+LATEST_S = 1.0
+"""Age of the image that a command answers from which the robot gets zero velocity instead."""
 ZEROS_S = 1.0
 """How long zero velocity is repeated; after that another source may drive the robot."""
 
@@ -36,7 +38,13 @@ class Driver:
         self._at = -math.inf
         self._stamp = -math.inf
         self._moving = self._driving = False
+        self._image: tuple[float, float] | None = None
+        self._late = False
         self.refused = self.clamped = 0
+
+    def saw_image(self, stamp: float, now: float) -> None:
+        """Note an image on its way to the navigator: stamp (s), and the time that it passed."""
+        self._image = stamp, now
 
     def take(self, payload: bytes, now: float) -> None:
         """Pass on a serialized TwistStamped that has just arrived; `now` is monotonic seconds."""
@@ -63,8 +71,31 @@ class Driver:
                         "a command of %.2f m/s and %.2f rad/s exceeds the profile's limits: "
                         "reduced", linear, turn,
                     )  # fmt: skip
+            if safe != (0.0, 0.0) and self._is_late(stamp, now):
+                safe = 0.0, 0.0
             self._moving = safe != (0.0, 0.0)
             self._send(*safe)
+
+    def _is_late(self, stamp: float, now: float) -> bool:
+        """Tell whether a command answers an image that is too old; only image stamps are compared.
+
+        A slow network delivers commands at their rate, and each of them seconds late.
+        """
+        image = self._image
+        if image is None or stamp == 0.0:
+            return False
+        age = image[0] - stamp + now - image[1]
+        late = age > LATEST_S
+        if late != self._late:
+            self._late = late
+            if late:
+                logger.warning(
+                    "commands answer images that are %.1f s old: the robot gets zero velocity; "
+                    "the network or the navigator is too slow", age,
+                )  # fmt: skip
+            else:
+                logger.info("commands are in time again")
+        return late
 
     def tick(self, now: float) -> None:
         """Send zero velocity where commands have stopped."""

@@ -20,7 +20,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from .driver import Driver
 from .goal_clients import GoalAction, GoalTopic
 from .goals import Goals
-from .serialized import RateLimit, goal_status
+from .serialized import RateLimit, goal_status, stamp_of
 from .settings import (
     COMMANDS,
     FLOAT,
@@ -161,6 +161,9 @@ class BridgeNode(Node):  # type: ignore[misc]
         stream.received += 1
         if limit.passes(payload):
             put(payload)
+            stamp = stamp_of(payload) if stream is self.streams.get("color") else None
+            if stamp is not None:
+                self.driver.saw_image(stamp, time.monotonic())
             stream.carried += 1
             stream.bytes += len(payload)
 

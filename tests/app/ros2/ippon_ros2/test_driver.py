@@ -79,3 +79,24 @@ def test_stop_sends_zero_at_once(driver, sent):
     assert sent[-1] == (0.0, 0.0)
     driver.tick(0.1)
     assert len(sent) == 2
+
+
+def test_a_command_that_answers_an_old_image_stops_the_robot(driver, sent, caplog):
+    caplog.set_level(logging.INFO)
+    driver.saw_image(100.0, 7.0)
+    driver.take(twist(0.3, stamp_s=99.8), 7.1)
+    driver.take(twist(0.3, stamp_s=99.8), 7.9)
+    driver.saw_image(101.0, 8.0)
+    driver.take(twist(0.4, stamp_s=99.9), 8.1)
+    driver.take(twist(0.4, stamp_s=100.9), 8.2)
+    assert sent == [(0.3, 0.0), (0.0, 0.0), (0.0, 0.0), (0.4, 0.0)]
+    assert caplog.text.count("answer images that are 1.1 s old") == 1
+    assert caplog.text.count("in time again") == 1
+
+
+def test_a_command_without_a_stamp_and_one_of_another_clock_pass(driver, sent):
+    driver.take(twist(0.1, stamp_s=5.0), 1.0)
+    driver.saw_image(100.0, 7.0)
+    driver.take(twist(0.2, stamp_s=0.0), 7.5)
+    driver.take(twist(0.3, stamp_s=5000.0), 7.5)
+    assert [linear for linear, _ in sent] == [0.1, 0.2, 0.3]

@@ -1,0 +1,170 @@
+"""Faults in mid-search: the robot stands half a second after the last command, and goes on."""
+
+import os
+import random
+import sys
+import time
+
+import pytest
+
+from tests.app.faulty_search import FaultySearch, coasted_s, freeze, starve
+from tests.app.lossy_relay import LossyRelay
+
+pytestmark = [pytest.mark.process, pytest.mark.slow]
+
+STAND_S = 0.5
+BACK_S = 5.0
+LATENCY_S = 0.3
+LOSS = 0.1
+
+
+@pytest.fixture
+def line(free_endpoint):
+    """The robot's link to the navigator."""
+    relay = LossyRelay(int(free_endpoint.rsplit(":", 1)[1]), 0.0, 0.0)
+    yield relay
+    relay.close()
+
+
+@pytest.fixture
+def search(launch, free_endpoint, tmp_path, line):
+    search = FaultySearch(launch, free_endpoint, tmp_path, f"tcp/127.0.0.1:{line.port}")
+    search.start_navigator()
+    search.search("toilet")
+    search.start_robot()
+    search.wait_until_moving()
+    yield search
+    search.close()
+
+
+def check_safe(search):
+    truth = search.truth()
+    assert truth.speeds
+    assert coasted_s(truth) <= STAND_S
+    assert truth.collisions == 0
+
+
+def test_a_killed_navigator_is_succeeded_by_one_that_goes_on(search, tmp_path):
+    # The map is written for the first time after five seconds.
+    while not (tmp_path / "home.map").exists():
+        time.sleep(0.1)
+    before = search.wait_for(lambda s: s.surface_voxels > 500)
+    search.wait_until_moving()
+    search.navigator.child.kill()
+    search.navigator.child.wait()
+    began = search.start_navigator()
+    assert search.wait_until_moving() - began < BACK_S
+    after = search.wait_for(lambda s: s.frames > 3)
+    assert after.goal is not None
+    assert (after.goal.object, after.goal.outcome) == (before.goal.object, "active")
+    assert after.surface_voxels > 0.6 * before.surface_voxels
+    check_safe(search)
+
+
+def test_an_operators_stop_outlives_the_navigator(search, tmp_path):
+    while not (tmp_path / "home.map").exists():
+        time.sleep(0.1)
+    search.control("stop")
+    search.wait_for(lambda s: s.state == "stopped")
+    time.sleep(0.5)
+    search.navigator.child.kill()
+    search.navigator.child.wait()
+    search.start_navigator()
+    status = search.wait_for(lambda s: s.frames > 3)
+    assert status.state == "stopped"
+    search.control("resume")
+    search.wait_until_moving()
+
+
+def test_a_frozen_and_a_starved_navigator(search):
+    freeze(search.navigator, 3.0)
+    search.wait_until_moving()
+    starve(search.navigator, 3.0)
+    search.wait_until_moving()
+    check_safe(search)
+
+
+def test_a_robot_that_freezes_and_one_that_starves(search):
+    freeze(search.robot, 3.0)
+    search.wait_until_moving()
+    starve(search.robot, 3.0, share=0.3)
+    search.wait_until_moving()
+    check_safe(search)
+
+
+def test_a_link_that_breaks_and_one_that_is_slow_and_loses_much(search, line):
+    line.cut()
+    search.wait_until_moving()
+    line.latency_s, line.loss = LATENCY_S, LOSS
+    time.sleep(8.0)
+    line.latency_s, line.loss = 0.0, 0.0
+    search.wait_until_moving()
+    check_safe(search)
+    # With the rate that TCP Reno has left, images do not pass: the robot stands, and it is said.
+    line.rate = LossyRelay.reno_rate(LATENCY_S, LOSS)
+    search.wait_for(lambda s: s.state == "lost", 20.0)
+    line.rate = None
+    search.wait_for(lambda s: s.state != "lost", 30.0)
+    check_safe(search)
+
+
+class Campaign:
+    """One fault of each kind, chosen at random."""
+
+    def __init__(self, search, line, launch, seed):
+        self._search, self._line, self._launch = search, line, launch
+        self._random = random.Random(seed)
+        self._recorder = None
+
+    def strike(self):
+        """Do one; return its name."""
+        name = self._random.choice(
+            ["kill", "freeze", "starve", "freeze robot", "starve robot", "cut", "bad link"]
+        )
+        search, line = self._search, self._line
+        match name:
+            case "kill":
+                search.navigator.child.kill()
+                search.navigator.child.wait()
+                search.start_navigator()
+            case "freeze":
+                freeze(search.navigator, 3.0)
+            case "starve":
+                starve(search.navigator, 5.0)
+            case "freeze robot":
+                freeze(search.robot, 3.0)
+            case "starve robot":
+                starve(search.robot, 5.0, share=0.3)
+            case "cut":
+                line.cut()
+            case "bad link":
+                line.latency_s, line.loss = LATENCY_S, LOSS
+                time.sleep(8.0)
+                line.latency_s, line.loss = 0.0, 0.0
+        return name
+
+
+@pytest.mark.large
+@pytest.mark.timeout(1800)
+def test_a_fault_every_twenty_seconds(search, line, launch):
+    seconds = float(os.environ.get("IPPON_FAULTS_S", "600"))
+    campaign = Campaign(search, line, launch, seed=1)
+    until = time.monotonic() + seconds
+    done, goals = [], 0
+    while time.monotonic() < until:
+        next_at = time.monotonic() + 20.0
+        done.append(campaign.strike())
+        # Recovered without a restart: frames come again, and the state says what is done.
+        status = search.wait_for(lambda s: s.state != "lost" and s.frames > 3, 20.0)
+        truth = search.truth()
+        assert coasted_s(truth) <= STAND_S, done
+        assert truth.collisions == 0, done
+        if status.goal is None or status.goal.outcome != "active":
+            goals += 1
+            search.search(("bed", "sofa", "toilet")[goals % 3])
+        time.sleep(max(0.0, next_at - time.monotonic()))
+        sys.stdout.write(
+            f"{done[-1]}: {status.state}, {search.memory_mb():.0f} MB, {goals} goals\n"
+        )
+    assert search.memory_mb() < 1200.0
+    assert len(done) >= 0.7 * seconds / 20.0
