@@ -23,7 +23,7 @@ class LossyRelay:
         self.latency_s, self.loss, self.rate = latency_s, loss, rate
         self._to = ("127.0.0.1", port)
         self._random = random.Random(seed)
-        self._ends = []
+        self._ends, self._closed = [], False
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port = self._listener.getsockname()[1]
         self._threads = [threading.Thread(target=self._accept, daemon=True)]
@@ -41,6 +41,7 @@ class LossyRelay:
                 end.shutdown(socket.SHUT_RDWR)
 
     def close(self):
+        self._closed = True
         with contextlib.suppress(OSError):
             self._listener.shutdown(socket.SHUT_RDWR)
         self._listener.close()
@@ -75,13 +76,22 @@ class LossyRelay:
                     free_at = max(free_at, now) + len(data) / self.rate
                     now = free_at
                 due = max(due, now + self.latency_s + self._resent_s(len(data)))
-                late.put((due, data))
-        late.put((0.0, b""))
+                self._put(late, (due, data))
+        self._put(late, (0.0, b""))
+
+    def _put(self, late, item):
+        while not self._closed:
+            with contextlib.suppress(queue.Full):
+                return late.put(item, timeout=0.2)
+        return None
 
     def _give(self, late, sink):
         with contextlib.suppress(OSError):
-            while True:
-                due, data = late.get()
+            while not self._closed:
+                try:
+                    due, data = late.get(timeout=0.2)
+                except queue.Empty:
+                    continue
                 if not data:
                     break
                 time.sleep(max(0.0, due - time.monotonic()))

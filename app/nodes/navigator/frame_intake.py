@@ -10,6 +10,7 @@ import zenoh
 
 from app.links.network.subscription import subscribe
 from app.links.robot_streams.assembler import FrameAssembler, assemble
+from app.links.robot_streams.lateness import Lateness
 from app.links.robot_streams.robot_detector import RobotDetector
 from app.links.robot_streams.stream_monitor import StreamMonitor
 from app.messages import keys
@@ -72,6 +73,7 @@ class FrameIntake:
         self.has_tf = False
         """The robot publishes tf."""
         self._framed_at = self._came_at = 0.0
+        self._lateness = Lateness()
         self._report = report
         self._arrived = threading.Condition()
         self._waiting: dict[str, deque[tuple[float, bytes]]] = {}
@@ -141,11 +143,18 @@ class FrameIntake:
             self.frames += 1
             self._framed_at = time.monotonic()
             self.arrived_at = self._arrivals.get(frame.stamp_ns, self._came_at)
+            self._lateness.add(frame.stamp_ns, self.arrived_at)
         return frame
 
     def notes(self) -> tuple[str, ...]:
-        """Return notes for the operator about the detections."""
+        """Return notes for the operator about detections and delays."""
         notes = [self.assembler.detector.refusal()]
+        late_s = self._lateness.late_s()
+        if late_s > 0.0:
+            notes.append(
+                f"images arrive {late_s:.1f} s later than they did: the network is too slow, and "
+                "the robot refuses commands that answer old images"
+            )
         if self.assembler.unmatched >= UNMATCHED:
             notes.append(
                 "no image has the stamp of the detections: a detector must copy the header of "

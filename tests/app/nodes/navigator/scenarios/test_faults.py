@@ -100,11 +100,18 @@ def test_a_link_that_breaks_and_one_that_is_slow_and_loses_much(search, line):
     line.latency_s, line.loss = 0.0, 0.0
     search.wait_until_moving()
     check_safe(search)
-    # With the rate that TCP Reno has left, images do not pass: the robot stands, and it is said.
+
+
+def test_a_link_whose_images_are_seconds_late_moves_nothing(search, line):
+    # The rate that TCP Reno has left with this latency and loss: what is queued comes in order, at
+    # its full rate, and seconds late. Commands that answer it are refused.
     line.rate = LossyRelay.reno_rate(LATENCY_S, LOSS)
-    search.wait_for(lambda s: s.state == "lost", 20.0)
+    search.wait_for(lambda s: any("later than they did" in note for note in s.notes), 40.0)
+    before = search.truth().trajectory
+    assert search.truth().trajectory == before
     line.rate = None
-    search.wait_for(lambda s: s.state != "lost", 30.0)
+    search.wait_until_moving()
+    search.wait_for(lambda s: not s.notes and s.state != "lost", 60.0)
     check_safe(search)
 
 
