@@ -18,7 +18,7 @@ def test_images_that_a_network_queues_are_late_until_it_is_forgotten():
     feed(lateness, range(70, 90), 0.3)
     assert lateness.late_s() == 0.0
     feed(lateness, range(90, 90 + round(4 * WINDOW_S)), 2.4)
-    assert lateness.late_s() == pytest.approx(2.1)
+    assert lateness.late_s() > 2.0
     feed(lateness, range(90 + round(4 * WINDOW_S), 110 + round(5 * WINDOW_S)), 2.4)
     assert lateness.late_s() == 0.0, "that is its delay now"
 
