@@ -111,10 +111,8 @@ class Navigator:
         self._alive = session.liveliness().declare_token(f"{robot}/{keys.NAVIGATOR_ALIVE}")
         keep = Path(config.keep_map) if config.keep_map else None
         self._persistence = keep and StatePersistence(keep, self._events.report)
-        if saved is not None:
-            restore_goals(
-                saved, self._services, self._mission, self._events.report, resume=config.resume
-            )
+        report = self._events.report
+        restore_goals(saved, self._services, self._mission, report, resume=config.resume)
 
     def run(self, stop: StopSignal) -> None:
         """Answer frames and requests until stopped."""

@@ -16,7 +16,7 @@ def run_state(services: RequestServices, mission: Mission) -> RunState:
 
 
 def restore_goals(
-    saved: SavedState,
+    saved: SavedState | None,
     services: RequestServices,
     mission: Mission,
     report_event: Callable[[str, str], None],
@@ -26,13 +26,13 @@ def restore_goals(
     """Queue the goals of an earlier navigator.
 
     Args:
-        saved: What it left behind.
+        saved: What it left behind; None for nothing.
         services: Take the goals.
         mission: Is stopped unless it may go on.
         report_event: Tells the operator.
         resume: Go on if the last run was killed in mid-search.
     """
-    if not saved.requests:
+    if saved is None or not saved.requests:
         return
     interrupted = saved.interrupted if resume else None
     goes_on = interrupted is not None and interrupted.may_go_on
