@@ -17,7 +17,7 @@ from ippon.memory.instance_memory import MemoryChanges
 
 APPLICATION_ID: Final = 0x4950504D
 """IPPM in ASCII."""
-VERSION: Final = 2
+VERSION: Final = 3
 SUFFIX: Final = ".memory"
 _SCHEMA: Final = """
 CREATE TABLE about (robot TEXT NOT NULL);
@@ -26,11 +26,18 @@ CREATE TABLE instances (
     probability REAL NOT NULL, x REAL NOT NULL, y REAL NOT NULL, z REAL NOT NULL,
     size_x REAL NOT NULL, size_y REAL NOT NULL, size_z REAL NOT NULL, voxels INTEGER NOT NULL,
     first_seen_ns INTEGER NOT NULL, last_seen_ns INTEGER NOT NULL, gone_ns INTEGER NOT NULL,
-    room TEXT NOT NULL, view_score REAL NOT NULL, attributes TEXT NOT NULL
+    room TEXT NOT NULL, view_score REAL NOT NULL, attributes TEXT NOT NULL,
+    name TEXT NOT NULL DEFAULT '', denied TEXT NOT NULL DEFAULT '[]'
 );
 CREATE TABLE pictures (id INTEGER PRIMARY KEY, jpeg BLOB NOT NULL);
 """
-_PUT: Final = "INSERT OR REPLACE INTO instances VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)"
+_WITHOUT_NOTES: Final = 2
+"""Version without what people say of things."""
+_ADD_NOTES: Final = (
+    "ALTER TABLE instances ADD COLUMN name TEXT NOT NULL DEFAULT ''",
+    "ALTER TABLE instances ADD COLUMN denied TEXT NOT NULL DEFAULT '[]'",
+)
+_PUT: Final = "INSERT OR REPLACE INTO instances VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)"
 
 
 def memory_path(map_path: Path) -> Path:
@@ -96,7 +103,11 @@ def write_memory(
     try:
         with closing(sqlite3.connect(path, timeout=5.0, isolation_level=None)) as connection:
             connection.execute("BEGIN IMMEDIATE")
-            if connection.execute("PRAGMA user_version").fetchone()[0] == 0:
+            version = connection.execute("PRAGMA user_version").fetchone()[0]
+            if version == _WITHOUT_NOTES:
+                for statement in (*_ADD_NOTES, f"PRAGMA user_version = {VERSION}"):
+                    connection.execute(statement)
+            if version == 0:
                 for statement in filter(str.strip, _SCHEMA.split(";")):
                     connection.execute(statement)
                 connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
@@ -130,7 +141,7 @@ def _check_version(path: Path, connection: sqlite3.Connection) -> None:
     if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
         raise MemoryFileError(f"{path.name} is a database, but no memory file")
     version = int(connection.execute("PRAGMA user_version").fetchone()[0])
-    if version != VERSION:
+    if version not in (_WITHOUT_NOTES, VERSION):
         raise MemoryFileError(
             f"{path.name} is of version {version}; this program reads version {VERSION}"
         )
@@ -140,7 +151,8 @@ def _row_of(one: Instance) -> tuple[Any, ...]:
     return (
         one.instance_id, one.source, one.label, json.dumps(one.alternatives), one.probability,
         *one.position_world, *one.size_m, one.voxels, one.first_seen_ns, one.last_seen_ns,
-        one.gone_ns, one.room, one.view_score, json.dumps(one.attributes),
+        one.gone_ns, one.room, one.view_score, json.dumps(one.attributes), one.name,
+        json.dumps(one.denied),
     )  # fmt: skip
 
 
@@ -163,4 +175,6 @@ def _instance_of(row: tuple[Any, ...]) -> Instance:
         room=str(rest[0]),
         view_score=float(rest[1]),
         attributes=tuple(str(text) for text in json.loads(rest[2])),
+        name=str(rest[3]) if len(rest) > 3 else "",
+        denied=tuple(str(label) for label in json.loads(rest[4])) if len(rest) > 3 else (),
     )

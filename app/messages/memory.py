@@ -21,6 +21,7 @@ class RememberedThing(Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
     instance_id: int
     label: str
+    """Most probable one that nobody has denied; empty where all were."""
     probability: float
     """That it is what was asked for; without a question, that it has this label."""
     alternatives: list[tuple[str, float]]
@@ -39,6 +40,10 @@ class RememberedThing(Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     has_picture: bool
     attributes: list[str] = []
     """What a search has seen of it: "red", "large"."""
+    name: str = ""
+    """What a person calls it; empty for nothing."""
+    denied: list[str] = []
+    """Labels that it does not have, as a person said."""
 
 
 class MemoryReply(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -51,6 +56,20 @@ class MemoryReply(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     """JPEG (base64 in JSON) of the thing that was asked for; empty where there is none."""
     note: str = ""
     """What is wrong with the memory."""
+
+
+class MemoryNoteRequest(
+    Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
+):
+    """Say something of a remembered thing: key `memory/note`. The reply is the thing."""
+
+    instance_id: int
+    name: Annotated[str, Meta(max_length=200)] | None = None
+    """What it is called from now on, in requests, too; empty to remove the name."""
+    deny: Annotated[str, Meta(max_length=80)] = ""
+    """Label that it may have and does not: it is no find in a search for that."""
+    allow: Annotated[str, Meta(max_length=80)] = ""
+    """Label that was denied and that it may have after all, from the next search on."""
 
 
 class Room(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

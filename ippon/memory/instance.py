@@ -45,11 +45,31 @@ class Instance(Sighting):
     """Type of the room that it is in; empty where that is not clear."""
     view_score: float = 0.0
     """Of its best picture, see `ippon.memory.best_view`; 0 without one."""
+    name: str = ""
+    """What a person calls it; empty for nothing."""
+    denied: tuple[str, ...] = ()
+    """Labels that it does not have, as a person said."""
 
     @property
     def is_gone(self) -> bool:
         """It is not there any more."""
         return self.gone_ns != 0
+
+    @property
+    def beliefs(self) -> tuple[tuple[str, float], ...]:
+        """Labels that it may have with their probabilities, best first: none that was denied."""
+        seen = ((self.label, self.probability), *self.alternatives)
+        if not self.denied:
+            return seen
+        left = 1.0 - sum(p for label, p in seen if label in self.denied)
+        return tuple(
+            (label, min(1.0, p / max(left, p))) for label, p in seen if label not in self.denied
+        )
+
+    @property
+    def believed(self) -> str:
+        """The label that it has most probably; empty where all were denied."""
+        return next((label for label, _ in self.beliefs), "")
 
 
 def box_overlap(one: Sighting, other: Sighting) -> float:

@@ -7,45 +7,13 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from ippon.guidance.language.naming import same_object
+from ippon.memory.config import MemoryConfig
 from ippon.memory.instance import Instance, Point, Sighting, Source, box_overlap
 from ippon.memory.map_clusters import ClusterChanges
 
 _CELL_M: Final = 2.0
 """Edge of the squares that instances are looked up by; no thing reaches beyond the next square."""
 _UNSEEN_PER_UPDATE: Final = 32
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MemoryConfig:
-    """What is the same thing, and what is gone."""
-
-    same_overlap: float = 0.3
-    """Common part of two boxes, as a share of the smaller, from which two sightings of one label
-    are the same thing; more takes a thing that was pushed aside for another one."""
-    relabel_overlap: float = 0.5
-    """The same for sightings of different labels; more takes a corrected label for a new thing."""
-    find_within_m: float = 0.5
-    """Distance up to which two finds of a search are the same thing."""
-    shrink_share: float = 0.9
-    """A thing that shows fewer of its voxels than this share keeps its box for `settle_s`: it may
-    be about to vanish."""
-    settle_s: float = 60.0
-    """What vanishes earlier than this after it was first seen was never there."""
-    gone_share: float = 0.5
-    """Share of a thing's box that the map must know before the thing can be gone."""
-    max_instances: int = 10_000
-    """More are not kept: those that are gone longest, and then those unseen longest, go first."""
-
-    def __post_init__(self) -> None:
-        """Reject shares and counts without meaning."""
-        for name in ("same_overlap", "relabel_overlap", "shrink_share", "gone_share"):
-            if not 0.0 < getattr(self, name) <= 1.0:
-                raise ValueError(f"{name} lies in (0, 1]; got {getattr(self, name)}")
-        if self.max_instances < 1 or not self.settle_s >= 0.0 or not self.find_within_m > 0.0:
-            raise ValueError(
-                "max_instances is at least 1, settle_s at least 0 and find_within_m positive; got "
-                f"{self.max_instances}, {self.settle_s}, {self.find_within_m}"
-            )
 
 
 @dataclass(slots=True, kw_only=True)
@@ -162,6 +130,19 @@ class InstanceMemory:
             return None
         return self._put(dataclasses.replace(instance, gone_ns=now_ns))
 
+    def note(self, instance_id: int, *, name: str, denied: tuple[str, ...]) -> Instance | None:
+        """Keep what a person says of a thing; None where it is not remembered any more.
+
+        Args:
+            instance_id: Its number.
+            name: What the person calls it; empty for nothing.
+            denied: Labels that it does not have.
+        """
+        known = self._instances.get(instance_id)
+        if known is None:
+            return None
+        return self._put(dataclasses.replace(known, name=name, denied=denied))
+
     def remove(self, instance_id: int) -> None:
         """Forget a thing: it never was what it was taken for."""
         instance = self._instances.pop(instance_id, None)
@@ -264,7 +245,7 @@ class InstanceMemory:
             unchecked = instance_id not in freed and checked > _UNSEEN_PER_UPDATE
             if unchecked or share_observed(known) < self._config.gone_share:
                 unseen.append(instance_id)
-            elif self._is_absorbed(known) or self._is_fresh(known, now_ns):
+            elif self._is_absorbed(known) or (self._is_fresh(known, now_ns) and not _noted(known)):
                 self.remove(instance_id)
             else:
                 gone.append(self._put(dataclasses.replace(known, gone_ns=now_ns)))
@@ -274,13 +255,19 @@ class InstanceMemory:
         return tuple(gone)
 
     def _is_absorbed(self, known: Instance) -> bool:
-        """Return whether another thing that the map shows has taken a thing's place."""
-        return any(
-            other.instance_id in self._cluster_of
-            and other.label == known.label
-            and box_overlap(known, other) >= self._config.relabel_overlap
-            for other in self._near(known.position_world)
-        )
+        """Return whether another thing that the map shows has taken a thing's place.
+
+        It takes over what people have said of the thing.
+        """
+        for other in self._near(known.position_world):
+            is_other = other.instance_id in self._cluster_of and other.label == known.label
+            if is_other and box_overlap(known, other) >= self._config.relabel_overlap:
+                if _noted(known):
+                    denied = tuple(dict.fromkeys((*other.denied, *known.denied)))
+                    name = other.name or known.name
+                    self._put(dataclasses.replace(other, name=name, denied=denied))
+                return True
+        return False
 
     def _is_fresh(self, known: Instance, now_ns: int) -> bool:
         return now_ns - known.first_seen_ns < self._config.settle_s * 1e9
@@ -318,7 +305,7 @@ class InstanceMemory:
             return
         oldest = min(
             self._instances.values(),
-            key=lambda one: (not one.is_gone, one.gone_ns, one.last_seen_ns),
+            key=lambda one: (_noted(one), not one.is_gone, one.gone_ns, one.last_seen_ns),
         )
         self.remove(oldest.instance_id)
 
@@ -338,6 +325,11 @@ def _seen_now(known: Instance, sighting: Sighting, now_ns: int) -> Instance:
     seen = {f.name: getattr(sighting, f.name) for f in dataclasses.fields(Sighting)}
     seen["attributes"] = sighting.attributes or known.attributes
     return dataclasses.replace(known, **seen, last_seen_ns=now_ns, gone_ns=0)
+
+
+def _noted(one: Instance) -> bool:
+    """Return whether a person has said something of a thing."""
+    return bool(one.name or one.denied)
 
 
 def _cell(position: Point) -> tuple[int, int]:

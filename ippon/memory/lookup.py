@@ -2,9 +2,12 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Final
 
 from ippon.guidance.language.naming import is_instance_of, resolve_object
 from ippon.memory.instance import Instance
+
+_BEFORE_NAMES: Final = ("the ", "my ", "our ")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,8 +24,9 @@ def find_instances(
 ) -> tuple[Match, ...]:
     """Return the things that a text names, best first.
 
-    Those that are still there come before those that are gone. Then the surer ones come first, in
-    steps of a tenth, and among these what was seen last.
+    A name that a person has given stands for that thing alone. Of other things, those that are
+    still there come before those that are gone. Then the surer ones come first, in steps of a
+    tenth, and among these what was seen last.
 
     Args:
         instances: What is remembered.
@@ -32,8 +36,12 @@ def find_instances(
     Raises:
         ValueError: The text is not empty and holds no word.
     """
+    instances = tuple(instances)
+    named = instance_named(instances, text)
+    if named is not None:
+        return (Match(instance=named, probability=1.0),)
     if not text.strip():
-        found = [Match(instance=one, probability=one.probability) for one in instances]
+        found = [match_of(one) for one in instances]
     else:
         wanted = resolve_object(text, tuple(vocabulary)).canonical
         answers: dict[str, bool] = {}
@@ -45,10 +53,34 @@ def find_instances(
     return tuple(sorted(found, key=_rank))
 
 
+def instance_named(instances: Iterable[Instance], text: str) -> Instance | None:
+    """Return the thing that a person has given a name; None where nothing has it.
+
+    Args:
+        instances: What is remembered.
+        text: The name; case, spaces, "the" and "my" make no difference.
+    """
+    wanted = plain_name(text)
+    if not wanted:
+        return None
+    return next((one for one in instances if one.name and plain_name(one.name) == wanted), None)
+
+
+def plain_name(text: str) -> str:
+    """Return a name as names are compared."""
+    plain = " ".join(text.replace("\N{RIGHT SINGLE QUOTATION MARK}", "'").casefold().split())
+    before = next((word for word in _BEFORE_NAMES if plain.startswith(word)), "")
+    return plain[len(before) :]
+
+
+def match_of(one: Instance) -> Match:
+    """Return a thing as an answer to a question about everything."""
+    return Match(instance=one, probability=one.beliefs[0][1] if one.beliefs else 0.0)
+
+
 def _probability(one: Instance, wanted: str, answers: dict[str, bool]) -> float:
-    named = ((one.label, one.probability), *one.alternatives)
     best = 0.0
-    for label, p in named:
+    for label, p in one.beliefs:
         if label not in answers:
             answers[label] = is_instance_of(label, wanted)
         if answers[label]:

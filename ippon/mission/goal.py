@@ -21,5 +21,7 @@ class Goal:
     """What tells it from others of its name."""
     count: int | Literal["all"] = 1
     """How many are searched for; "all": until everything reachable was seen."""
+    thing_id: int | None = None
+    """Number of the remembered thing that it is; None for any of its kind."""
     category: str | None = None
     """The common object that it is an instance of; None if there is none."""

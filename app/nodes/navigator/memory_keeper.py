@@ -3,7 +3,7 @@
 import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Final
 
@@ -12,12 +12,14 @@ import simplejpeg
 from app.errors import MemoryFileError
 from app.memory.memory_file import read_memory, read_picture, write_memory
 from app.memory.wording import said_place, said_time
+from app.messages.memory import MemoryNoteRequest
 from ippon.atomic_file import set_aside
 from ippon.frame import Frame
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.memory.best_view import better_views
 from ippon.memory.instance import Instance
 from ippon.memory.instance_memory import InstanceMemory, MemoryChanges
+from ippon.memory.notes import checked_name, denied_labels
 from ippon.mission.places.recollection import Recollection
 from ippon.mission.search import Search
 from ippon.rooms.named_rooms import RoomName, name_lookup
@@ -78,6 +80,38 @@ class MemoryKeeper:
             place = said_place(one.room, one.position_world)
             seen = said_time(one.last_seen_ns, now_ns)
             self._report_event("memory", f"{_name(one)} was last seen {seen}: {place}")
+
+    def exclude(self, searches: Iterable[Search]) -> None:
+        """Keep searches from what a person has said that it is not."""
+        for search in searches:
+            self._recollection.exclude(search)
+
+    def note(self, request: MemoryNoteRequest, searches: Iterable[Search]) -> Instance:
+        """Keep what a person says of a thing, in the mission's thread.
+
+        Args:
+            request: What is said.
+            searches: Those that go on.
+
+        Raises:
+            ValueError: There is no such thing, or what is said makes no sense.
+        """
+        memory = self._recollection.memory
+        one = memory.get(request.instance_id)
+        if one is None:
+            raise ValueError(f"there is no thing with number {request.instance_id} any more")
+        if request.name is None and not request.deny and not request.allow:
+            raise ValueError("nothing is said of the thing: give name, deny or allow")
+        denied = denied_labels(one, request.deny, request.allow)
+        name = one.name
+        if request.name is not None:
+            name = checked_name(request.name, one, self.instances, self.labels)
+        noted = memory.note(one.instance_id, name=name, denied=denied)
+        assert noted is not None, "it was there"
+        self.exclude(searches)
+        self.instances = memory.instances()
+        self._start_writer()
+        return noted
 
     def step(self, frame: Frame, search: Search | None, floor_z_m: float) -> None:
         """Learn from a frame that the mission has decided on."""
@@ -188,4 +222,4 @@ class MemoryKeeper:
 
 
 def _name(one: Instance) -> str:
-    return one.label.replace("_", " ")
+    return one.name or (one.believed or one.label).replace("_", " ")

@@ -103,7 +103,11 @@ class Navigator:
         known = saved.voxel_map if saved is not None else None
         self._first_look = FirstLook(known, self._events.report)
         self._memory = self._keep_memory(session, map_was_read=known is not None)
-        self._memory_service = MemoryService(session, robot, self._memory)
+        self._memory_service = MemoryService(
+            session, robot, self._memory, self._operations, self._services.control.authorize
+        )
+        self._services.sentences.things = lambda: self._memory.instances
+        self._services.goals.things = self._services.sentences.things
         self._state = StatePublisher(session, config, self._sender)
         self._state.publish_alignment(np.eye(4) if T_map_world is None else T_map_world)
         self._state.publish_labels(self._mission)
@@ -277,6 +281,7 @@ class Navigator:
         first = searches[0]
         if len(searches) > 1:
             self._mission.goals.set_goals([(one.goal, one.guidance) for one in searches])
+            self._memory.exclude(self._mission.goals.running)
         else:
             self._mission.goals.set_goal(first.goal, first.guidance)
             if self._mission.search is not None:

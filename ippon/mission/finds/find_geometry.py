@@ -66,7 +66,7 @@ class ExclusionSphere:
             longest_m: Largest extent of one such object.
         """
         reach_m = self.radius_m + self.margin_m
-        if _gap_m(self.centre_world, find) > reach_m:
+        if gap_m(self.centre_world, find) > reach_m:
             return False
         away = np.abs(self.centre_world - find.position_world)
         if float(np.linalg.norm(away)) <= reach_m:
@@ -111,7 +111,7 @@ def reached_find(candidates: Iterable[Find], T_world_base: Float64Array) -> Find
     reached = (
         find
         for find in candidates
-        if find.box_px is not None and _gap_m(T_world_base[:2, 3], find) <= ARRIVED_M
+        if find.box_px is not None and gap_m(T_world_base[:2, 3], find) <= ARRIVED_M
     )
     return max(reached, key=lambda find: find.voxels, default=None)
 
@@ -139,7 +139,7 @@ def distance_m(T_world_base: Float64Array, find: Find) -> float:
     return math.hypot(x - T_world_base[0, 3], y - T_world_base[1, 3])
 
 
-def _gap_m(at: Float64Array, find: Find) -> float:
+def gap_m(at: Float64Array, find: Find) -> float:
     """Return the distance of a find's box from a point (3,), or horizontally from a point (2,)."""
     axes = len(at)
     outside = np.abs(at - find.position_world[:axes]) - 0.5 * np.array(find.size_m[:axes])

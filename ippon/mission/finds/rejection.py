@@ -9,7 +9,7 @@ from dataclasses import replace
 from ippon.frame import Frame
 from ippon.mapping.goal_layers.goal_layers import GoalLayer
 from ippon.mapping.voxel_map import VoxelMap
-from ippon.mission.finds.find_geometry import ExclusionConfig, exclusion_sphere, looked_at
+from ippon.mission.finds.find_geometry import ExclusionConfig, exclusion_sphere, gap_m, looked_at
 from ippon.mission.search import Search, SetAside
 from ippon.mission.snapshot import Find
 
@@ -48,9 +48,22 @@ def count_find(search: Search, voxel_map: VoxelMap) -> None:
     if find is None:
         return
     search.counted.append(find)
-    # No further than the find itself: the next one may stand beside it.
-    beside = replace(search.exclusion, margin_m=voxel_map.config.voxel_size_m)
-    _exclude(search, voxel_map, find, beside)
+    exclude_only(search, voxel_map, find)
+
+
+def exclude_only(search: Search, voxel_map: VoxelMap, find: Find) -> None:
+    """Exclude a find for the rest of a search, no further than itself: one may stand beside it."""
+    _exclude(search, voxel_map, find, _beside(search, voxel_map))
+
+
+def is_clear_of(search: Search, voxel_map: VoxelMap, find: Find, kept: Find) -> bool:
+    """Return whether `exclude_only` of a find leaves another one as it is."""
+    region = exclusion_sphere(_beside(search, voxel_map), find)
+    return gap_m(region.centre_world, kept) > region.radius_m + region.margin_m
+
+
+def _beside(search: Search, voxel_map: VoxelMap) -> ExclusionConfig:
+    return replace(search.exclusion, margin_m=voxel_map.config.voxel_size_m)
 
 
 def set_aside(search: Search, voxel_map: VoxelMap, find: Find) -> None:

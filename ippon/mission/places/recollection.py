@@ -14,6 +14,7 @@ from ippon.memory.instance import Instance, Sighting
 from ippon.memory.instance_memory import InstanceMemory
 from ippon.memory.map_clusters import MapClusters, share_observed
 from ippon.mission.finds.attributes.attribute_check import seen_attributes
+from ippon.mission.finds.rejection import exclude_only, is_clear_of
 from ippon.mission.search import Search
 from ippon.mission.snapshot import Find
 
@@ -94,17 +95,47 @@ class Recollection:
             )
         self._search, self._found, self._rejected = search, None, 0
         self._recalled = []
+        self.exclude(search)
+        named = self._named(search)
         if search.goal.object in self._map.labels:
-            return ()
+            return () if named is None else (named,)
         p = self._config.recalled_probability
         log_odds = math.log(p / (1.0 - p))
-        for one in self.memory.instances():
+        for one in self.memory.instances() if named is None else (named,):
             if one.source == "search" and not one.is_gone and _answers(one, search):
                 size = np.array(one.size_m) + self._map.config.voxel_size_m
                 voxels = recall_evidence(self._map, np.array(one.position_world), size, log_odds)
                 self._recalled.append(_Recalled(instance_id=one.instance_id, voxels=voxels))
         known = (self.memory.get(one.instance_id) for one in self._recalled)
         return tuple(one for one in known if one is not None)
+
+    def exclude(self, search: Search) -> None:
+        """Keep a search from what a person has said that it is not.
+
+        A search for a named thing is kept from the others of its kind, too, as far as these do not
+        touch it.
+        """
+        named = self._named(search)
+        kept = None if named is None or named.is_gone else _find_at(named)
+        for one in self.memory.instances():
+            if one.is_gone or one is named:
+                continue
+            find = _find_at(one)
+            denied = any(is_instance_of(label, search.goal.object) for label in one.denied)
+            other = (
+                kept is not None
+                and _answers(one, search)
+                and is_clear_of(search, self._map, find, kept)
+            )
+            if (denied or other) and not search.is_rejected(find):
+                exclude_only(search, self._map, find)
+        if search is self._search:
+            self._rejected = len(search.rejected)
+
+    def _named(self, search: Search) -> Instance | None:
+        """Return the thing that a search is for; None for any of its kind."""
+        number = search.goal.thing_id
+        return None if number is None else self.memory.get(number)
 
     def step(self, search: Search | None, now_ns: int) -> tuple[Instance, ...]:
         """Learn from map and search, after each frame.
@@ -173,7 +204,18 @@ class Recollection:
 
 
 def _answers(one: Instance, search: Search) -> bool:
-    return is_instance_of(one.label, search.goal.object)
+    return bool(one.believed) and is_instance_of(one.believed, search.goal.object)
+
+
+def _find_at(one: Instance) -> Find:
+    """Return a thing as a find in the map."""
+    return Find(
+        position_world=one.position_world,
+        size_m=one.size_m,
+        probability=one.probability,
+        voxels=one.voxels,
+        box_px=None,
+    )
 
 
 def _is_at(find: Find, known: Instance) -> bool:

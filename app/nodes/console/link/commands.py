@@ -12,7 +12,7 @@ from app.messages.control import (
 )
 from app.messages.driving import DriveModeName
 from app.messages.lease import LeaseReply
-from app.messages.memory import MemoryReply
+from app.messages.memory import MemoryNoteRequest, MemoryReply
 from app.nodes.console.web.browsers import Browser
 from ippon.control.drive_mode import TeleopInput
 from ippon.guidance.language.requests.goals import Attribute
@@ -74,6 +74,14 @@ class Controller(Protocol):
 
     def thing_picture(self, instance_id: int) -> bytes:
         """Return the picture of a remembered thing as JPEG, empty for none; call it in a thread.
+
+        Raises:
+            CommandError: It was not delivered, or was refused.
+        """
+        ...
+
+    def note_thing(self, request: MemoryNoteRequest) -> str:
+        """Say something of a remembered thing; waits for the reply, so call it in a thread.
 
         Raises:
             CommandError: It was not delivered, or was refused.

@@ -26,8 +26,10 @@ from app.messages.control import (
 )
 from app.messages.driving import GotoRequest, PaintRequest
 from app.messages.memory import (
+    MemoryNoteRequest,
     MemoryReply,
     MemoryRequest,
+    RememberedThing,
     RoomNameRequest,
     RoomsReply,
     RoomsRequest,
@@ -107,6 +109,16 @@ class PanelRequests(ABC):
         request = MemoryRequest(limit=1, picture=instance_id)
         return self._request(keys.MEMORY, request, MemoryReply, PLACES_S).picture
 
+    def note_thing(self, request: MemoryNoteRequest) -> str:
+        """Say something of a remembered thing."""
+        thing = self._request(keys.MEMORY_NOTE, request, RememberedThing)
+        kind = _words(thing.label) or "thing"
+        if request.deny:
+            return f"It is not a {_words(request.deny)}; no search will take it for one."
+        if request.allow:
+            return f"It may be a {_words(request.allow)} again, from the next search on."
+        return f"This {kind} is {thing.name}." if thing.name else f"This {kind} has no name."
+
     def search_for(self, wanted: str) -> str:
         """Start a search for an object of which nothing else is known."""
         return self.search(wanted, "", SearchRequest(object=wanted).scenario)
@@ -177,7 +189,11 @@ class PanelRequests(ABC):
     def set_level(self, label: str, level: LevelName) -> str:
         """Change the proximity level of one label."""
         self._request(keys.GUIDANCE, GuidanceRequest(label=label, level=level), Accepted)
-        return f"{label.replace('_', ' ')} is now {level}."
+        return f"{_words(label)} is now {level}."
+
+
+def _words(label: str) -> str:
+    return label.replace("_", " ")
 
 
 def _sentence(text: str) -> str:

@@ -11,6 +11,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from app.messages.control import ControlRequest, QueueRequest, SavedSearchRequest
 from app.messages.driving import DriveModeName
+from app.messages.memory import MemoryNoteRequest
 from app.nodes.console.link.commands import CommandError, Controller
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.browsers import Browser, Role, Standing, set_acting_browser
@@ -86,6 +87,13 @@ class ShellSearch(msgspec.Struct, tag="search", forbid_unknown_fields=True):
     object: Annotated[str, msgspec.Meta(min_length=1, max_length=80)]
 
 
+class ShellNote(msgspec.Struct, tag="note", forbid_unknown_fields=True):
+    """What a person says of a remembered thing."""
+
+    id: int
+    change: MemoryNoteRequest
+
+
 class ShellQueue(msgspec.Struct, tag="queue", forbid_unknown_fields=True):
     """Change of the queue of goals."""
 
@@ -126,7 +134,7 @@ class ShellReply(msgspec.Struct, tag="reply"):
 
 _Message = (
     ShellPing | ShellCommand | ShellDrive | ShellInput | ShellAlive | ShellLease | ShellRoom
-    | ShellSearch | ShellQueue | ShellSaved
+    | ShellSearch | ShellNote | ShellQueue | ShellSaved
 )  # fmt: skip
 _decoder: Final = msgspec.json.Decoder(_Message)
 
@@ -257,7 +265,7 @@ class _Standing:
             await self._put(msgspec.json.encode(you))
 
 
-_Command = ShellCommand | ShellDrive | ShellRoom | ShellSearch | ShellQueue | ShellSaved
+_Command = ShellCommand | ShellDrive | ShellRoom | ShellSearch | ShellNote | ShellQueue | ShellSaved
 
 
 async def _command(
@@ -284,6 +292,10 @@ async def _carried_out(command: _Command, controller: Controller, state_feed: St
             return text
         case ShellSearch():
             return await asyncio.to_thread(controller.search_for, command.object)
+        case ShellNote():
+            text = await asyncio.to_thread(controller.note_thing, command.change)
+            state_feed.exports.names_changed()
+            return text
         case ShellQueue():
             return await asyncio.to_thread(controller.change_queue, command.change)
         case ShellSaved():

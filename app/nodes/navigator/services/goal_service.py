@@ -2,8 +2,11 @@
 
 import dataclasses
 import time
+from collections.abc import Callable
 from functools import partial
 from typing import Protocol
+
+import msgspec
 
 from app.links.network.requests import RequestRefusedError
 from app.messages.control import (
@@ -21,6 +24,8 @@ from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.planned_search import PlannedSearch
 from ippon.guidance.language.requests.sentence import name_notes
+from ippon.memory.instance import Instance
+from ippon.memory.lookup import instance_named
 from ippon.mission.mission import Mission
 
 
@@ -56,6 +61,8 @@ class GoalService:
         self._goals = goals
         self._stop_latch = stop_latch
         self._operations = operations
+        self.things: Callable[[], tuple[Instance, ...]] = tuple
+        """Returns what is remembered; the navigator sets it."""
         self.state: MissionState = "starting"
         """State of the latest status; the navigator sets it."""
 
@@ -97,7 +104,27 @@ class GoalService:
             problem = complaint(f"the {what}", getattr(request, what))
             if problem is not None:
                 raise RequestRefusedError(problem)
-        return self._guidance.plan(request, time.monotonic())
+        named = self._named(request)
+        if named is None:
+            return self._guidance.plan(request, time.monotonic())
+        if not named.believed:
+            raise RequestRefusedError(
+                f"{named.name!r} is a name, but nobody knows of what: every kind was denied"
+            )
+        kind = named.believed.replace("_", " ")
+        left = [one for one in request.attributes if one.kind != "owner"]
+        request = msgspec.structs.replace(request, object=kind, attributes=left)
+        search = self._guidance.plan(request, time.monotonic())
+        goal = dataclasses.replace(search.goal, display=named.name, thing_id=named.instance_id)
+        return dataclasses.replace(search, goal=goal)
+
+    def _named(self, request: SearchRequest) -> Instance | None:
+        """Return the thing whose name a request says: as its object, or with its owner."""
+        things = self.things()
+        owners = [one.value for one in request.attributes if one.kind == "owner"]
+        texts = (request.object, *(f"{owner}'s {request.object}" for owner in owners))
+        found = (instance_named(things, text) for text in texts)
+        return next((one for one in found if one is not None), None)
 
     def control(self, request: ControlRequest) -> ControlReply:
         """Stop, resume, pause or cancel."""

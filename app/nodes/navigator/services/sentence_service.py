@@ -2,6 +2,7 @@
 
 import dataclasses
 import time
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Final
 
@@ -18,6 +19,8 @@ from app.messages.control import PictureRequest, SentenceReading, SentenceReques
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.guidance.language.requests.goals import Goal
 from ippon.guidance.language.requests.sentence import read_request
+from ippon.memory.instance import Instance
+from ippon.memory.notes import with_names, without_names
 
 SENTENCE_TIMEOUT_S: Final = 8.0
 """Time after which rules read a sentence instead of the model, because a user is waiting."""
@@ -35,12 +38,20 @@ class SentenceService:
     def __init__(self, model: LanguageModelInterface | None, goals: GoalQueue) -> None:
         self._model = model
         self._goals = goals
+        self.things: Callable[[], tuple[Instance, ...]] = tuple
+        """Returns what is remembered; the navigator sets it."""
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="sentence")
 
     def read(self, request: SentenceRequest) -> SentenceReading:
         """Return what a sentence asks for."""
         started = time.monotonic()
-        answer = self._read(request.sentence)
+        sentence, things = without_names(request.sentence, self.things())
+        answer = self._read(sentence)
+        if things:
+            goals = with_names(answer.request.goals, things)
+            answer = dataclasses.replace(
+                answer, request=dataclasses.replace(answer.request, goals=goals)
+            )
         return as_reading(answer, 1e3 * (time.monotonic() - started))
 
     def read_picture(self, request: PictureRequest) -> SentenceReading:
