@@ -7,9 +7,11 @@ import { Drive, isTyping } from "./drive.js";
 import { Explanation } from "./explain.js";
 import { installFold } from "./fold.js";
 import { installHelp, installTheme } from "./help.js";
+import { installHover } from "./hover.js";
 import { Introduction } from "./introduction.js";
 import { clock, Goals } from "./goals.js";
 import { Lease, logInAgainIfAsked } from "./lease.js";
+import { notice } from "./notice.js";
 import { Plan } from "./plan.js";
 import { Sides } from "./side.js";
 import { Things } from "./things.js";
@@ -169,7 +171,8 @@ const isRecorded = () => document.body.classList.contains("review");
 const mayChange = () => !isRecorded() && lease.watching === "";
 const calls = new Calls(sides);
 const goals = new Goals(sides, request, mayChange, (position) => show(position));
-new Things(sides, show, (object) => request({ type: "search", object }));
+new Things(sides, lookAt, request);
+const onHover = installHover(view, request);
 const onSideKey = (event) => sides.onKey(event);
 const onPlanKey = (event) => plan.onKey(event);
 const onCameraKey = (event) => camera.onKey(event);
@@ -178,6 +181,12 @@ const onCameraKey = (event) => camera.onKey(event);
 function show(position) {
   if (document.body.dataset.camera === "full") plan.resize("full");
   if (plan.size === "full") plan.point(position.slice(0, 2));
+}
+
+// Shows a thing, and has the scene fly there and explain it.
+function lookAt(position, size) {
+  show(position);
+  send({ type: "look", position, size });
 }
 
 function shownState() {
@@ -223,50 +232,10 @@ function render() {
 }
 
 function renderNotice(shown) {
-  const [title, text] = notice(shown);
+  const [title, text] = notice(state, shown, notDelivered, lease.watching === "");
   at("notice").hidden = title === "";
   at("notice-title").textContent = title;
   at("notice-text").textContent = text;
-}
-
-function notice(shown) {
-  if (notDelivered !== null) return ["Command not delivered", notDelivered];
-  if (state === null) return ["", ""];
-  if (state.link === "stalled") {
-    return ["The console does not respond", "The display is out of date. Stop still works. Restart the console with: ippon console"];
-  }
-  if (state.link === "silent") {
-    return ["No data from the navigator", `Last message ${Math.round(state.silent_s)} s ago`];
-  }
-  if (state.warning) return ["Different versions", state.warning];
-  switch (shown) {
-    case "stopped":
-      return ["Stopped", "The robot does not move until you press Resume."];
-    case "found":
-      return found();
-    case "manual":
-      return state.drive?.waypoint ? ["Driving to the point that you clicked", ""] : ["", ""];
-    case "exhausted":
-      return [
-        "Not found",
-        "The robot has searched everything that it can reach. The Search tab lists the most likely places.",
-      ];
-    case "lost":
-      return ["The robot is waiting", state.why];
-    case "ended":
-      return ["The replay has ended", state.why];
-    case "paused":
-      return ["Paused", state.why];
-    default:
-      return ["", ""];
-  }
-}
-
-function found() {
-  const judge = lease.watching === "" ? "Confirm or reject it in the Search tab." : "";
-  if (state.out_of_reach_m === null) return [`Found: ${state.object}`, judge];
-  const away = `${state.out_of_reach_m.toFixed(1)} m from the nearest place where the robot can stand`;
-  return [`Found, out of reach: ${state.object}`, `It is ${away}. ${judge}`];
 }
 
 function renderVeil(shown) {
@@ -326,6 +295,7 @@ function adoptView() {
   view.contentWindow.addEventListener("keydown", onPlanKey, true);
   view.contentWindow.addEventListener("keydown", onSideKey, true);
   drive.listen(view.contentWindow);
+  onHover(view.contentWindow);
   showAnswers(inner);
   view.contentWindow.dispatchEvent(new Event("focus"));
 }

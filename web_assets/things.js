@@ -1,11 +1,22 @@
-// The list of what the robot remembers: find, show, search for.
+// The list of what the robot remembers: find, show, search for, name, and say what it is not.
 
 import { button, make, replaceRows, words } from "./side.js";
 
 const EVERY_MS = 4000;
 const MINUTE_S = 60;
+const TOLD_MS = 8000;
 const at = (id) => document.getElementById(id);
 const percent = (share) => `${Math.round(100 * share)} %`;
+const titleOf = (thing) => thing.name || words(thing.label) || "unknown thing";
+
+function sureness({ name, label, probability }) {
+  if (!label) return "";
+  return name ? ` ${words(label)} ${percent(probability)}` : ` ${percent(probability)}`;
+}
+
+function a(label, article = "a") {
+  return `${article}${/^[aeiou]/.test(label) ? "n" : ""} ${words(label)}`;
+}
 
 function age(nanoseconds, nowMs) {
   const seconds = Math.max(0, (nowMs - nanoseconds / 1e6) / 1000);
@@ -16,14 +27,16 @@ function age(nanoseconds, nowMs) {
 }
 
 export class Things {
-  // sides: the panels; show: shows a place; search: sends an object to search for and returns the
-  // reply.
-  constructor(sides, show, search) {
+  // sides: the panels; show: shows a place with the size of what is there; request: sends a message
+  // and returns the reply.
+  constructor(sides, show, request) {
     this.showPlace = show;
-    this.search = search;
+    this.request = request;
     this.rows = new Map();
     this.isOpen = false;
     this.isFetching = false;
+    this.chosen = null;
+    this.told = this.problem = "";
     at("things-find").addEventListener("input", () => this.filter());
     sides.add("things", "KeyT", (open) => {
       this.isOpen = open;
@@ -32,8 +45,9 @@ export class Things {
     setInterval(() => this.fetch(), EVERY_MS);
   }
 
-  async fetch() {
-    if (!this.isOpen || document.hidden || this.isFetching) return;
+  // always: although an answer is under way, which may be older than what was just changed.
+  async fetch(always = false) {
+    if (!this.isOpen || document.hidden || (this.isFetching && !always)) return;
     this.isFetching = true;
     try {
       const reply = await (await fetch("/api/things")).json();
@@ -52,15 +66,18 @@ export class Things {
     this.rows = new Map();
     for (const thing of things) {
       const old = before.get(thing.instance_id);
-      const key = JSON.stringify([thing.label, thing.room, thing.has_picture, thing.alternatives]);
-      const row = old?.key === key ? old : this.makeRow(thing, key);
+      const key = JSON.stringify([
+        thing.label, thing.name, thing.denied, thing.room, thing.has_picture, thing.alternatives,
+      ]);
+      const row = old !== undefined && (old.key === key || old.isEdited) ? old : this.makeRow(thing, key);
       row.thing = thing;
       row.state.textContent = this.stateOf(thing, newest);
-      row.share.textContent = ` ${percent(thing.probability)}`;
+      row.share.textContent = sureness(thing);
       this.rows.set(thing.instance_id, row);
+      if (this.chosen === thing.instance_id && row !== old) this.mark(row);
     }
     replaceRows(at("things-list"), [...this.rows.values()].map((row) => row.node));
-    this.note = note;
+    this.problem = note;
     this.filter();
   }
 
@@ -86,7 +103,7 @@ export class Things {
       image.onerror = () => image.remove();
       picture.append(image);
     }
-    const name = make("b", "", words(thing.label));
+    const name = make("b", "", titleOf(thing));
     const share = make("small");
     name.append(share);
     told.append(name, state);
@@ -94,25 +111,116 @@ export class Things {
       .filter(([label]) => label !== thing.label)
       .map(([label, share]) => `${words(label)} ${percent(share)}`);
     if (others.length > 0) told.append(make("small", "", `or ${others.slice(0, 2).join(", ")}`));
+    if (thing.denied.length > 0) {
+      told.append(make("small", "", thing.denied.map((label) => `not ${a(label)}`).join(", ")));
+    }
     show.append(picture, told);
     show.title = "Show where it is";
-    const row = { key, node, state, share, thing };
+    const row = { key, node, state, share, thing, isEdited: false };
     show.addEventListener("click", () => this.choose(row));
-    const search = button("Search", `Search for this ${words(thing.label)}`, () => this.searchFor(row.thing));
-    node.append(show, search);
-    row.text = `${words(thing.label)} ${words(thing.room)} ${others.join(" ")}`.toLowerCase();
+    node.append(show);
+    if (thing.label || thing.name) {
+      const label = `Search for this ${titleOf(thing)}`;
+      node.append(button("Search", label, () => this.searchFor(row.thing)));
+    }
+    row.text = `${titleOf(thing)} ${words(thing.label)} ${words(thing.room)} ${others.join(" ")}`.toLowerCase();
     return row;
   }
 
   choose(row) {
-    for (const other of this.rows.values()) other.node.classList.toggle("chosen", other === row);
-    this.showPlace(row.thing.position_world);
+    const before = this.rows.get(this.chosen);
+    if (before !== undefined && before !== row) {
+      before.node.classList.remove("chosen");
+      before.node.querySelector(".acts")?.remove();
+      this.endEdit(before);
+    }
+    this.mark(row);
+    this.showPlace(row.thing.position_world, row.thing.size_m);
+  }
+
+  // Only the chosen row has the buttons that are seldom needed: a list of thousands stays light.
+  mark(row) {
+    this.chosen = row.thing.instance_id;
+    row.node.classList.add("chosen");
+    if (row.node.querySelector(".acts")) return;
+    const { label, name, denied } = row.thing;
+    const title = titleOf(row.thing);
+    const acts = make("span", "acts");
+    const note = (text, words, change) => button(text, words, () => this.note(row, change));
+    acts.append(button(name ? "Rename" : "Name it", `Give ${title} a name`, () => this.edit(row)));
+    if (label) acts.append(note(`Not ${a(label)}`, `${title} is not ${a(label)}`, { deny: label }));
+    for (const other of denied) {
+      acts.append(note(`${a(other, "A")} after all`, `${title} may be ${a(other)}`, { allow: other }));
+    }
+    row.node.append(acts);
+  }
+
+  edit(row) {
+    if (row.isEdited) return;
+    const form = make("form", "edit");
+    const field = make("input");
+    field.value = row.thing.name;
+    field.maxLength = 40;
+    field.placeholder = "A name, such as Anna's mug";
+    field.setAttribute("aria-label", "Name of the thing; empty for none");
+    const stop = button("Back", "Leave the name as it is", () => this.endEdit(row));
+    form.append(field, make("button", "", "Save"), stop);
+    form.addEventListener("submit", async (event) => {
+      event.preventDefault();
+      const reply = await this.note(row, { name: field.value.trim() });
+      if (reply?.ok) this.endEdit(row);
+    });
+    form.addEventListener("keydown", (event) => {
+      if (event.key !== "Escape") return;
+      event.stopPropagation();
+      this.endEdit(row);
+    });
+    row.isEdited = true;
+    row.node.dataset.edited = "";
+    row.node.append(form);
+    field.focus();
+    field.select();
+  }
+
+  endEdit(row) {
+    if (!row.isEdited) return;
+    row.isEdited = false;
+    row.node.querySelector("form")?.remove();
+    delete row.node.dataset.edited;
+    row.node.querySelector(".acts button")?.focus();
+  }
+
+  async note(row, change) {
+    const message = { type: "note", change: { instance_id: row.thing.instance_id, ...change } };
+    const reply = await this.ask(message);
+    if (reply?.ok) {
+      row.isEdited = false;
+      await this.fetch(true);
+      this.rows.get(this.chosen)?.node.querySelector(".acts button")?.focus();
+    }
+    return reply;
   }
 
   async searchFor(thing) {
-    at("things-count").textContent = "…";
-    const reply = await this.search(words(thing.label));
-    at("things-count").textContent = reply?.text ?? "The console does not respond.";
+    await this.ask({ type: "search", object: thing.name || words(thing.label) });
+  }
+
+  // Sends a message; its answer is shown for a while in place of the number of things.
+  async ask(message) {
+    this.tell("…");
+    const reply = await this.request(message);
+    this.tell(reply?.text ?? "The console does not respond.");
+    return reply;
+  }
+
+  tell(text) {
+    this.told = text;
+    clearTimeout(this.untell);
+    this.untell = setTimeout(() => {
+      this.told = "";
+      this.filter();
+    }, TOLD_MS);
+    this.filter();
   }
 
   filter() {
@@ -126,6 +234,6 @@ export class Things {
     const all = this.rows.size;
     const count = wanted.length ? `${shown} of ${all} things` : `${all} things`;
     const none = "Nothing is remembered yet: things are listed when they were seen well.";
-    at("things-count").textContent = this.note || (all === 0 ? none : count);
+    at("things-count").textContent = this.told || this.problem || (all === 0 ? none : count);
   }
 }

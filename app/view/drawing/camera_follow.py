@@ -23,6 +23,12 @@ _MARGIN: Final = 1.12
 _WALL_M: Final = 1.2
 """Margin for the walls, which rise above the framed floor."""
 _SMALLEST_M: Final = 5.0
+_NEAREST_M: Final = 2.5
+"""Least distance from which a single thing is shown."""
+_CLOSE_UP: Final = 2.2
+"""That distance over the size of a large thing."""
+
+Point = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,6 +79,8 @@ class _Watcher:
     waited: int = 0
     """Steps since the last camera command."""
     now: View | None = None
+    flight: View | None = None
+    """Where the camera flies to; then it stays there."""
 
 
 class CameraFollow:
@@ -101,12 +109,30 @@ class CameraFollow:
         """Frame the whole map again in one browser."""
         watcher = self._watchers.get(client.client_id)
         if watcher is not None:
-            watcher.free = False
+            watcher.free, watcher.flight = False, None
+
+    def fly(self, client: Any, centre: Point, size_m: Point) -> None:
+        """Fly to a thing in one browser, and stay there.
+
+        Args:
+            client: The browser.
+            centre: Centre of the thing, metres in the world.
+            size_m: Edges of the box around it.
+        """
+        watcher = self._watchers.get(client.client_id)
+        if watcher is not None:
+            now = watcher.seen or watcher.now or START
+            watcher.now, watcher.flight = now, _close_up(now, centre, size_m)
 
     def step(self, bounds: tuple[Float64Array, Float64Array] | None) -> None:
         """Move every camera a step towards the view of the whole map."""
         if bounds is not None:
             self._bounds = bounds
+        for watcher in tuple(self._watchers.values()):
+            if watcher.flight is not None:
+                self._move(watcher, watcher.flight)
+                if watcher.now is not None and _distance(watcher.now, watcher.flight) < _STILL_M:
+                    watcher.free, watcher.flight, watcher.now = True, None, None
         if self._bounds is None:
             return
         low, high = self._bounds
@@ -114,7 +140,7 @@ class CameraFollow:
         if beside is not None:
             low, high = np.minimum(low, beside[0]), np.maximum(high, beside[1])
         for watcher in tuple(self._watchers.values()):
-            if not watcher.free:
+            if not watcher.free and watcher.flight is None:
                 self._move(watcher, framing(low, high, watcher.client.camera.aspect))
 
     def _move(self, watcher: _Watcher, wanted: View) -> None:
@@ -142,7 +168,19 @@ class CameraFollow:
             watcher.arrived = True
         elif watcher.arrived and not any(_distance(seen, v) <= _SAME_M for v in (START, _BARE)):
             watcher.free = True
-            watcher.now = None
+            watcher.now = watcher.flight = None
+
+
+def _close_up(now: View, centre: Point, size_m: Point) -> View:
+    """Return a view of a thing from above, from the side where the camera is."""
+    away = np.array(now.position[:2]) - np.array(centre[:2])
+    length = float(np.linalg.norm(away))
+    side = away / length if length > _STILL_M else np.array([0.0, -1.0])
+    distance = max(_NEAREST_M, _CLOSE_UP * max(size_m))
+    x, y, z = centre
+    back, up = distance * math.cos(_ELEVATION_RAD), distance * math.sin(_ELEVATION_RAD)
+    position = (x + back * float(side[0]), y + back * float(side[1]), z + up)
+    return View(position=position, look_at=centre)
 
 
 def _is_elsewhere(watcher: _Watcher) -> bool:

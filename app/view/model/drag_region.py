@@ -1,4 +1,4 @@
-"""Floor region of a rectangle dragged over the view."""
+"""Rays through points of the view, and the floor region of a rectangle dragged over it."""
 
 import math
 from typing import Any, Final
@@ -29,15 +29,24 @@ def floor_region(
     Raises:
         ValueError: A corner does not lie on the floor.
     """
+    corners = (low, (high[0], low[1]), high, (low[0], high[1]))
+    rays = [view_ray(camera, u, v) for u, v in corners]
+    return np.array([floor_point(eye, ray, floor_z_m)[:2] for eye, ray in rays])
+
+
+def view_ray(camera: Any, u: float, v: float) -> tuple[Float64Array, Float64Array]:
+    """Return origin and direction, (3,) each, of the ray through a point of the view.
+
+    Args:
+        camera: As for `floor_region`.
+        u: Column as a share of the view's width.
+        v: Row as a share of its height.
+    """
     half = math.tan(0.5 * float(camera.fov))
     rotation = rotation_from_quaternion(np.array(camera.wxyz, dtype=np.float64))
     eye = np.array(camera.position, dtype=np.float64)
-    corners = (low, (high[0], low[1]), high, (low[0], high[1]))
-    rays = [
-        rotation @ np.array([(2 * u - 1) * half * float(camera.aspect), (2 * v - 1) * half, 1.0])
-        for u, v in corners
-    ]
-    return np.array([floor_point(eye, ray, floor_z_m)[:2] for ray in rays])
+    ahead = np.array([(2 * u - 1) * half * float(camera.aspect), (2 * v - 1) * half, 1.0])
+    return eye, rotation @ ahead
 
 
 def brush_strokes(corners: Float64Array) -> tuple[list[tuple[float, float]], float]:

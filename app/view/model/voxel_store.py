@@ -20,6 +20,8 @@ COLUMN: Final = 2 * EDGE
 change."""
 ATTRIBUTES: Final = 8
 """Bytes per voxel: r, g, b, ooi, proximity, level, label, confidence."""
+LABEL: Final = 6
+"""Byte of the label."""
 
 MAX_BLOCKS: Final = 65_536
 """About 300 MB; further voxels are counted in `VoxelStore.refused` and not stored."""

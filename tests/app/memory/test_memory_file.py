@@ -106,7 +106,7 @@ def test_another_version_and_another_robot_are_refused(path):
         read_memory(path, "scout")
     with closing(sqlite3.connect(path)) as connection:
         connection.execute(f"PRAGMA user_version = {VERSION + 1}")
-    with pytest.raises(MemoryFileError, match=r"is of version 3; this program reads version 2"):
+    with pytest.raises(MemoryFileError, match=r"is of version 4; this program reads version 3"):
         read_memory(path)
 
 
@@ -130,3 +130,15 @@ def test_a_failed_write_leaves_the_file_as_it_was(path):
     assert read_memory(path) == (thing(1), thing(2, gone_ns=7))
     with pytest.raises(MemoryFileError, match="is not kept in"):
         write_memory(path.parent / "none" / "x.memory", "r", changes(thing(1)), {})
+
+
+def test_what_people_say_is_kept_and_a_file_from_before_is_read_and_completed(path):
+    with closing(sqlite3.connect(path)) as connection:
+        for column in ("name", "denied"):
+            connection.execute(f"ALTER TABLE instances DROP COLUMN {column}")
+        connection.execute("PRAGMA user_version = 2")
+        connection.commit()
+    assert read_memory(path, "r") == (thing(1), thing(2, gone_ns=7))
+    noted = thing(2, name="Anna's keys", denied=("remote", "keys"))
+    write_memory(path, "r", changes(noted), {})
+    assert read_memory(path, "r") == (thing(1), noted)

@@ -1,7 +1,8 @@
 import pytest
 
+from ippon.memory.config import MemoryConfig
 from ippon.memory.instance import Sighting
-from ippon.memory.instance_memory import InstanceMemory, MemoryConfig
+from ippon.memory.instance_memory import InstanceMemory
 from ippon.memory.map_clusters import MapClusters, share_observed
 
 MINUTE_NS = 60_000_000_000
@@ -164,3 +165,30 @@ def test_a_full_memory_gives_up_what_is_gone_and_then_what_is_oldest():
 def test_nonsense_is_refused(fields, text):
     with pytest.raises(ValueError, match=text):
         MemoryConfig(**fields)
+
+
+def test_what_a_person_says_of_a_thing_stays_when_it_is_seen_again_or_grows_into_another(watched):
+    painted, memory, look = watched
+    painted.paint(*CHAIR, "chair")
+    look(MINUTE_NS)
+    (chair,) = memory.instances()
+    memory.note(chair.instance_id, name="the throne", denied=("chair",))
+    painted.paint(*CHAIR, "stool")
+    look(20 * MINUTE_NS)
+    (stool,) = memory.instances()
+    assert (stool.label, stool.believed, stool.name) == ("stool", "stool", "the throne")
+    painted.paint(*CHAIR, "chair")
+    look(30 * MINUTE_NS)
+    (chair,) = memory.instances()
+    assert (chair.label, chair.name, chair.denied) == ("chair", "the throne", ("chair",))
+    assert chair.believed != "chair"
+    assert memory.note(99, name="nobody", denied=()) is None
+
+
+def test_things_that_people_spoke_of_are_forgotten_last():
+    memory = InstanceMemory(MemoryConfig(max_instances=2))
+    first = memory.note_find(find("hat"), 1)
+    memory.note(first.instance_id, name="the old hat", denied=())
+    memory.note_find(find("mug", (5.0, 5.0, 0.5)), 2)
+    memory.note_find(find("keys", (9.0, 5.0, 0.5)), 3)
+    assert [one.label for one in memory.instances()] == ["hat", "keys"]

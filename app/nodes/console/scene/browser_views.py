@@ -34,7 +34,7 @@ class BrowserView:
         self.client = client
         self.options = ViewOptions()
         self.wants_framing = False
-        self._browser = browser
+        self.browser = browser
         self._on_change = on_change
         self._own: ViserScene | None = None
         self._is_new = True
@@ -66,8 +66,8 @@ class BrowserView:
 
     def close(self) -> None:
         """Release this browser's controls."""
-        if self._browser is not None:
-            self._browser.own_controls -= self._controls
+        if self.browser is not None:
+            self.browser.own_controls -= self._controls
 
     def _drawing_of_its_own(self) -> ViserScene:
         for name in ROOTS:
@@ -120,6 +120,10 @@ class BrowserViews:
         """Return the view options of a browser."""
         view = self._open.get(client_id)
         return ViewOptions() if view is None else view.options
+
+    def of(self, browser: Browser) -> list[BrowserView]:
+        """Return the views that a browser has open."""
+        return [view for view in self._open.values() if view.browser is browser]
 
     def highlight_for_all(self, highlight: Highlight) -> None:
         """Draw a highlight in all browsers."""

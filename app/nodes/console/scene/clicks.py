@@ -17,6 +17,8 @@ Question = tuple[Float64Array, Float64Array, int]
 """A ray, and the browser whose click it was."""
 
 MAX_WAITING: Final = 8
+NOBODY: Final = -1
+"""Browser of a question that no open view has asked."""
 
 
 class Clicks:

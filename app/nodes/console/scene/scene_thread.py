@@ -30,10 +30,12 @@ from app.nodes.console.scene.click_explanation import (
     ExplanationBuilder,
     with_labels,
 )
-from app.nodes.console.scene.clicks import Clicks
+from app.nodes.console.scene.clicks import NOBODY, Clicks, Question
 from app.nodes.console.scene.goal_list import goal_list
 from app.nodes.console.scene.inbox import Inbox
 from app.nodes.console.scene.place_requests import PlaceRequests
+from app.nodes.console.scene.pointed_places import name_under, ray_onto
+from app.nodes.console.scene.scene_requests import Hover
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.browsers import acting_browser
 from app.nodes.console.web.viser_server import LoopbackViserServer
@@ -163,6 +165,7 @@ class SceneThread:
                 self._take(key, payload)
             self._fetch_if_needed()
             self._explain()
+            self._state_feed.scene.answer_hovers(self._name)
             exports = self._state_feed.exports
             self._places.step(self.model, exports.plan_asked_s, again=exports.take_names_changed())
             exports.fill(self.model)
@@ -223,7 +226,7 @@ class SceneThread:
             self._fetching = False
 
     def _explain(self) -> None:
-        for origin, direction, client_id in self._clicks.questions():
+        for origin, direction, client_id in [*self._clicks.questions(), *self._looks()]:
             self._explanation, highlight, voxel = self._explanations.explain(
                 origin, direction, self._browser_views.options_of(client_id).ceiling_m
             )
@@ -237,6 +240,20 @@ class SceneThread:
                 goal = self.model.status.goal if self.model.status is not None else None
                 wanted = goal.object.replace("_", " ") if goal is not None else ""
                 self._explanation = with_labels(self._explanation, reply, wanted)
+
+    def _looks(self) -> list[Question]:
+        """Fly to the things that pages want to see, and return what to explain."""
+        asked: list[Question] = []
+        for look in self._state_feed.scene.looks():
+            views = self._browser_views.of(look.browser)
+            for view in views:
+                self.follow.fly(view.client, look.centre_world, look.size_m)
+            client_id = views[0].client.client_id if views else NOBODY
+            asked.append((*ray_onto(look, self.model.voxel_size_m or 0.0), client_id))
+        return asked
+
+    def _name(self, hover: Hover) -> str:
+        return name_under(self.model, self._browser_views.of(hover.browser), hover)
 
     def _inspect(self, number: int, voxel: tuple[float, float, float]) -> None:
         try:

@@ -9,6 +9,7 @@ from typing import Final
 
 from app.nodes.console.camera.camera_feed import CameraFeed
 from app.nodes.console.scene.export_requests import ExportRequests
+from app.nodes.console.scene.scene_requests import SceneRequests
 
 PICTURES = 32
 STALLED_S: Final = 5.0
@@ -25,6 +26,8 @@ class StateFeed:
         """Camera pictures for the pages."""
         self.exports = ExportRequests()
         """Export files that pages requested."""
+        self.scene = SceneRequests()
+        """Places that pages point at."""
         self.goals = b"{}"
         """The list of goals as JSON, see `goal_list`; replaced as a whole."""
         self.calls = b"{}"

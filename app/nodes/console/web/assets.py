@@ -15,8 +15,9 @@ PREFIX: Final = "/assets/"
 _NAMES: Final = (
     "shell.css", "shell.js", "view.css", "icon.svg",
     "answers.js", "calls.js", "camera.css", "camera.js", "camera_worker.js", "drive.css",
-    "drive.js", "explain.js", "fold.js", "goals.js", "help.js", "introduction.css",
-    "introduction.js", "lease.css", "lease.js", "login.css", "map_first.js", "one_layout.js",
+    "drive.js", "explain.js", "fold.js", "goals.js", "help.js", "hover.js", "introduction.css",
+    "introduction.js", "lease.css", "lease.js", "login.css", "map_first.js", "notice.js",
+    "one_layout.js",
     "plan.css", "plan.js", "plan_drawing.js", "scene_area.js", "side.css", "side.js", "things.js",
 )  # fmt: skip
 _TYPES: Final = {

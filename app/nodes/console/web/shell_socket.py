@@ -13,6 +13,7 @@ from app.messages.control import ControlRequest, QueueRequest, SavedSearchReques
 from app.messages.driving import DriveModeName
 from app.messages.memory import MemoryNoteRequest
 from app.nodes.console.link.commands import CommandError, Controller
+from app.nodes.console.scene.scene_requests import Hover, Look
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.browsers import Browser, Role, Standing, set_acting_browser
 from app.nodes.console.web.page_messages import page_messages, until_one_ends
@@ -28,6 +29,8 @@ ASLEEP_S: Final = 5.0
 pauses of a page that renders slowly. A closed page is noticed at once."""
 
 Share = Annotated[float, msgspec.Meta(ge=-1.0, le=1.0)]
+ViewShare = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
+Metres = Annotated[float, msgspec.Meta(ge=-1e4, le=1e4)]
 
 
 class ShellPing(msgspec.Struct, tag="ping", forbid_unknown_fields=True):
@@ -94,6 +97,21 @@ class ShellNote(msgspec.Struct, tag="note", forbid_unknown_fields=True):
     change: MemoryNoteRequest
 
 
+class ShellLook(msgspec.Struct, tag="look", forbid_unknown_fields=True):
+    """A thing to fly to and to explain."""
+
+    position: tuple[Metres, Metres, Metres]
+    size: tuple[Metres, Metres, Metres] = (0.5, 0.5, 0.5)
+
+
+class ShellHover(msgspec.Struct, tag="hover", forbid_unknown_fields=True):
+    """Point of the view under the pointer; the reply names what is there."""
+
+    id: int
+    u: ViewShare
+    v: ViewShare
+
+
 class ShellQueue(msgspec.Struct, tag="queue", forbid_unknown_fields=True):
     """Change of the queue of goals."""
 
@@ -134,7 +152,7 @@ class ShellReply(msgspec.Struct, tag="reply"):
 
 _Message = (
     ShellPing | ShellCommand | ShellDrive | ShellInput | ShellAlive | ShellLease | ShellRoom
-    | ShellSearch | ShellNote | ShellQueue | ShellSaved
+    | ShellLook | ShellHover | ShellSearch | ShellNote | ShellQueue | ShellSaved
 )  # fmt: skip
 _decoder: Final = msgspec.json.Decoder(_Message)
 
@@ -189,8 +207,19 @@ async def _listen(
             if isinstance(message, ShellAlive):
                 standing.hear()
                 continue
+            if isinstance(message, ShellLook):
+                state_feed.scene.look(
+                    Look(
+                        browser=standing.browser,
+                        centre_world=message.position,
+                        size_m=message.size,
+                    )
+                )
+                continue
             if isinstance(message, ShellLease):
                 task = asyncio.create_task(standing.act(message))
+            elif isinstance(message, ShellHover):
+                task = asyncio.create_task(_name(message, put, state_feed, standing.browser))
             else:
                 task = asyncio.create_task(_command(message, put, controller, state_feed))
             commands.add(task)
@@ -214,7 +243,7 @@ class _Standing:
     ) -> None:
         self._put = put
         self._controller = controller
-        self._browser = browser
+        self.browser = browser
         self._told: ShellYou | None = None
         self._is_new = True
         self._heard_s = time.monotonic()
@@ -227,14 +256,14 @@ class _Standing:
         """Renew the lease or the pending request; for a new page, check whether there is one."""
         while True:
             is_awake = time.monotonic() - self._heard_s < ASLEEP_S
-            if is_awake and (self._browser.has_lease_or_request or self._is_new):
+            if is_awake and (self.browser.has_lease_or_request or self._is_new):
                 await self._renew()
             await self.tell()
             await asyncio.sleep(RENEW_S)
 
     async def _renew(self) -> None:
         try:
-            if may_command(self._browser):
+            if may_command(self.browser):
                 await self._controller.lease("renew")
             self._is_new = False
         except CommandError as error:
@@ -252,7 +281,7 @@ class _Standing:
 
     async def tell(self) -> None:
         """Send the standing to the page if it changed."""
-        browser = self._browser
+        browser = self.browser
         you = ShellYou(
             name=browser.name,
             role=browser.role,
@@ -266,6 +295,17 @@ class _Standing:
 
 
 _Command = ShellCommand | ShellDrive | ShellRoom | ShellSearch | ShellNote | ShellQueue | ShellSaved
+
+
+async def _name(
+    message: ShellHover,
+    put: Callable[[bytes], Awaitable[None]],
+    state_feed: StateFeed,
+    browser: Browser,
+) -> None:
+    hover = Hover(browser=browser, u=message.u, v=message.v)
+    text = await state_feed.scene.name_under(hover)
+    await put(msgspec.json.encode(ShellReply(id=message.id, ok=True, text=text)))
 
 
 async def _command(

@@ -104,6 +104,12 @@ class Navigator:
             raise CommandError(self.problem)
         return b"\xff\xd8\xff" if instance_id == 1 else b""
 
+    def note_thing(self, request):
+        self.actions.append(request)
+        if self.problem is not None:
+            raise CommandError(self.problem)
+        return "This mug is Anna's mug."
+
     def search_for(self, wanted):
         self.actions.append(wanted)
         if self.problem is not None:

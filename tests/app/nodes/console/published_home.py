@@ -24,7 +24,12 @@ from app.messages.control import (
     encode,
 )
 from app.messages.images import decode_color, encode_camera
-from app.messages.memory import MemoryReply, MemoryRequest, RoomNameRequest
+from app.messages.memory import (
+    MemoryNoteRequest,
+    MemoryReply,
+    MemoryRequest,
+    RoomNameRequest,
+)
 from app.messages.motion import StampedPath, StampedTransform, encode_path, encode_transforms
 from app.messages.scene import encode_tree, encode_voxels
 from app.messages.status import GoalStatus
@@ -86,6 +91,7 @@ class PublishedHome:
             keys.ROOMS: lambda _: encode(rooms_of(self.room_name)),
             keys.ROOM_NAME: self._name_room,
             keys.MEMORY: self._memory,
+            keys.MEMORY_NOTE: self._note,
             keys.MAP_KEYFRAME: lambda _: encode_voxels(self.keyframe()),
             keys.STATUS: lambda _: encode(self.status()),
             keys.LEVELS: lambda _: encode(proximity_of()),
@@ -105,6 +111,7 @@ class PublishedHome:
         self.status_changes = {}
         self.saved = [SavedSearch(saved_id=4, object="my keys", context="in the hall")]
         self.room_name = ""
+        self.things = things_of()
         self.frozen = False
         """Nothing changes, and only the status is published."""
 
@@ -218,9 +225,31 @@ class PublishedHome:
 
     def _memory(self, payload):
         asked = decode(payload, MemoryRequest)
-        things = things_of()
+        things = self.things
         picture = b"" if asked.picture is None else decode_color(camera_image()).encoded
         return encode(MemoryReply(things=things, count=len(things), picture=picture))
+
+    def _note(self, payload):
+        """As the navigator does: what was denied is not the label any more."""
+        request = decode(payload, MemoryNoteRequest)
+        at = next(k for k, one in enumerate(self.things) if one.instance_id == request.instance_id)
+        one = self.things[at]
+        if request.name == "mug":
+            return encode(ErrorReply(error="'mug' is a kind of things"))
+        if request.name is not None:
+            one = msgspec.structs.replace(one, name=request.name)
+        if request.deny:
+            (label, _), *others = one.alternatives
+            one = msgspec.structs.replace(
+                one, label=label, probability=0.5, alternatives=others, denied=[request.deny]
+            )
+        if request.allow:
+            others = [(one.label, 0.05)]
+            one = msgspec.structs.replace(
+                one, label=request.allow, probability=0.9, alternatives=others, denied=[]
+            )
+        self.things[at] = one
+        return encode(one)
 
     def _sentence(self, payload):
         request = read_request(decode(payload, SentenceRequest).sentence)

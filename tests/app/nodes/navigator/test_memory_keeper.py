@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from app.memory.memory_file import memory_path, read_memory, read_picture, write_memory
+from app.messages.memory import MemoryNoteRequest
 from app.nodes.navigator import memory_keeper
 from app.nodes.navigator.memory_keeper import MemoryKeeper
 from ippon.camera import PinholeCamera
@@ -13,6 +14,7 @@ from ippon.frame import Frame
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
 from ippon.mapping.voxel_map import MapConfig, VoxelMap
 from ippon.memory.instance_memory import MemoryChanges
+from ippon.mission.finds.find_geometry import ExclusionConfig
 from ippon.mission.snapshot import Find
 from ippon.vocabulary import MATTERPORT_40
 from tests.app.memory.test_memory_file import thing
@@ -60,12 +62,14 @@ def hat_search(position=(2.0, 0.0, 1.0), found=True):
         position_world=position, size_m=(0.3, 0.3, 0.3), probability=0.95, voxels=4, box_px=None
     )
     return SimpleNamespace(
-        goal=SimpleNamespace(object="hat", display="my hat"),
+        goal=SimpleNamespace(object="hat", display="my hat", thing_id=None),
         find=find if found else None,
         candidates=(),
         rejected=[],
         layer=None,
         judged=lambda _: (),
+        is_rejected=lambda _: False,
+        exclusion=ExclusionConfig(),
     )
 
 
@@ -161,3 +165,50 @@ def test_without_a_file_memory_lasts_as_long_as_the_process(voxel_map, frame):
     assert keeper.picture(keeper.instances[0].instance_id) is not None
     assert keeper.picture(77) is None
     keeper.close()
+
+
+def test_what_a_person_says_is_kept_and_holds_for_searches_at_once(open_keeper, frame, tmp_path):
+    keeper = open_keeper([])
+    search = hat_search()
+    keeper.begin(search)
+    keeper.step(frame, search, 0.0)
+    (hat,) = keeper.instances
+    number = hat.instance_id
+    keeper.note(MemoryNoteRequest(instance_id=number, name=" Opa's  hat"), [])
+    later = hat_search(found=False)
+    noted = keeper.note(MemoryNoteRequest(instance_id=number, deny="hat"), [later])
+    assert (noted.name, noted.believed) == ("Opa's hat", "")
+    assert len(later.rejected) == 1
+    keeper.close()
+    (kept,) = read_memory(memory_path(tmp_path / "home.map"))
+    assert (kept.name, kept.denied) == ("Opa's hat", ("hat",))
+    events = []
+    again = open_keeper(events)
+    third = hat_search(found=False)
+    again.begin(third)
+    assert events == [], "it is not recalled as a hat"
+    assert len(third.rejected) == 1
+    again.note(MemoryNoteRequest(instance_id=number, allow="hat"), [])
+    again.begin(hat_search(found=False))
+    assert [text for _, text in events] == [
+        "Opa's hat was last seen just now: at (2.0, 0.0), 1.0 m high"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("said", "why"),
+    [
+        ({"instance_id": 9, "name": "x"}, "no thing with number 9 any more"),
+        ({"instance_id": 1}, "nothing is said of the thing"),
+        ({"instance_id": 1, "deny": "mug"}, "it is not taken for a mug, but for hat"),
+        ({"instance_id": 1, "name": "hats"}, "is a kind of things"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_and_changes_nothing(open_keeper, frame, said, why):
+    keeper = open_keeper([])
+    keeper.begin(search := hat_search())
+    keeper.step(frame, search, 0.0)
+    before = keeper.instances
+    with pytest.raises(ValueError, match=why):
+        keeper.note(MemoryNoteRequest(**said), [])
+    assert keeper.instances == before

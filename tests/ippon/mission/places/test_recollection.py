@@ -1,7 +1,10 @@
 """A robot in a home of boxes that is asked for the same thing on two days."""
 
+import dataclasses
+
 import pytest
 
+from ippon.memory.instance import Sighting
 from ippon.memory.instance_memory import InstanceMemory
 from ippon.mission.places.recollection import Recollection, RecollectionConfig
 from ippon.mission.snapshot import MissionState
@@ -132,3 +135,39 @@ def test_a_find_that_is_rejected_is_forgotten(first_day):
 def test_probabilities_that_mean_nothing_are_refused(low, high):
     with pytest.raises(ValueError, match="disproved_probability lies above 0"):
         RecollectionConfig(disproved_probability=low, recalled_probability=high)
+
+
+def test_what_a_person_denied_is_not_found_again_but_another_one_is(first_day, room):
+    robot, recollection = first_day
+    (one,) = [k for k in recollection.memory.instances() if k.label == "hat"]
+    recollection.memory.note(one.instance_id, name="", denied=("hat",))
+    boxes = [*room(8.0, 4.0), TABLE, SOFA, ON_TABLE, ON_SOFA]
+    assert begin_second_day(robot, recollection, boxes) == (), "it is not looked at first"
+    live(robot, recollection, 90.0, NOW_NS + DAY_NS)
+    assert robot.last.state is MissionState.FOUND
+    assert robot.last.find.position_world == pytest.approx((1.75, 3.45, 0.65), abs=0.3)
+
+
+def test_a_named_thing_is_searched_for_and_not_another_of_its_kind(first_day, room):
+    robot, recollection = first_day
+    (one,) = [k for k in recollection.memory.instances() if k.label == "hat"]
+    memory = recollection.memory
+    other = dataclasses.replace(_seen_as(one), position_world=(1.75, 3.45, 0.65))
+    other = memory.note_find(other, NOW_NS + 1)
+    memory.note(other.instance_id, name="Anna's hat", denied=())
+    robot.ask("sofa", goal_id=2)
+    recollection.begin(robot.mission.search)
+    live(robot, recollection, 90.0, NOW_NS + DAY_NS // 2)
+    robot.rebuild([*room(8.0, 4.0), TABLE, SOFA, ON_TABLE, ON_SOFA])
+    robot.ask("hat", goal_id=3)
+    search = robot.mission.search
+    search.goal = dataclasses.replace(search.goal, thing_id=other.instance_id)
+    assert [k.name for k in recollection.begin(search)] == ["Anna's hat"]
+    live(robot, recollection, 90.0, NOW_NS + DAY_NS)
+    assert robot.last.state is MissionState.FOUND
+    assert robot.last.find.position_world == pytest.approx((1.75, 3.45, 0.65), abs=0.3)
+
+
+def _seen_as(one):
+    names = [field.name for field in dataclasses.fields(Sighting)]
+    return Sighting(**{name: getattr(one, name) for name in names})

@@ -22,6 +22,7 @@ from app.messages.control import (
     encode,
 )
 from app.messages.driving import DriveStatus
+from app.messages.memory import MemoryNoteRequest
 from app.messages.perception.heatmaps import encode_heatmap
 from app.messages.status import FindReport, GoalStatus
 from ippon.observation import Heatmap
@@ -298,6 +299,148 @@ def test_what_is_remembered_is_found_shown_and_searched_for(page, parts, shoot):
     shoot("things-all", 1_000)
     page.locator("#things-find").press("Escape")
     expect(page.locator("#things")).to_be_hidden()
+
+
+def test_a_thing_is_named_and_denied_by_a_person_and_markup_stays_text(page, parts, shoot):
+    noted = parts[0]
+    _tab(page, "Map")
+    page.keyboard.press("p")
+    expect(page.locator("#plan")).to_be_hidden()
+    page.keyboard.press("t")
+    page.locator("#things-find").fill("")
+    things = page.locator("#things")
+    table = things.locator("#things-list li", has_text="table")
+    table.get_by_title("Show where it is").press("Enter")
+    expect(page.locator("#explanation")).to_be_visible()
+    expect(page.locator("#explanation-rows")).to_contain_text("height")
+    things.get_by_role("button", name="Give table a name").press("Enter")
+    page.keyboard.type("mug")
+    page.keyboard.press("Enter")
+    expect(page.locator("#things-count")).to_have_text("'mug' is a kind of things")
+    page.get_by_label("Name of the thing; empty for none").fill("<b>Opa's</b> table")
+    page.keyboard.press("Enter")
+    row = things.locator("#things-list li", has_text="<b>Opa's</b> table")
+    expect(row).to_contain_text("table 90 %")
+    expect(page.locator("#things-count")).to_have_text("This table is <b>Opa's</b> table.")
+    row.get_by_role("button", name="<b>Opa's</b> table is not a table").press("Enter")
+    expect(row).to_contain_text("armchair 50 %")
+    expect(row).to_contain_text("not a table")
+    expect(page.locator("#things-count")).to_contain_text("no search will take it for one")
+    shoot("things-named", 2_500)
+    requests = [decode(sent, MemoryNoteRequest) for key, sent in noted.home.requests
+                if key == keys.MEMORY_NOTE]  # fmt: skip
+    assert requests[-1] == MemoryNoteRequest(instance_id=2, deny="table")
+    row.get_by_role("button", name="<b>Opa's</b> table may be a table").press("Enter")
+    expect(row).to_contain_text("table 90 %")
+    row.get_by_role("button", name="Search for this <b>Opa's</b> table").press("Enter")
+    expect(page.locator("#things-count")).to_contain_text("Looking for: <b>Opa's</b> table")
+    page.set_viewport_size({"width": 390, "height": 844})
+    for one in things.get_by_role("button").all():
+        box = one.bounding_box()
+        assert box is None or (box["x"] >= 0 and box["x"] + box["width"] <= 390)
+    shoot("phone-things", 800)
+    page.set_viewport_size({"width": 1440, "height": 900})
+    page.locator("#things-find").press("Escape")
+    expect(things).to_be_hidden()
+    page.locator("#explanation-close").click()
+    noted.home.begin_again()
+
+
+def test_two_thousand_things_stay_smooth(page, parts):
+    """Times to open, filter and scroll; the figures are for docs/results.md."""
+    noted = parts[0]
+    one = noted.home.things[0]
+    kinds = ["mug", "chair", "book", "kitchen_counter", "plant"]
+    noted.home.things = [
+        msgspec.structs.replace(
+            one, instance_id=n, label=kinds[n % 5], position_world=(n % 8 + 0.5, 1.0, 0.4)
+        )
+        for n in range(1, 2_001)
+    ]
+    took = page.evaluate(
+        """async () => {
+          const count = document.getElementById("things-count");
+          const find = document.getElementById("things-find");
+          const list = document.getElementById("things-list");
+          const frame = () => new Promise((go) => requestAnimationFrame(go));
+          const drawn = async () => { await frame(); await frame(); };
+          const until = async (text) => {
+            while (count.textContent !== text) await frame();
+            await drawn();
+          };
+          const time = async (act) => {
+            const began = performance.now();
+            await act();
+            return Math.round(performance.now() - began);
+          };
+          const took = {};
+          find.value = "";
+          took.open = await time(async () => {
+            document.querySelector("[data-opens='things']").click();
+            await until("2000 things");
+          });
+          took.filter = await time(async () => {
+            find.value = "kitchen";
+            find.dispatchEvent(new Event("input"));
+            await until("400 of 2000 things");
+          });
+          took.unfilter = await time(async () => {
+            find.value = "";
+            find.dispatchEvent(new Event("input"));
+            await until("2000 things");
+          });
+          const frames = [];
+          let last = await frame();
+          for (let n = 1; n <= 40; n += 1) {
+            list.scrollTop = n * list.scrollHeight / 40;
+            const now = await frame();
+            frames.push(Math.round(now - last));
+            last = now;
+          }
+          took.frames = frames.sort((x, y) => x - y);
+          const idle = [];
+          last = await frame();
+          for (let n = 1; n <= 40; n += 1) {
+            const now = await frame();
+            idle.push(Math.round(now - last));
+            last = now;
+          }
+          took.idleFrames = idle.sort((x, y) => x - y);
+          list.lastElementChild.querySelector(".thing").click();
+          took.chosen = list.lastElementChild.classList.contains("chosen");
+          return took;
+        }"""
+    )
+    folder = os.environ.get(KEEP_PICTURES)
+    if folder is not None:
+        (Path(folder) / "two_thousand_things_ms.txt").write_text(f"{took}\n")
+    assert took["chosen"]
+    page.locator("#things-find").press("Escape")
+    noted.home.begin_again()
+
+
+def test_the_name_of_a_kind_is_beside_the_pointer(page, shoot):
+    _tab(page, "Map")
+    inside = page.frame_locator("#view")
+    inside.get_by_role("button", name="Show the whole map").click()
+    inside.get_by_role("button", name="Thing", exact=True).click()
+    expect(inside.locator("[data-mode='thing']")).to_contain_text("sofa")
+    page.wait_for_timeout(3_000)
+    label, names = page.locator("#hover"), set()
+    for k in range(24):
+        page.mouse.move(330 + 90 * (k % 6), 300 + 90 * (k // 6))
+        page.wait_for_timeout(400)
+        if label.is_visible():
+            names.add(label.inner_text())
+            if names & {"sofa", "bed", "table"}:
+                break
+    assert names <= {"wall", "floor", "sofa", "table", "bed", "plant"}
+    assert names & {"sofa", "bed", "table"}
+    shoot("hover")
+    inside.get_by_role("button", name="Camera", exact=True).click()
+    page.mouse.move(500, 400)
+    page.wait_for_timeout(600)
+    expect(label).to_be_hidden()
 
 
 def test_goals_are_ordered_edited_repeated_and_saved_by_keyboard(page, parts, shoot):

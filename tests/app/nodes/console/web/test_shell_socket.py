@@ -5,6 +5,7 @@ import time
 import pytest
 
 from app.messages.control import ControlRequest, QueueRequest, SavedSearchRequest
+from app.messages.memory import MemoryNoteRequest
 from app.nodes.console.web import shell_socket
 from tests.app.nodes.console.served import closing_code, hear
 
@@ -46,6 +47,38 @@ def test_a_remembered_thing_is_searched_for(client, navigator):
         told = {"type": "reply", "id": 3, "ok": True, "text": "Looking for: coffee table."}
         assert hear(shell) == told
         assert "coffee table" in navigator.actions
+
+
+def test_what_a_person_says_of_a_thing_is_passed_on_and_the_plan_asks_again(
+    client, navigator, state_feed
+):
+    with client.socket("/api/ws") as shell:
+        hear(shell)
+        shell.send('{"type":"note","id":4,"change":{"instance_id":2,"name":"Anna\'s mug"}}')
+        assert hear(shell)["text"] == "This mug is Anna's mug."
+        assert navigator.actions[-1] == MemoryNoteRequest(instance_id=2, name="Anna's mug")
+        assert state_feed.exports.take_names_changed()
+        navigator.problem = "there is no thing with number 3 any more"
+        shell.send('{"type":"note","id":5,"change":{"instance_id":3,"deny":"mug"}}')
+        reply = hear(shell)
+        assert (reply["ok"], reply["text"]) == (False, navigator.problem)
+
+
+def test_the_scene_is_asked_what_a_page_points_at(client, state_feed):
+    with client.socket("/api/ws") as shell:
+        hear(shell)
+        shell.send('{"type":"look","position":[1,2,0.5]}')
+        shell.send('{"type":"hover","id":6,"u":0.25,"v":0.5}')
+        asked = []
+        deadline = time.monotonic() + 10.0
+        while not asked:
+            assert time.monotonic() < deadline
+            state_feed.scene.answer_hovers(lambda hover: asked.append(hover) or "sofa")
+            time.sleep(0.01)
+        assert hear(shell) == {"type": "reply", "id": 6, "ok": True, "text": "sofa"}
+        assert (asked[0].u, asked[0].v) == (0.25, 0.5)
+        (look,) = state_feed.scene.looks()
+        assert (look.centre_world, look.browser) == ((1, 2, 0.5), asked[0].browser)
 
 
 def test_goals_are_changed_cancelled_and_saved_by_number(client, navigator):

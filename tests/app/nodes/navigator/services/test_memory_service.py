@@ -7,6 +7,7 @@ from app.links.network.requests import RequestRefusedError, ask
 from app.messages import keys
 from app.messages.memory import MemoryReply, MemoryRequest
 from app.nodes.navigator.services.memory_service import MemoryService
+from app.nodes.navigator.services.operation_queue import OperationQueue
 from ippon.vocabulary import MATTERPORT_40
 from tests.app.memory.test_memory_file import thing
 
@@ -22,7 +23,7 @@ def remembered(sessions):
         problem="",
         picture=lambda k: b"\xff\xd8" if k == 41 else None,
     )
-    service = MemoryService(sessions[0], "r", keeper)
+    service = MemoryService(sessions[0], "r", keeper, OperationQueue(wake=lambda: None))
 
     def request(**fields):
         return ask(sessions[1], f"r/{keys.MEMORY}", MemoryRequest(**fields), MemoryReply, 20.0)

@@ -9,6 +9,10 @@ from app.links.network.requests import RequestRefusedError, ask
 from app.messages import keys
 from app.messages.control import PictureRequest, SearchRequest, SentenceReading, SentenceRequest
 from app.nodes.navigator.services import sentence_service
+from app.nodes.navigator.services.goal_service import GoalService
+from ippon.guidance.language.requests.goals import Attribute
+from ippon.guidance.language.requests.sentence import search_name
+from tests.app.memory.test_memory_file import thing
 from tests.app.nodes.navigator.conftest import MODEL, Model
 
 
@@ -41,6 +45,29 @@ def test_a_sentence_may_refer_to_the_goal_that_was_asked_for_last(open_office):
     office.goals.add(office.guidance.plan(SearchRequest(object="red mug"), 0.0))
     reading = office.sentences.read(request)
     assert (reading.goals[0].object, reading.goals[0].refers_to) == ("mug", "other")
+
+
+def test_the_name_of_a_thing_is_read_and_searched_for(open_office):
+    office = open_office()
+    mug = thing(7, label="mug", name="Anna's mug")
+    office.sentences.things = lambda: (mug,)
+    orders = GoalService(office.goals, office.guidance, stop_latch=None, operations=None)
+    orders.things = office.sentences.things
+    reading = office.sentences.read(SentenceRequest(sentence="find Anna's mug, it is in the hall"))
+    (goal,) = reading.goals
+    assert (goal.display, reading.doubtful) == ("Anna's mug", False)
+    search = orders.plan(SearchRequest(object=search_name(goal), context=goal.context))
+    assert (search.goal.object, search.goal.display) == ("mug", "Anna's mug")
+    assert search.goal.thing_id == 7
+    owner = [Attribute(kind="owner", value="Anna")]
+    search = orders.plan(SearchRequest(object="mug", attributes=owner))
+    assert search.goal.thing_id == 7
+    assert search.goal.attributes == ()
+    assert orders.plan(SearchRequest(object="mug")).goal.thing_id is None
+    mug = thing(7, label="mug", name="Anna's mug", alternatives=(), denied=("mug",))
+    orders.things = lambda: (mug,)
+    with pytest.raises(RequestRefusedError, match="nobody knows of what"):
+        orders.plan(SearchRequest(object="Anna's mug"))
 
 
 def test_another_language_names_no_object(open_office):

@@ -1,0 +1,75 @@
+"""Requests of pages about the scene: fly to a place, and name what is under the pointer."""
+
+import asyncio
+import queue
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass
+from typing import Final
+
+from app.nodes.console.web.browsers import Browser
+
+PATIENCE_S: Final = 2.0
+MAX_WAITING: Final = 32
+"""Requests beyond these are dropped: the page sends the next one soon."""
+
+Point = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Look:
+    """A thing that a page wants to see."""
+
+    browser: Browser
+    centre_world: Point
+    size_m: Point
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hover:
+    """A point of the view under the pointer of a page."""
+
+    browser: Browser
+    u: float
+    """Column as a share of the view's width."""
+    v: float
+    """Row as a share of its height."""
+
+
+class SceneRequests:
+    """Queues the requests of the pages; the scene thread takes and answers them."""
+
+    def __init__(self) -> None:
+        self._looks: queue.SimpleQueue[Look] = queue.SimpleQueue()
+        self._hovers: queue.SimpleQueue[tuple[Hover, Future[str]]] = queue.SimpleQueue()
+
+    def look(self, look: Look) -> None:
+        """Have the cameras of a browser fly to a thing, from any thread."""
+        if self._looks.qsize() < MAX_WAITING:
+            self._looks.put(look)
+
+    async def name_under(self, hover: Hover) -> str:
+        """Return the name of what is under the pointer; empty for nothing that is named."""
+        if self._hovers.qsize() >= MAX_WAITING:
+            return ""
+        future: Future[str] = Future()
+        self._hovers.put((hover, future))
+        try:
+            async with asyncio.timeout(PATIENCE_S):
+                return await asyncio.wrap_future(future)
+        except TimeoutError:
+            return ""
+
+    def looks(self) -> list[Look]:
+        """Take the things that pages want to see. Called by the scene thread."""
+        taken: list[Look] = []
+        while not self._looks.empty():
+            taken.append(self._looks.get())
+        return taken
+
+    def answer_hovers(self, name_of: Callable[[Hover], str]) -> None:
+        """Answer what is under the pointers. Called by the scene thread."""
+        while not self._hovers.empty():
+            hover, future = self._hovers.get()
+            if future.set_running_or_notify_cancel():
+                future.set_result(name_of(hover))
