@@ -152,7 +152,7 @@ def hold_until_noted(page: Page, key: str, wanted: str) -> None:
         }"""
     )
     deadline = time.monotonic() + 2 * PATIENCE_MS / 1e3
-    while not any(wanted in said for said in (noted := page.evaluate("[...window.noted]"))):
+    while wanted not in (noted := page.evaluate("[...window.noted].join('; ')")):
         assert time.monotonic() < deadline, f"no {wanted!r} in {noted}"
         page.keyboard.up(key)
         page.keyboard.down(key)

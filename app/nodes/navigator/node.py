@@ -103,11 +103,7 @@ class Navigator:
         known = saved.voxel_map if saved is not None else None
         self._first_look = FirstLook(known, self._events.report)
         self._memory = self._keep_memory(session, map_was_read=known is not None)
-        self._memory_service = MemoryService(
-            session, robot, self._memory, self._operations, self._services.control.authorize
-        )
-        self._services.sentences.things = lambda: self._memory.instances
-        self._services.goals.things = self._services.sentences.things
+        self._memory_service = self._serve_memory(session)
         self._state = StatePublisher(session, config, self._sender)
         self._state.publish_alignment(np.eye(4) if T_map_world is None else T_map_world)
         self._state.publish_labels(self._mission)
@@ -269,6 +265,15 @@ class Navigator:
             self._operations.enqueue(lambda _: follower.report(number, outcome))
 
         return GoalOutput(session, self.config.robot, report, self._T_map_world)
+
+    def _serve_memory(self, session: zenoh.Session) -> MemoryService:
+        """Answer questions about remembered things; sentences and goals may name them."""
+        self._services.sentences.things = lambda: self._memory.instances
+        self._services.goals.things = self._services.sentences.things
+        return MemoryService(
+            session, self.config.robot, self._memory, self._operations,
+            self._services.control.authorize,
+        )  # fmt: skip
 
     # -- goals -------------------------------------------------------------------------------
 
