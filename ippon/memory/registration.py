@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-import open3d
 from numpy.typing import NDArray
 from scipy import ndimage
 
@@ -21,8 +20,6 @@ from ippon.geometry import Float64Array, transform_points, yaw_of
 from ippon.mapping.arrays import BLOCK_EDGE, OCCUPIED, UNKNOWN
 from ippon.mapping.voxel_map import VoxelMap
 
-_o3d: Any = open3d
-"""Untyped on purpose: open3d's stubs refuse the arrays that it takes."""
 _CELL_M: Final = 0.1
 _ICP_STEPS: Final = 30
 _LEAST_POINTS: Final = 300
@@ -275,9 +272,10 @@ def _refined(
     points: Float64Array, surface: Float64Array, start: Float64Array, config: RegistrationConfig
 ) -> _Place:
     """Return a place after ICP with ever smaller reach; only yaw and position change."""
-    registration = _o3d.pipelines.registration
+    o3d = _open3d()
+    registration = o3d.pipelines.registration
     source, target = _cloud_of(points), _cloud_of(surface)
-    target.estimate_normals(_o3d.geometry.KDTreeSearchParamHybrid(_NORMAL_RADIUS_M, 30))
+    target.estimate_normals(o3d.geometry.KDTreeSearchParamHybrid(_NORMAL_RADIUS_M, 30))
     estimation = registration.TransformationEstimationPointToPlane()
     steps = registration.ICPConvergenceCriteria(max_iteration=_ICP_STEPS)
     T = start
@@ -317,4 +315,15 @@ def _turn(angle: float) -> float:
 
 
 def _cloud_of(points: Float64Array) -> Any:
-    return _o3d.geometry.PointCloud(_o3d.utility.Vector3dVector(np.ascontiguousarray(points)))
+    o3d = _open3d()
+    return o3d.geometry.PointCloud(o3d.utility.Vector3dVector(np.ascontiguousarray(points)))
+
+
+def _open3d() -> Any:
+    """Return open3d, which takes a quarter of a navigator's start to load and which few need.
+
+    Untyped on purpose: its stubs refuse the arrays that it takes.
+    """
+    import open3d  # noqa: PLC0415
+
+    return open3d
