@@ -22,6 +22,7 @@ SHIPPED: Final = {
 }
 """Files of profiles that come with the program, by name."""
 MOST_BYTES: Final = 100_000
+MOST_OFFSET_MS: Final = 1000.0
 _MAP: Final = MapConfig()
 
 
@@ -71,6 +72,7 @@ class _Camera(_Part, kw_only=True):
     min_depth_m: float = ZED.min_depth_m
     max_depth_m: float = ZED.max_depth_m
     tilt: _Tilt | float
+    clock_offset_ms: float = 0.0
 
 
 class _Detector(_Part, kw_only=True):
@@ -135,6 +137,26 @@ def read_detector(text: str) -> DetectorTable:
     if not all(detector.labels) or not all(detector.labels.values()):
         raise RobotFileError(f"robot profile {text}: detector.labels has an empty name or label")
     return DetectorTable(source=detector.source, labels=detector.labels)
+
+
+def read_clock_offset(text: str) -> float:
+    """Return how far the camera's clock is behind that of the poses, seconds.
+
+    Args:
+        text: Name of a built-in profile, or path of a YAML file.
+
+    Raises:
+        RobotFileError: There is no such profile, or it is invalid.
+    """
+    if text in PROFILES:
+        return 0.0
+    offset_ms = _read(text).camera.clock_offset_ms
+    if not abs(offset_ms) <= MOST_OFFSET_MS:
+        raise RobotFileError(
+            f"robot profile {text}: camera.clock_offset_ms is {offset_ms:g}; it may be -"
+            f"{MOST_OFFSET_MS:g} to {MOST_OFFSET_MS:g}: synchronise clocks that are further apart"
+        )
+    return offset_ms / 1e3
 
 
 def _read(text: str) -> _RobotFile:
@@ -259,6 +281,7 @@ camera:
   width_over_height: {profile.image_aspect:g}  # of its images
   min_depth_m: {profile.min_depth_m:g}  # range of valid depth
   max_depth_m: {profile.max_depth_m:g}
+  clock_offset_ms: 0  # of the camera's clock behind that of the poses (`ippon doctor --robot`)
 {tilt}"""
         + _OPTIONAL
     )

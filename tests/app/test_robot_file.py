@@ -11,6 +11,7 @@ from app.robot_file import (
     DetectorTable,
     RobotFileError,
     map_config,
+    read_clock_offset,
     read_detector,
     read_profile,
     template,
@@ -175,3 +176,12 @@ def test_how_to_read_a_detector_stands_in_the_profile(written):
 def test_a_detector_that_cannot_be_read_is_named(written, detector, text):
     with pytest.raises(RobotFileError, match=text):
         read_detector(str(written(template(ZED) + f"detector: {detector}\n")))
+
+
+def test_the_offset_of_the_cameras_clock_stands_in_the_profile(written):
+    assert read_clock_offset("zed") == 0.0
+    assert read_clock_offset(written(SCOUT)) == 0.0
+    late = SCOUT.replace("tilt: -12", "tilt: -12, clock_offset_ms: -40")
+    assert read_clock_offset(written(late)) == -0.04
+    with pytest.raises(RobotFileError, match="clock_offset_ms is 5000; it may be -1000 to 1000"):
+        read_clock_offset(written(late.replace("-40", "5000")))

@@ -26,7 +26,7 @@ from app.nodes.navigator.run import run_navigator
 from app.nodes.navigator.state.persistence import SavedState, read_saved_state
 from app.process.children import Child
 from app.process.parent_watch import end_with_parent
-from app.robot_file import map_config, read_detector, read_profile
+from app.robot_file import map_config, read_clock_offset, read_detector, read_profile
 from ippon.errors import MapFileError
 from ippon.mission.config import MissionConfig
 from ippon.observation_model import (
@@ -113,6 +113,7 @@ def _config_of(
             robot=command.robot,
             profile=profile,
             detector=read_detector(command.profile),
+            camera_clock_offset_s=read_clock_offset(command.profile),
             observation_model=_observation_model(command.observation_model),
             seed=command.seed,
             mission=mission,

@@ -22,7 +22,7 @@ from app.errors import UsageError
 from app.links.network.session import open_client
 from app.recording.errors import RecordingError
 from app.recording.reading.repair import RecordingCheck, check
-from app.robot_file import RobotFileError, read_profile
+from app.robot_file import RobotFileError, read_clock_offset, read_profile
 
 COLORS: Final[dict[Verdict, str]] = {
     "ok": "green",
@@ -67,13 +67,15 @@ def _robot_findings(command: Doctor) -> list[Finding]:
         LinkError: It does not answer.
     """
     try:
-        profile = None if command.profile is None else read_profile(command.profile)
+        named = command.profile
+        profile = None if named is None else read_profile(named)
+        offset_s = 0.0 if named is None else read_clock_offset(named)
     except RobotFileError as error:
         raise UsageError(str(error)) from error
     endpoint, robot = find_navigator(command.connect, command.robot)
     session = open_client(endpoint)
     try:
-        return check_robot(listen(session, robot), profile)
+        return check_robot(listen(session, robot), profile, offset_s)
     finally:
         session.close()  # pyright: ignore[reportUnknownMemberType]
 

@@ -1,6 +1,9 @@
 """All checks of a live robot, in the order in which they are to be read."""
 
+from typing import Final
+
 from app.doctor.finding import Finding
+from app.doctor.robot.clock_offset import check_offset
 from app.doctor.robot.clocks import check_clocks
 from app.doctor.robot.command_loop import check_commands
 from app.doctor.robot.frames import check_frames
@@ -9,25 +12,33 @@ from app.doctor.robot.samples import Samples
 from app.links.robot_streams.transforms import TransformBuffer
 from app.messages import keys
 from app.messages.cdr import MessageError
+from app.messages.images import StampedCamera
 from app.messages.motion import decode_transforms
 from app.nodes.navigator.profile_check import profile_mismatches
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
-from ippon.geometry import invert_transform
+from ippon.geometry import Float64Array, invert_transform
 from ippon.robot import RobotProfile
 
+MOST_POSES: Final = 5000
 
-def check_robot(samples: Samples, profile: RobotProfile | None = None) -> list[Finding]:
+
+def check_robot(
+    samples: Samples, profile: RobotProfile | None = None, clock_offset_s: float = 0.0
+) -> list[Finding]:
     """Return a line for each stream, for the frames and for the commands.
 
     Args:
         samples: What the robot sent.
         profile: Compared with its camera; None for no comparison.
+        clock_offset_s: What the profile says about the camera's clock.
     """
     camera = check_camera(samples)
     findings = [*camera.findings, *check_clocks(samples)]
     optical = None if camera.camera is None else camera.camera.frame_id
     findings += check_frames(samples, optical, sorted(camera.colors))
+    if camera.camera is not None and camera.depths:
+        findings.append(_check_offset(samples, camera, camera.camera, clock_offset_s))
     if profile is not None:
         findings += _check_profile(samples, camera, profile)
     return [*findings, *check_commands(samples, profile)]
@@ -50,11 +61,19 @@ def _check_profile(samples: Samples, camera: CameraCheck, profile: RobotProfile)
     return [Finding(what="profile", verdict="failed", detail=text, do=do) for text in wrong]
 
 
-def last_frame(samples: Samples, camera: CameraCheck) -> Frame | None:
-    """Return the newest colour image with depth and poses by tf; None where there is none."""
-    if camera.camera is None:
-        return None
-    buffer = TransformBuffer()
+def _check_offset(
+    samples: Samples, check: CameraCheck, camera: StampedCamera, clock_offset_s: float
+) -> Finding:
+    buffer, frame = _transforms_of(samples), camera.frame_id
+
+    def pose_at(stamp_ns: int) -> Float64Array | None:
+        return buffer.lookup("map", frame, stamp_ns + round(1e9 * clock_offset_s))
+
+    return check_offset(sorted(check.depths.items()), camera.camera, pose_at, clock_offset_s)
+
+
+def _transforms_of(samples: Samples) -> TransformBuffer:
+    buffer = TransformBuffer(history=MOST_POSES)
     for key in (keys.TF_STATIC, keys.TF):
         for arrival in samples.arrivals.get(key, []):
             try:
@@ -62,6 +81,14 @@ def last_frame(samples: Samples, camera: CameraCheck) -> Frame | None:
                     buffer.add(transform, fixed=key == keys.TF_STATIC)
             except MessageError:
                 continue
+    return buffer
+
+
+def last_frame(samples: Samples, camera: CameraCheck) -> Frame | None:
+    """Return the newest colour image with depth and poses by tf; None where there is none."""
+    if camera.camera is None:
+        return None
+    buffer = _transforms_of(samples)
     for stamp, color, depth in reversed(camera.pairs()):
         T_world_camera = buffer.lookup("map", camera.camera.frame_id, stamp)
         T_world_base = buffer.lookup("map", "base_link", stamp)

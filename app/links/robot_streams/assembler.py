@@ -32,7 +32,7 @@ from app.messages.perception.detections import StampedBoxes, decode_detections
 from app.messages.perception.detector_info import decode_detector_name, decode_label_names
 from app.messages.perception.heatmaps import StampedHeatmap, decode_heatmap
 from ippon.frame import NANOSECONDS, Frame
-from ippon.geometry import invert_transform
+from ippon.geometry import Float64Array, invert_transform
 from ippon.observation import Heatmap
 
 MAX_PENDING: Final = 16
@@ -62,6 +62,8 @@ class AssemblerConfig:
     heatmap_wait_s: float = 0.3
     """Frames go without heatmap once the last one is this much older, in robot time. Longer keeps
     more frames and heatmaps together, and lets commands age while they wait."""
+    camera_clock_offset_s: float = 0.0
+    """How far the camera's clock is behind that of the poses."""
     backwards_s: float = 1.0
     """Step back of a stamp from which the robot's clock counts as restarted."""
 
@@ -76,6 +78,7 @@ class FrameAssembler:
         self.detector = detector or RobotDetector()
         """Converts detections to heatmaps."""
         self._tolerance_ns = round(NANOSECONDS * self._config.tolerance_s)
+        self._offset_ns = round(NANOSECONDS * self._config.camera_clock_offset_s)
         self._colors: dict[int, CompressedColor] = {}
         self._depths: dict[int, DepthImage] = {}
         self._heatmaps: dict[int, Seen] = {}
@@ -111,7 +114,7 @@ class FrameAssembler:
         if self._match(self._depths, stamp) is None:
             return "a depth image with the stamp of the colour image"
         for frame in (self._camera.frame_id, config.base_frame):
-            if self._transforms.lookup(config.world_frame, frame, stamp) is None:
+            if self._pose(frame, stamp) is None:
                 return f"tf from {config.world_frame} to {frame[:60]} at the stamp of the images"
         return ""
 
@@ -227,13 +230,8 @@ class FrameAssembler:
         depth = self._match(self._depths, color.stamp_ns)
         if depth is None or self._camera is None:
             return None
-        frame = self._camera.frame_id
-        config = self._config
-        known = (
-            self._transforms.lookup(config.world_frame, frame, color.stamp_ns),
-            self._transforms.lookup(config.world_frame, config.base_frame, color.stamp_ns),
-        )
-        if known[0] is None or known[1] is None:
+        frames = (self._camera.frame_id, self._config.base_frame)
+        if any(self._pose(frame, color.stamp_ns) is None for frame in frames):
             return None
         heatmap = self._match(self._heatmaps, color.stamp_ns)
         if heatmap is None and self._heatmaps_come():
@@ -247,9 +245,9 @@ class FrameAssembler:
 
     def _frame(self, color: CompressedColor, depth: DepthImage, seen: Seen | None) -> Frame:
         assert self._camera is not None
-        config, stamp = self._config, color.stamp_ns
-        T_world_camera = self._transforms.lookup(config.world_frame, self._camera.frame_id, stamp)
-        T_world_base = self._transforms.lookup(config.world_frame, config.base_frame, stamp)
+        stamp = color.stamp_ns
+        T_world_camera = self._pose(self._camera.frame_id, stamp)
+        T_world_base = self._pose(self._config.base_frame, stamp)
         assert T_world_camera is not None
         assert T_world_base is not None
         T_base_camera = invert_transform(T_world_base) @ T_world_camera
@@ -265,6 +263,10 @@ class FrameAssembler:
             heatmap=None if seen is None else self._heatmap_of(seen, depth.depth),
             contact=contact,
         )
+
+    def _pose(self, frame: str, stamp_ns: int) -> Float64Array | None:
+        world = self._config.world_frame
+        return self._transforms.lookup(world, frame, stamp_ns + self._offset_ns)
 
     def _check_clock(self, stamp_ns: int) -> None:
         if self._taken_ns - stamp_ns > NANOSECONDS * self._config.backwards_s:

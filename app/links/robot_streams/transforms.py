@@ -1,11 +1,10 @@
 """The tree of coordinate frames, as tf messages build it."""
 
 from bisect import bisect_left
-from collections import deque
 from typing import Final
 
 import numpy as np
-from scipy.spatial.transform import Rotation, Slerp
+from scipy.spatial.transform import Rotation
 
 from app.messages.cdr import MessageError
 from app.messages.motion import StampedTransform
@@ -17,14 +16,23 @@ MAX_CHAIN: Final = 20
 BACKWARDS_NS: Final = NANOSECONDS
 """Step back from which the clock counts as restarted; smaller ones are messages out of order."""
 MAX_FRAMES: Final = 500
+LONGEST_GAP_NS: Final = NANOSECONDS
+"""Time between two poses beyond which none is interpolated: a turn in between would be missed."""
+BASELINE_NS: Final = 40_000_000
+"""Least time between the two poses that a velocity is taken from; jitter counts less over more."""
 
 
 class TransformBuffer:
-    """Looks up poses at a stamp; interpolates between messages and does not extrapolate."""
+    """Looks up poses at a stamp.
 
-    def __init__(self, tolerance_s: float = 0.05) -> None:
+    Between messages it interpolates; up to `tolerance_s` beyond the newest, or before the oldest,
+    it goes on at the velocity there.
+    """
+
+    def __init__(self, tolerance_s: float = 0.05, history: int = HISTORY) -> None:
+        self._history = history
         self._tolerance_ns = round(NANOSECONDS * tolerance_s)
-        self._moving: dict[str, deque[StampedTransform]] = {}
+        self._moving: dict[str, list[StampedTransform]] = {}
         self._fixed: dict[str, StampedTransform] = {}
 
     def add(self, transform: StampedTransform, *, fixed: bool = False) -> None:
@@ -39,12 +47,17 @@ class TransformBuffer:
         if fixed:
             self._fixed[transform.child] = transform
             return
-        history = self._moving.setdefault(transform.child, deque(maxlen=HISTORY))
-        if history and transform.stamp_ns < history[-1].stamp_ns:
-            if history[-1].stamp_ns - transform.stamp_ns < BACKWARDS_NS:
-                return
+        history = self._moving.setdefault(transform.child, [])
+        if history and history[-1].stamp_ns - transform.stamp_ns >= BACKWARDS_NS:
             history.clear()
-        history.append(transform)
+        k = len(history)
+        while k and history[k - 1].stamp_ns > transform.stamp_ns:
+            k -= 1  # It was overtaken on its way.
+        if k and history[k - 1].stamp_ns == transform.stamp_ns:
+            history[k - 1] = transform
+            return
+        history.insert(k, transform)
+        del history[: -self._history]
 
     def lookup(self, target: str, source: str, stamp_ns: int) -> Float64Array | None:
         """Return T_target_source (4, 4) at a stamp, None while it is not known."""
@@ -68,17 +81,36 @@ class TransformBuffer:
         k = bisect_left(stamps, stamp_ns)
         if k < len(stamps) and stamps[k] == stamp_ns:
             return history[k]
-        if k == len(stamps):
-            return history[-1] if stamp_ns - stamps[-1] <= self._tolerance_ns else None
-        if k == 0:
-            return history[0] if stamps[0] - stamp_ns <= self._tolerance_ns else None
-        return _between(history[k - 1], history[k], stamp_ns)
+        if 0 < k < len(stamps):
+            if stamps[k] - stamps[k - 1] > LONGEST_GAP_NS:
+                return None
+            return _between(history[k - 1], history[k], stamp_ns)
+        nearest = history[0] if k == 0 else history[-1]
+        if abs(stamp_ns - nearest.stamp_ns) > self._tolerance_ns:
+            return None
+        other = _at_distance(history, nearest)
+        return nearest if other is None else _between(nearest, other, stamp_ns)
+
+
+def _at_distance(
+    history: list[StampedTransform], nearest: StampedTransform
+) -> StampedTransform | None:
+    """Return a pose that tells the velocity at the first or last one; None where there is none."""
+    ordered = history if nearest is history[0] else history[::-1]
+    for one in ordered:
+        apart_ns = abs(one.stamp_ns - nearest.stamp_ns)
+        if apart_ns >= BASELINE_NS:
+            near = apart_ns <= LONGEST_GAP_NS and one.parent == nearest.parent
+            return one if near else None
+    return None
 
 
 def _between(a: StampedTransform, b: StampedTransform, stamp_ns: int) -> StampedTransform:
+    """Return the pose at a stamp of a motion at constant velocity through two poses."""
     w = (stamp_ns - a.stamp_ns) / (b.stamp_ns - a.stamp_ns)
-    rotations = Rotation.from_matrix(np.stack([a.T_parent_child[:3, :3], b.T_parent_child[:3, :3]]))
-    rotation = Slerp([0.0, 1.0], rotations)(w).as_matrix()
+    R_parent_a = Rotation.from_matrix(a.T_parent_child[:3, :3])
+    R_a_b = R_parent_a.inv() * Rotation.from_matrix(b.T_parent_child[:3, :3])
+    rotation = (R_parent_a * Rotation.from_rotvec(w * R_a_b.as_rotvec())).as_matrix()
     translation = (1 - w) * a.T_parent_child[:3, 3] + w * b.T_parent_child[:3, 3]
     return StampedTransform(
         stamp_ns=stamp_ns,

@@ -68,7 +68,10 @@ class Alignment:
     ) -> None:
         self._config, self._map = config, voxel_map
         robot = config.robot
-        self._intake = FrameIntake(session, robot, logger.warning, RobotDetector(config.detector))
+        self._intake = FrameIntake(
+            session, robot, logger.warning, RobotDetector(config.detector),
+            config.camera_clock_offset_s,
+        )  # fmt: skip
         self._stream = CommandStream(
             session, robot, config.command_hz, config.stale_s,
             velocities=config.profile.takes_velocities,

@@ -21,6 +21,8 @@ class NavigatorConfig:
     profile: RobotProfile = ZED
     detector: DetectorTable = field(default_factory=DetectorTable)
     """How to read the detections that the robot sends."""
+    camera_clock_offset_s: float = 0.0
+    """How far the camera's clock is behind that of the poses."""
     observation_model: ObservationModel | None = None
     """What the scores of the network are worth; None for the shipped default."""
     mission: MissionConfig = field(default_factory=MissionConfig)

@@ -9,7 +9,7 @@ from typing import Any, Final
 import zenoh
 
 from app.links.network.subscription import subscribe
-from app.links.robot_streams.assembler import FrameAssembler, assemble
+from app.links.robot_streams.assembler import AssemblerConfig, FrameAssembler, assemble
 from app.links.robot_streams.lateness import Lateness
 from app.links.robot_streams.robot_detector import RobotDetector
 from app.links.robot_streams.stream_monitor import StreamMonitor
@@ -57,8 +57,10 @@ class FrameIntake:
         robot: str,
         report: Callable[[str], None],
         detector: RobotDetector | None = None,
+        camera_clock_offset_s: float = 0.0,
     ) -> None:
-        self.assembler = FrameAssembler(detector=detector)
+        config = AssemblerConfig(camera_clock_offset_s=camera_clock_offset_s)
+        self.assembler = FrameAssembler(config, detector)
         self.monitors = {
             name: StreamMonitor(name) for name in ("colour", "depth", "pose", "heatmap")
         }

@@ -80,8 +80,9 @@ class Navigator:
         self._report = StatusReport(config, version("ippon"))
         self._events = EventPublisher(session, robot, self._goals, self._sender)
         self._intake = FrameIntake(
-            session, robot, self._events.report_bad_message, RobotDetector(config.detector)
-        )
+            session, robot, self._events.report_bad_message, RobotDetector(config.detector),
+            config.camera_clock_offset_s,
+        )  # fmt: skip
         self._converter = StreamConverter(session, robot, config.profile, self._intake)
         self._operations = OperationQueue(self._intake.wake)
         self._stream = CommandStream(

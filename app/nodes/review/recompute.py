@@ -8,7 +8,7 @@ from typing import Final
 
 import msgspec
 
-from app.links.robot_streams.assembler import FrameAssembler, assemble
+from app.links.robot_streams.assembler import AssemblerConfig, FrameAssembler, assemble
 from app.links.robot_streams.robot_detector import RobotDetector
 from app.messages import keys
 from app.messages.cdr import MessageError
@@ -83,7 +83,9 @@ class Recomputation:
 
     def messages(self) -> Iterator[RecordedMessage]:
         """Yield the messages of the robot and of a navigator with these settings, in order."""
-        assembler = FrameAssembler(detector=RobotDetector(self._settings.navigator.detector))
+        navigator = self._settings.navigator
+        config = AssemblerConfig(camera_clock_offset_s=navigator.camera_clock_offset_s)
+        assembler = FrameAssembler(config, RobotDetector(navigator.detector))
         for message in self._recording.all_messages((*FUSED, *TOLD)):
             if message.key in COPIED:
                 yield message

@@ -69,6 +69,19 @@ def feed(assembler, stamp_ns, *, with_heatmap=True):
     assembler.add_color(color(stamp_ns))
 
 
+def test_the_pose_is_that_of_the_poses_clock():
+    config = AssemblerConfig(camera_clock_offset_s=0.04)
+    assembler = FrameAssembler(config)
+    assembler.add_camera(StampedCamera(stamp_ns=0, frame_id=OPTICAL, camera=CAMERA))
+    for stamp_ns, x in ((PERIOD, 1.0), (PERIOD + 80_000_000, 2.0)):
+        assembler.add_transforms(poses(stamp_ns, x=x))
+    assembler.add_depth(depth(PERIOD))
+    assembler.add_color(color(PERIOD))
+    frame = assembler.take()
+    assert frame.stamp_ns == PERIOD
+    assert frame.T_world_base[0, 3] == pytest.approx(1.5)
+
+
 def test_a_frame_carries_what_came(assembler):
     feed(assembler, PERIOD)
     frame = assembler.take()
