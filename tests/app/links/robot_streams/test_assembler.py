@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from app.links.robot_streams.assembler import MAX_PENDING, FrameAssembler
+from app.links.robot_streams.assembler import MAX_PENDING, AssemblerConfig, FrameAssembler
 from app.messages.cdr import MessageError
 from app.messages.images import (
     CompressedColor,
