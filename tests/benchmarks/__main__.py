@@ -85,10 +85,20 @@ def tour_rows(_: int, quick: bool) -> Iterator[Row]:
     yield from tour.tour_rows(3 if quick else 20)
 
 
+def fleet_rows(_: int, quick: bool) -> Iterator[Row]:
+    """Measure many robots on one router."""
+    from tests.benchmarks import fleet
+
+    for robots, images in ((20, "kitchen"), (20, "home")) if quick else FLEETS:
+        yield from fleet.fleet_rows(robots, images)
+
+
+FLEETS = ((1, "kitchen"), (20, "kitchen"), (40, "kitchen"), (1, "home"), (20, "home"))
 BENCHMARKS = {
     "console": console_rows,
     "detector": detector_rows,
     "exploring": exploring_rows,
+    "fleet": fleet_rows,
     "guidance": guidance_rows,
     "levels": level_rows,
     "map": map_rows,
