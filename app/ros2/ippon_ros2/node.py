@@ -17,14 +17,17 @@ from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallba
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
+from .depth_png import DepthOutput
 from .driver import Driver
 from .goal_clients import GoalAction, GoalTopic
 from .goals import Goals
 from .serialized import RateLimit, goal_status, stamp_of
 from .settings import (
     COMMANDS,
+    COMPRESSED,
     FLOAT,
     GOALS,
+    IMAGE,
     STREAMS,
     TWIST_STAMPED,
     Ros2Error,
@@ -141,6 +144,9 @@ class BridgeNode(Node):  # type: ignore[misc]
         qos = _qos_of(key, publishers)
         late = key in _TRANSIENT and qos.durability != DurabilityPolicy.TRANSIENT_LOCAL
         put = self._publisher_of(f"{self._robot}/{accepted[kind]}", kept=key in _TRANSIENT)
+        if topic.compress and kind == IMAGE:
+            compressed = f"{self._robot}/{accepted[COMPRESSED]}"
+            put = DepthOutput(put, self._publisher_of(compressed, kept=False)).put
         receive = partial(self._carry, stream, RateLimit(topic.max_hz), put)
         events = SubscriptionEventCallbacks(
             incompatible_qos=lambda _: self._again.add(key), use_default_callbacks=False
@@ -160,12 +166,12 @@ class BridgeNode(Node):  # type: ignore[misc]
     def _carry(self, stream: Stream, limit: RateLimit, put: Any, payload: bytes) -> None:
         stream.received += 1
         if limit.passes(payload):
-            put(payload)
+            size = put(payload) or len(payload)
             stamp = stamp_of(payload) if stream is self.streams.get("color") else None
             if stamp is not None:
                 self.driver.saw_image(stamp, time.monotonic())
             stream.carried += 1
-            stream.bytes += len(payload)
+            stream.bytes += size
 
     def _publisher_of(self, key: str, *, kept: bool) -> Any:
         # An image that the network cannot carry in time is of no use: it is dropped.

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-_IMAGE, _COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
+IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 _TF = "tf2_msgs/msg/TFMessage"
 TWIST, TWIST_STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
 FLOAT, TRAJECTORY = "std_msgs/msg/Float64", "trajectory_msgs/msg/JointTrajectory"
@@ -20,13 +20,13 @@ class Ros2Error(Exception):
 STREAMS: dict[str, tuple[str | None, dict[str, str]]] = {
     "color": (
         "camera/color/image_raw/compressed",
-        {_COMPRESSED: "camera/color/image_raw/compressed", _IMAGE: "camera/color/image_raw"},
+        {COMPRESSED: "camera/color/image_raw/compressed", IMAGE: "camera/color/image_raw"},
     ),
     "depth": (
         "camera/depth/image_raw",
         {
-            _IMAGE: "camera/depth/image_raw",
-            _COMPRESSED: "camera/depth/image_raw/compressedDepth",
+            IMAGE: "camera/depth/image_raw",
+            COMPRESSED: "camera/depth/image_raw/compressedDepth",
         },
     ),
     "camera_info": (
@@ -40,7 +40,7 @@ STREAMS: dict[str, tuple[str | None, dict[str, str]]] = {
     "detections": (None, {"vision_msgs/msg/Detection2DArray": "camera/detections"}),
     "masks": (
         None,
-        {_IMAGE: "camera/detections/masks", _COMPRESSED: "camera/detections/masks/compressed"},
+        {IMAGE: "camera/detections/masks", COMPRESSED: "camera/detections/masks/compressed"},
     ),
     "label_info": (None, {"vision_msgs/msg/LabelInfo": "camera/detections/label_info"}),
     "vision_info": (None, {"vision_msgs/msg/VisionInfo": "camera/detections/vision_info"}),
@@ -71,6 +71,8 @@ class Topic:
     """-1 where a larger joint angle looks down."""
     frame: str = ""
     """Coordinate frame of goals; empty for `map`."""
+    compress: bool = False
+    """Raw depth goes as PNG, without loss."""
 
 
 @dataclass
@@ -155,14 +157,15 @@ def _topic(key: str, entry: Any, namespace: str) -> Topic:
     if not isinstance(name, str) or not name:
         raise Ros2Error(f"`ros2: {key}` names no topic")
     max_hz = float(fields.pop("max_hz", 0.0))
+    compress = fields.pop("compress", False) if key == "depth" else False
     joint, sign = str(fields.pop("joint", "")), float(fields.pop("sign", 1.0))
-    if fields or max_hz < 0.0 or abs(sign) != 1.0:
+    if fields or max_hz < 0.0 or abs(sign) != 1.0 or not isinstance(compress, bool):
         raise Ros2Error(
-            f"`ros2: {key}` takes topic, type, max_hz, for a trajectory joint and sign (1 or "
-            f"-1), and for goals frame; got {entry!r}"
+            f"`ros2: {key}` takes topic, type, max_hz, for depth compress (true or false), for a "
+            f"trajectory joint and sign (1 or -1), and for goals frame; got {entry!r}"
         )
     if key == "cmd_tilt" and kind == TRAJECTORY and not joint:
         raise Ros2Error("`ros2: cmd_tilt` with a JointTrajectory needs `joint`: NAME")
     if not name.startswith("/"):
         name = f"{namespace.rstrip('/')}/{name}"
-    return Topic(name, kind, max_hz, joint, sign, frame)
+    return Topic(name, kind, max_hz, joint, sign, frame, compress)

@@ -13,7 +13,7 @@ import pytest
 import yaml
 
 from app.links.network.session import open_client, open_router
-from app.messages.images import decode_depth_raw, encode_depth_raw
+from app.messages.images import decode_depth, decode_depth_raw, encode_depth_raw
 from app.messages.motion import StampedTwist, encode_twist
 from tests.app.messages.robot_messages import odometry
 from tests.app.ros2.ippon_ros2.ros2_process import Ros2Process
@@ -118,6 +118,30 @@ def rig(tmp_path_factory):
     made = Rig(tmp_path_factory.mktemp("ros2"), random.Random().randrange(1, 100), endpoint)
     yield made
     made.close()
+
+
+def test_raw_depth_is_compressed_without_loss_where_the_profile_says_so(rig):
+    section = {**PROFILE["ros2"], "depth": {"topic": "camera/depth/image_raw", "compress": True}}
+    path = rig.folder / "compress.yaml"
+    path.write_text(yaml.safe_dump({**PROFILE, "ros2": section}))
+    second = rig.start_bridge("--robot", "ippon/second", "--profile", str(path))
+    try:
+        second.wait_for_log("depth: /scout/")
+        depth = np.random.default_rng(0).uniform(0.4, 6.0, (480, 640)).astype(np.float32)
+        image = encode_depth_raw(depth, 6_000_000_000, "camera")
+        key = "second/camera/depth/image_raw/compressedDepth"
+        deadline = time.monotonic() + 30.0
+        while key not in rig.arrived:
+            assert time.monotonic() < deadline, second.log()
+            rig.publish("/scout/camera/depth/image_raw", image)
+            time.sleep(0.2)
+        came = decode_depth(rig.arrived[key][-1])
+        assert (came.stamp_ns, came.frame_id) == (6_000_000_000, "camera")
+        np.testing.assert_array_equal(came.depth, decode_depth_raw(image).depth)
+        assert "second/camera/depth/image_raw" not in rig.arrived
+    finally:
+        second.kill()
+        rig.arrived.clear()
 
 
 def test_messages_of_the_robot_arrive_as_they_were_sent(rig):
