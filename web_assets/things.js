@@ -5,13 +5,25 @@ import { button, make, replaceRows, words } from "./side.js";
 const EVERY_MS = 4000;
 const MINUTE_S = 60;
 const TOLD_MS = 8000;
+const CHUNK = 60;
+const AHEAD_PX = 900;
 const at = (id) => document.getElementById(id);
 const percent = (share) => `${Math.round(100 * share)} %`;
 const titleOf = (thing) => thing.name || words(thing.label) || "unknown thing";
 
+function othersOf(thing) {
+  return thing.alternatives
+    .filter(([label]) => label !== thing.label)
+    .map(([label, share]) => `${words(label)} ${percent(share)}`);
+}
+
+function textOf(thing) {
+  const parts = [titleOf(thing), words(thing.label), words(thing.room), ...othersOf(thing)];
+  return parts.join(" ").toLowerCase();
+}
+
 function sureness({ name, label, probability }) {
-  if (!label) return "";
-  return name ? ` ${words(label)} ${percent(probability)}` : ` ${percent(probability)}`;
+  return label && !name ? ` ${percent(probability)}` : "";
 }
 
 function a(label, article = "a") {
@@ -37,7 +49,14 @@ export class Things {
     this.isFetching = false;
     this.chosen = null;
     this.told = this.problem = "";
-    at("things-find").addEventListener("input", () => this.filter());
+    this.shown = CHUNK;
+    this.list = at("things-list");
+    at("things-find").addEventListener("input", () => {
+      this.shown = CHUNK;
+      this.list.scrollTop = 0;
+      this.filter();
+    });
+    this.list.addEventListener("scroll", () => this.showMore(), { passive: true });
     sides.add("things", "KeyT", (open) => {
       this.isOpen = open;
       this.fetch();
@@ -61,7 +80,7 @@ export class Things {
 
   // Rows keep their place while they stay what they are, so that a list of thousands is not rebuilt.
   show(things, note) {
-    const newest = Math.max(Date.now(), ...things.map((thing) => thing.last_seen_ns / 1e6));
+    this.newest = things.reduce((last, one) => Math.max(last, one.last_seen_ns / 1e6), Date.now());
     const before = this.rows;
     this.rows = new Map();
     for (const thing of things) {
@@ -69,26 +88,36 @@ export class Things {
       const key = JSON.stringify([
         thing.label, thing.name, thing.denied, thing.room, thing.has_picture, thing.alternatives,
       ]);
-      const row = old !== undefined && (old.key === key || old.isEdited) ? old : this.makeRow(thing, key);
+      const isSame = old !== undefined && (old.key === key || old.isEdited);
+      const row = isSame ? old : { key, node: null, text: textOf(thing), isEdited: false };
       row.thing = thing;
-      row.state.textContent = this.stateOf(thing, newest);
-      row.share.textContent = sureness(thing);
       this.rows.set(thing.instance_id, row);
-      if (this.chosen === thing.instance_id && row !== old) this.mark(row);
     }
-    replaceRows(at("things-list"), [...this.rows.values()].map((row) => row.node));
     this.problem = note;
     this.filter();
   }
 
   stateOf(thing, newest) {
-    const parts = [thing.room && words(thing.room)];
+    const kind = thing.name && thing.label && `${words(thing.label)} ${percent(thing.probability)}`;
+    const parts = [kind, thing.room && words(thing.room)];
     if (thing.gone_ns > 0) parts.push(`gone since ${age(thing.gone_ns, newest)}`);
     else parts.push(`seen ${age(thing.last_seen_ns, newest)}`);
     return parts.filter(Boolean).join(" · ");
   }
 
-  makeRow(thing, key) {
+  // Gives a row that is in view its node, and says how the thing is now.
+  draw(row) {
+    if (row.node === null) {
+      this.build(row);
+      if (this.chosen === row.thing.instance_id) this.mark(row);
+    }
+    row.state.textContent = this.stateOf(row.thing, this.newest);
+    row.share.textContent = sureness(row.thing);
+    return row.node;
+  }
+
+  build(row) {
+    const { thing } = row;
     const node = make("li");
     const show = make("button", "thing");
     const picture = make("span", "crop");
@@ -107,29 +136,25 @@ export class Things {
     const share = make("small");
     name.append(share);
     told.append(name, state);
-    const others = thing.alternatives
-      .filter(([label]) => label !== thing.label)
-      .map(([label, share]) => `${words(label)} ${percent(share)}`);
+    const others = othersOf(thing);
     if (others.length > 0) told.append(make("small", "", `or ${others.slice(0, 2).join(", ")}`));
     if (thing.denied.length > 0) {
       told.append(make("small", "", thing.denied.map((label) => `not ${a(label)}`).join(", ")));
     }
     show.append(picture, told);
     show.title = "Show where it is";
-    const row = { key, node, state, share, thing, isEdited: false };
+    Object.assign(row, { node, state, share });
     show.addEventListener("click", () => this.choose(row));
     node.append(show);
     if (thing.label || thing.name) {
       const label = `Search for this ${titleOf(thing)}`;
       node.append(button("Search", label, () => this.searchFor(row.thing)));
     }
-    row.text = `${titleOf(thing)} ${words(thing.label)} ${words(thing.room)} ${others.join(" ")}`.toLowerCase();
-    return row;
   }
 
   choose(row) {
     const before = this.rows.get(this.chosen);
-    if (before !== undefined && before !== row) {
+    if (before?.node && before !== row) {
       before.node.classList.remove("chosen");
       before.node.querySelector(".acts")?.remove();
       this.endEdit(before);
@@ -190,13 +215,26 @@ export class Things {
     row.node.querySelector(".acts button")?.focus();
   }
 
+  // Rows beyond what is in view get their nodes as the list is scrolled.
+  render() {
+    replaceRows(this.list, this.fits.slice(0, this.shown).map((row) => this.draw(row)));
+  }
+
+  showMore() {
+    const below = this.list.scrollHeight - this.list.scrollTop - this.list.clientHeight;
+    if (below > AHEAD_PX || this.shown >= this.fits.length) return;
+    this.shown += CHUNK;
+    const more = this.fits.slice(this.list.childElementCount, this.shown);
+    this.list.append(...more.map((row) => this.draw(row)));
+  }
+
   async note(row, change) {
     const message = { type: "note", change: { instance_id: row.thing.instance_id, ...change } };
     const reply = await this.ask(message);
     if (reply?.ok) {
       row.isEdited = false;
       await this.fetch(true);
-      this.rows.get(this.chosen)?.node.querySelector(".acts button")?.focus();
+      this.rows.get(this.chosen)?.node?.querySelector(".acts button")?.focus();
     }
     return reply;
   }
@@ -225,14 +263,10 @@ export class Things {
 
   filter() {
     const wanted = at("things-find").value.trim().toLowerCase().split(/\s+/).filter(Boolean);
-    let shown = 0;
-    for (const row of this.rows.values()) {
-      const fits = wanted.every((word) => row.text.includes(word));
-      row.node.hidden = !fits;
-      shown += fits;
-    }
+    this.fits = [...this.rows.values()].filter((row) => wanted.every((word) => row.text.includes(word)));
+    this.render();
     const all = this.rows.size;
-    const count = wanted.length ? `${shown} of ${all} things` : `${all} things`;
+    const count = wanted.length ? `${this.fits.length} of ${all} things` : `${all} things`;
     const none = "Nothing is remembered yet: things are listed when they were seen well.";
     at("things-count").textContent = this.told || this.problem || (all === 0 ? none : count);
   }
