@@ -1,5 +1,7 @@
 // The live camera over the scene: small in a corner, or filling the scene. A worker draws the pictures.
 
+import { BASE } from "./base.js";
+
 const OLD_MS = 500; // A drive command needs an image that is at most this old.
 const LOST_MS = 2000;
 const SIZES = ["corner", "full"];
@@ -22,7 +24,7 @@ export class Camera {
     const canvas = at("camera-picture").transferControlToOffscreen();
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     this.worker = new Worker("/assets/camera_worker.js");
-    this.worker.postMessage({ canvas, url: `${scheme}://${location.host}/api/camera` }, [canvas]);
+    this.worker.postMessage({ canvas, url: `${scheme}://${location.host}${BASE}api/camera` }, [canvas]);
     this.worker.onmessage = ({ data }) => this.hear(data);
     new ResizeObserver(() => this.measure()).observe(at("camera-picture"));
     document.addEventListener("visibilitychange", () => this.wish());

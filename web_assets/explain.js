@@ -1,5 +1,7 @@
 // The card that explains a clicked surface or viewpoint. Sets text only, never markup.
 
+import { BASE } from "./base.js";
+
 const at = (id) => document.getElementById(id);
 
 export class Explanation {
@@ -43,7 +45,7 @@ function picture({ name, caption }) {
   const figure = document.createElement("figure");
   const image = document.createElement("img");
   const text = document.createElement("figcaption");
-  image.src = `/api/pictures/${encodeURIComponent(name)}`;
+  image.src = `${BASE}api/pictures/${encodeURIComponent(name)}`;
   image.alt = `The camera's picture ${caption}`;
   text.textContent = caption;
   figure.append(image, text);

@@ -1,6 +1,7 @@
 // The plan from above over the scene: names of rooms, measuring, export. Small in the corner while
 // the camera fills the scene.
 
+import { BASE } from "./base.js";
 import { cellImage, COLORS, drawPlan, scaleBar } from "./plan_drawing.js";
 
 const EVERY_MS = 500;
@@ -332,6 +333,6 @@ export class Plan {
 }
 
 async function fetched(name) {
-  const answer = await fetch(`/api/export/${name}`);
+  const answer = await fetch(`${BASE}api/export/${name}`);
   return answer.ok ? answer.json() : null;
 }

@@ -1,5 +1,6 @@
 // The page around the scene: status bar, Stop, reconnection. The scene and its panels are in an iframe.
 
+import { BASE } from "./base.js";
 import { showAnswers } from "./answers.js";
 import { Calls } from "./calls.js";
 import { Camera } from "./camera.js";
@@ -15,6 +16,7 @@ import { notice } from "./notice.js";
 import { Plan } from "./plan.js";
 import { Sides } from "./side.js";
 import { Things } from "./things.js";
+import { Robots } from "./robots.js";
 import { followSceneArea } from "./scene_area.js";
 
 const PING_MS = 2000;
@@ -54,7 +56,7 @@ const pending = new Map();
 
 function connect() {
   const scheme = location.protocol === "https:" ? "wss" : "ws";
-  socket = new WebSocket(`${scheme}://${location.host}/api/ws`);
+  socket = new WebSocket(`${scheme}://${location.host}${BASE}api/ws`);
   socket.onopen = () => {
     attempt = 0;
     heardAt = performance.now();
@@ -141,7 +143,7 @@ async function stop() {
   let reply = await Promise.race([command("stop"), late]);
   if (!reply?.ok) {
     try {
-      reply = await (await fetch("/api/stop", { method: "POST" })).json();
+      reply = await (await fetch(`${BASE}api/stop`, { method: "POST" })).json();
     } catch {
       reply = { ok: false, text: "the console does not respond" };
     }
@@ -172,6 +174,7 @@ const mayChange = () => !isRecorded() && lease.watching === "";
 const calls = new Calls(sides);
 const goals = new Goals(sides, request, mayChange, (position) => show(position));
 new Things(sides, lookAt, request);
+new Robots(sides, (state) => WORDS[state] ?? state);
 const onHover = installHover(view, request);
 const onSideKey = (event) => sides.onKey(event);
 const onPlanKey = (event) => plan.onKey(event);
@@ -286,7 +289,7 @@ function onKeyUp(event) {
 // and neither does the frame while the operator uses our bar; so the frame is told that it does.
 function adoptView() {
   const inner = view.contentDocument;
-  if (inner === null || inner.location.pathname !== "/view/") return;
+  if (inner === null || inner.location.pathname !== `${BASE}view/`) return;
   inner.hasFocus = () => true;
   view.contentWindow.addEventListener("keydown", onKey, true);
   view.contentWindow.addEventListener("keyup", onKeyUp, true);

@@ -1,5 +1,6 @@
 // The list of what the robot remembers: find, show, search for, name, and say what it is not.
 
+import { BASE } from "./base.js";
 import { button, make, replaceRows, words } from "./side.js";
 
 const EVERY_MS = 4000;
@@ -69,7 +70,7 @@ export class Things {
     if (!this.isOpen || document.hidden || (this.isFetching && !always)) return;
     this.isFetching = true;
     try {
-      const reply = await (await fetch("/api/things")).json();
+      const reply = await (await fetch(`${BASE}api/things`)).json();
       this.show(reply.things ?? [], reply.problem ?? reply.note ?? "");
     } catch {
       // The page says elsewhere that the console does not respond.
@@ -128,7 +129,7 @@ export class Things {
       const image = make("img");
       image.alt = "";
       image.loading = "lazy";
-      image.src = `/api/things/${thing.instance_id}`;
+      image.src = `${BASE}api/things/${thing.instance_id}`;
       image.onerror = () => image.remove();
       picture.append(image);
     }

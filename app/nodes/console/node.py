@@ -10,30 +10,22 @@ from starlette.types import ASGIApp
 
 from app.nodes.console.calls.call_log import CallLog
 from app.nodes.console.calls.webhook import Webhook, place_of, read_secret
-from app.nodes.console.camera.camera_feed import CAMERA_ONLY
 from app.nodes.console.config import (
     LOOPBACK,
     PASSWORD_VARIABLE,
     ConsoleConfig,
     ConsoleError,
 )
-from app.nodes.console.link.commands import Controller
-from app.nodes.console.link.navigator_link import NavigatorLink
-from app.nodes.console.scene.inbox import Inbox
-from app.nodes.console.scene.scene_thread import EVERY, SceneThread
-from app.nodes.console.scene.state_feed import StateFeed
+from app.nodes.console.fleet.robot_console import RobotConsole
+from app.nodes.console.fleet.robot_consoles import RobotConsoles
 from app.nodes.console.web.access import LoginAccess, OpenAccess
 from app.nodes.console.web.accounts import AccountError, Accounts, load_accounts, one_account
-from app.nodes.console.web.browsers import Browsers
 from app.nodes.console.web.connections import BoundedProtocol
 from app.nodes.console.web.gateway import Gateway
 from app.nodes.console.web.guard import Hosts
 from app.nodes.console.web.login import LoginPages
 from app.nodes.console.web.viser_proxy import MAX_CLIENT_MESSAGE
-from app.nodes.console.web.viser_server import LoopbackViserServer, start_viser
 from app.view.drawing.viser_client import PackingError
-from app.view.model.scene_model import SceneModel
-from app.view.model.scene_reader import SceneReader
 
 logger = logging.getLogger(__name__)
 
@@ -47,31 +39,28 @@ def run_console(config: ConsoleConfig) -> None:
     accounts, tls = _accounts(config), _tls(config)
     calls, webhook = _calls(config)
     listener = listen_on(config)
-    state_feed = StateFeed()
-    inbox = Inbox(EVERY, state_feed.camera.takers, CAMERA_ONLY)
-    topics = (*SceneReader(SceneModel()).keys, *CAMERA_ONLY)
     failures: list[Exception] = []
 
     def fail(error: Exception) -> None:
         failures.append(error)
         server.should_exit = True
 
-    link = NavigatorLink(config.connect, config.robot, topics, inbox, fail)
-    browsers = Browsers()
-    viser_server = start_viser(browsers)
+    console = RobotConsole(config.connect, config.robot, fail, calls)
     try:
-        gateway = _gateway(config, viser_server, state_feed, link, browsers, accounts)
+        gateway = _gateway(config, console, accounts)
     except PackingError as error:
-        viser_server.close()
+        console.viser_server.close()
         listener.close()
         raise ConsoleError(f"{error}; install the viser that constraints.txt names") from error
-    settings = server_settings(gateway.app())
+    robots = RobotConsoles(config.connect, config.robot, gateway)
+    app = gateway.app()
+    app.router.routes += robots.routes()
+    settings = server_settings(app)
     settings.load()
     settings.ssl = tls
     server = uvicorn.Server(settings)
-    scene_thread = SceneThread(viser_server, link, inbox, state_feed, fail, calls)
-    link.start()
-    scene_thread.start()
+    console.start()
+    robots.start()
     if webhook is not None:
         webhook.start()
     scheme = "http" if tls is None else "https"
@@ -84,11 +73,10 @@ def run_console(config: ConsoleConfig) -> None:
     try:
         server.run(sockets=[listener])
     finally:
-        scene_thread.stop()
+        robots.close()
+        console.close()
         if webhook is not None:
             webhook.close()
-        link.close()
-        viser_server.close()
         listener.close()
     if failures:
         raise ConsoleError(
@@ -112,20 +100,13 @@ def _calls(config: ConsoleConfig) -> tuple[CallLog, Webhook | None]:
     return calls, webhook
 
 
-def _gateway(
-    config: ConsoleConfig,
-    viser_server: LoopbackViserServer,
-    state_feed: StateFeed,
-    controller: Controller,
-    browsers: Browsers,
-    accounts: Accounts | None,
-) -> Gateway:
+def _gateway(config: ConsoleConfig, console: RobotConsole, accounts: Accounts | None) -> Gateway:
     hosts = Hosts(config.host, config.names)
+    parts = (console.viser_server, console.state_feed, console.link)
     if accounts is None:
-        return Gateway(viser_server, state_feed, controller, OpenAccess(browsers), hosts)
-    access = LoginAccess(browsers, is_secure=config.tls_cert is not None)
-    login = LoginPages(access, accounts)
-    return Gateway(viser_server, state_feed, controller, access, hosts, login)
+        return Gateway(*parts, OpenAccess(console.browsers), hosts)
+    access = LoginAccess(console.browsers, is_secure=config.tls_cert is not None)
+    return Gateway(*parts, access, hosts, LoginPages(access, accounts))
 
 
 def _accounts(config: ConsoleConfig) -> Accounts | None:

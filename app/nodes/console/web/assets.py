@@ -14,11 +14,11 @@ from app.view.drawing.viser_client import unpack_client
 PREFIX: Final = "/assets/"
 _NAMES: Final = (
     "shell.css", "shell.js", "view.css", "icon.svg",
-    "answers.js", "calls.js", "camera.css", "camera.js", "camera_worker.js", "drive.css",
+    "answers.js", "base.js", "calls.js", "camera.css", "camera.js", "camera_worker.js", "drive.css",
     "drive.js", "explain.js", "fold.js", "goals.js", "help.js", "hover.js", "introduction.css",
     "introduction.js", "lease.css", "lease.js", "login.css", "map_first.js", "notice.js",
-    "one_layout.js",
-    "plan.css", "plan.js", "plan_drawing.js", "scene_area.js", "side.css", "side.js", "things.js",
+    "one_layout.js", "plan.css", "plan.js", "plan_drawing.js", "robots.js", "scene_area.js",
+    "side.css", "side.js", "things.js",
 )  # fmt: skip
 _TYPES: Final = {
     "css": "text/css",
@@ -65,11 +65,18 @@ class Assets:
             f'<script src="{PREFIX}map_first.js"></script>'
             f'<script src="{PREFIX}one_layout.js"></script>'
         ).encode()
-        self.shell = Asset("index.html", shell, "no-store")
+        self._shell = shell
+        self.shell = self.shell_at("/")
         self.view = Asset("view.html", _with_head(client.page, ours), _ASK_AGAIN)
         self.files: Mapping[str, Asset] = {
             name: Asset(name, (root / name).read_bytes(), _ASK_AGAIN) for name in _NAMES
         } | {name: Asset(name, content, _FOR_GOOD) for name, content in client.files.items()}
+
+    def shell_at(self, base: str) -> Asset:
+        """Return the shell page of the robot whose page is at a path."""
+        page = self._shell.replace(b'src="/view/', f'src="{base}view/'.encode())
+        page = page.replace(b'href="/api/', f'href="{base}api/'.encode())
+        return Asset("index.html", page, "no-store")
 
 
 def _with_head(page: bytes, more: bytes) -> bytes:

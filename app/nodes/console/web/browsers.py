@@ -65,6 +65,13 @@ class Browser:
         for task in list(self._tasks):
             task.cancel()
 
+    def twin(self, browsers: "Browsers") -> "Browser":
+        """Return this browser among those of another robot's pages; both end with the login."""
+        twin = browsers.get_or_add(self.session, self.name, self.role)
+        twin.expires_s = self.expires_s
+        twin._tasks = self._tasks  # noqa: SLF001 - one class
+        return twin
+
     def credential(self) -> Credential:
         """Return the credential for requests of this browser."""
         return Credential(session=self.session, name=self.name, epoch=self.epoch)

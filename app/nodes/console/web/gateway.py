@@ -34,7 +34,7 @@ logger = logging.getLogger(__name__)
 MAX_SOCKETS: Final = 192
 """Maximum number of sockets, three per page."""
 _TRY_LATER: Final = 1013
-_VIEW: Final = "/view/?darkMode"
+_VIEW: Final = "view/?darkMode"
 
 
 class Gateway:
@@ -48,6 +48,8 @@ class Gateway:
         access: Access,
         hosts: Hosts,
         login: LoginPages | None = None,
+        assets: Assets | None = None,
+        base: str = "/",
     ) -> None:
         """Create the application's parts.
 
@@ -58,6 +60,8 @@ class Gateway:
             access: Identifies the browser of a request.
             hosts: Host names that the console answers to.
             login: Serves the login page, if there is one.
+            assets: Files of the page; None reads them.
+            base: Path of the page.
         """
         self._viser_server = viser_server
         self._state_feed = state_feed
@@ -65,36 +69,58 @@ class Gateway:
         self._access = access
         self._hosts = hosts
         self._login = login
-        self._open_sockets = 0
-        self._assets = Assets()
+        self.open_sockets = 0
+        """Number of sockets of pages."""
+        self._assets = assets or Assets()
+        self._base = base
+        self._shell_page = self._assets.shell_at(base)
+
+    def beside(
+        self,
+        viser_server: LoopbackViserServer,
+        state_feed: StateFeed,
+        controller: Controller,
+        base: str,
+    ) -> "Gateway":
+        """Return the gateway of another robot's page, with the same access."""
+        return Gateway(
+            viser_server, state_feed, controller, self._access, self._hosts,
+            assets=self._assets, base=base,
+        )  # fmt: skip
 
     def app(self) -> Starlette:
         """Return the application."""
         return Starlette(
             routes=[
                 *(self._login.routes() if self._login is not None else ()),
-                Route("/", self._shell),
                 Route("/assets/{name}", self._asset),
-                Route("/view", self._view_page),
-                Route("/view/", self._view_page),
-                Route("/health", self._health),
-                Route("/api/pictures/{name}", self._picture),
-                Route("/api/export/{name}", self._export),
-                Route("/api/goals", self._goals),
-                Route("/api/calls", self._calls),
-                Route("/api/things", self._things),
-                Route("/api/things/{number:int}", self._thing_picture),
-                Route("/api/stop", self._stop, methods=["POST"]),
-                WebSocketRoute("/view", self._view_socket),
-                WebSocketRoute("/view/", self._view_socket),
-                WebSocketRoute("/api/ws", self._shell_socket),
-                WebSocketRoute("/api/camera", self._camera_socket),
+                *self.robot_routes(),
             ],
             middleware=[Middleware(Guard, access=self._access, hosts=self._hosts)],
         )
 
+    def robot_routes(self) -> list[Route | WebSocketRoute]:
+        """Return the routes of one robot's page."""
+        return [
+            Route("/", self._shell),
+            Route("/view", self._view_page),
+            Route("/view/", self._view_page),
+            Route("/health", self._health),
+            Route("/api/pictures/{name}", self._picture),
+            Route("/api/export/{name}", self._export),
+            Route("/api/goals", self._goals),
+            Route("/api/calls", self._calls),
+            Route("/api/things", self._things),
+            Route("/api/things/{number:int}", self._thing_picture),
+            Route("/api/stop", self._stop, methods=["POST"]),
+            WebSocketRoute("/view", self._view_socket),
+            WebSocketRoute("/view/", self._view_socket),
+            WebSocketRoute("/api/ws", self._shell_socket),
+            WebSocketRoute("/api/camera", self._camera_socket),
+        ]
+
     async def _shell(self, request: Request) -> Response:
-        return self._assets.shell.response(request)
+        return self._shell_page.response(request)
 
     async def _asset(self, request: Request) -> Response:
         asset = self._assets.files.get(request.path_params["name"])
@@ -105,7 +131,7 @@ class Gateway:
     async def _view_page(self, request: Request) -> Response:
         if "websocket" in request.query_params or request.url.path != "/view/":
             # viser's client would connect to a server named in the URL.
-            return RedirectResponse(_VIEW, status_code=303)
+            return RedirectResponse(f"{self._base}{_VIEW}", status_code=303)
         return self._assets.view.response(request)
 
     async def _health(self, _: Request) -> Response:
@@ -199,21 +225,21 @@ class Gateway:
             await serve_camera(socket, self._state_feed.camera)
 
     async def _is_full(self, socket: WebSocket) -> bool:
-        if self._open_sockets < MAX_SOCKETS:
+        if self.open_sockets < MAX_SOCKETS:
             return False
-        logger.warning("refused a page: %d sockets are open", self._open_sockets)
+        logger.warning("refused a page: %d sockets are open", self.open_sockets)
         await socket.accept()
         await socket.close(_TRY_LATER, "too many pages are open")
         return True
 
     @asynccontextmanager
     async def _place(self, socket: WebSocket) -> AsyncGenerator[Browser]:
-        self._open_sockets += 1
+        self.open_sockets += 1
         try:
             async with _for_as_long_as_let_in(socket) as browser:
                 yield browser
         finally:
-            self._open_sockets -= 1
+            self.open_sockets -= 1
 
 
 def _json(content: bytes) -> Response:

@@ -11,6 +11,7 @@ from starlette.responses import PlainTextResponse, RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.nodes.console.config import LOOPBACK
+from app.nodes.console.fleet.robot_paths import page_path
 from app.nodes.console.web.access import COOKIE, Access, OpenAccess
 from app.nodes.console.web.browsers import Browser
 
@@ -118,7 +119,7 @@ class Guard:
         send = _with_headers(scope, send)
         browser = self._access.browser_of(headers)
         if browser is None and isinstance(self._access, OpenAccess):
-            if scope["type"] == "websocket" or scope["path"] == "/":
+            if scope["type"] == "websocket" or page_path(scope["path"]) == "/":
                 browser = self._access.new_browser()
                 send = _with_cookie(browser, send)
             else:
@@ -143,7 +144,7 @@ class Guard:
 
 
 def _with_headers(scope: Scope, send: Send) -> Send:
-    policy = VIEW_POLICY if scope["path"].rstrip("/") == "/view" else SHELL_POLICY
+    policy = VIEW_POLICY if page_path(scope["path"]).rstrip("/") == "/view" else SHELL_POLICY
     is_secure = scope.get("scheme") in {"https", "wss"}
 
     async def send_with_headers(message: Message) -> None:
@@ -171,7 +172,8 @@ def _with_cookie(browser: Browser, send: Send) -> Send:
 
 
 async def _ask_to_log_in(scope: Scope, receive: Receive, send: Send) -> None:
-    if scope["type"] == "http" and scope["method"] == "GET" and scope["path"] == "/":
+    is_page = scope["type"] == "http" and page_path(scope["path"]) == "/"
+    if is_page and scope["method"] == "GET":
         await RedirectResponse("/login", status_code=303)(scope, receive, send)
         return
     await _refuse("log in first", 401, scope, receive, send)

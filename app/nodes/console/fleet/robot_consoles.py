@@ -1,0 +1,165 @@
+"""The pages of all robots: each has its console, from its first visit until nobody looks."""
+
+import asyncio
+import logging
+import threading
+import time
+from dataclasses import dataclass
+from typing import Final
+
+import msgspec
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import PlainTextResponse, RedirectResponse, Response
+from starlette.routing import Mount, Route
+from starlette.types import Receive, Scope, Send
+
+from app.nodes.console.fleet.robot_console import RobotConsole
+from app.nodes.console.fleet.robot_list import RobotList
+from app.nodes.console.fleet.robot_paths import path_of, split_path
+from app.nodes.console.web.gateway import Gateway
+
+logger = logging.getLogger(__name__)
+
+IDLE_S: Final = 60.0
+"""Time after the last look at which the console of a robot is closed."""
+CHECK_S: Final = 5.0
+MAX_OPEN: Final = 8
+"""Robots that can be looked at at once, besides the console's own: each draws its map."""
+
+
+@dataclass(slots=True, kw_only=True)
+class _Opened:
+    console: RobotConsole
+    gateway: Gateway
+    app: Starlette
+    used_s: float
+    has_failed: bool = False
+
+
+class RobotConsoles:
+    """Serves /robot/NAME/ and the list of robots.
+
+    Args:
+        endpoint: Of the router.
+        own: The console's own robot, whose page is also at /robot/NAME/.
+        own_gateway: Serves it.
+    """
+
+    def __init__(self, endpoint: str, own: str, own_gateway: Gateway) -> None:
+        self._endpoint, self._own = endpoint, own
+        self._own_gateway = own_gateway
+        self._list = RobotList(endpoint)
+        self._lock = threading.Lock()
+        self._open: dict[str, _Opened] = {}
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._close_idle, name="robots", daemon=True)
+
+    def start(self) -> None:
+        """Begin to close what nobody looks at."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """Close all consoles."""
+        self._stop.set()
+        if self._thread.is_alive():
+            self._thread.join(timeout=5.0)
+        with self._lock:
+            for opened in self._open.values():
+                opened.console.close()
+            self._open.clear()
+        self._list.close()
+
+    def routes(self) -> list[Route | Mount]:
+        """Return the routes of the list and of the robots' pages."""
+        return [Route("/api/robots", self._robots), Mount("/robot", self._serve)]
+
+    async def _robots(self, _: Request) -> Response:
+        """Answer with all robots on the router, a `RobotsShown`."""
+        shown = await asyncio.to_thread(self._list.shown)
+        own = [
+            msgspec.structs.replace(one, path="/") if one.name == self._own else one
+            for one in shown.robots
+        ]
+        content = msgspec.json.encode(msgspec.structs.replace(shown, robots=own))
+        return Response(
+            content, media_type="application/json", headers={"Cache-Control": "no-store"}
+        )
+
+    async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
+        found = split_path(scope["path"])
+        if found is None:
+            await _refuse(404, "no such robot", scope, receive, send)
+            return
+        robot, below = found
+        if robot == self._own and below in ("", "/") and scope["type"] == "http":
+            await RedirectResponse("/", status_code=303)(scope, receive, send)
+            return
+        if not below and scope["type"] == "http":
+            await RedirectResponse(path_of(robot), status_code=303)(scope, receive, send)
+            return
+        opened = await asyncio.to_thread(self._opened, robot)
+        if isinstance(opened, str):
+            await _refuse(404, opened, scope, receive, send)
+            return
+        opened.used_s = time.monotonic()
+        browser = scope["browser"]
+        inner = {
+            **scope,
+            "path": below,
+            "raw_path": below.encode(),
+            "root_path": "",
+            "browser": browser and browser.twin(opened.console.browsers),
+        }
+        await opened.app(inner, receive, send)
+
+    def _opened(self, robot: str) -> _Opened | str:
+        """Return the console of a robot, opened if need be; why not, where that cannot be."""
+        with self._lock:
+            opened = self._open.get(robot)
+            if opened is not None and not opened.has_failed:
+                return opened
+            if not self._list.knows(robot):
+                return f"no navigator of the name {robot!r} is, or was, at {self._endpoint}"
+            if opened is not None:
+                self._open.pop(robot).console.close()
+            if len(self._open) >= MAX_OPEN:
+                return (
+                    f"{MAX_OPEN} robots are looked at besides {self._own!r}; close the page of "
+                    f"one and wait a minute"
+                )
+            return self._begin(robot)
+
+    def _begin(self, robot: str) -> _Opened:
+        def fail(_: Exception) -> None:
+            opened.has_failed = True
+
+        console = RobotConsole(self._endpoint, robot, fail)
+        gateway = self._own_gateway.beside(
+            console.viser_server, console.state_feed, console.link, path_of(robot)
+        )
+        app = Starlette(routes=gateway.robot_routes())
+        opened = _Opened(console=console, gateway=gateway, app=app, used_s=time.monotonic())
+        self._open[robot] = opened
+        console.start()
+        logger.info("the page of robot %s is open", robot)
+        return opened
+
+    def _close_idle(self) -> None:
+        while not self._stop.wait(CHECK_S):
+            now = time.monotonic()
+            with self._lock:
+                for robot, opened in tuple(self._open.items()):
+                    if opened.gateway.open_sockets:
+                        opened.used_s = now
+                    elif now - opened.used_s > IDLE_S:
+                        logger.info("nobody looks at robot %s", robot)
+                        self._open.pop(robot).console.close()
+
+
+async def _refuse(status: int, text: str, scope: Scope, receive: Receive, send: Send) -> None:
+    if scope["type"] == "websocket":
+        await receive()
+        await send({"type": "websocket.close", "code": 1008, "reason": text[:120]})
+        return
+    await PlainTextResponse(f"{text}\n", status_code=status)(scope, receive, send)

@@ -1,0 +1,79 @@
+"""The list of navigators on a real router."""
+
+import pytest
+
+from app.links.network.session import open_router
+from app.nodes.console.fleet import robot_list
+from app.nodes.console.fleet.robot_list import RobotList
+from tests.app.nodes.console.light_navigators import LightNavigator
+from tests.app.nodes.console.served import free_port
+
+
+@pytest.fixture
+def robots(monkeypatch):
+    """A router with a list of its robots; opened navigators are closed."""
+    monkeypatch.setattr(robot_list, "FRESH_S", 0.0)
+    port = free_port()
+    router = open_router(f"tcp/127.0.0.1:{port}")
+    listed = RobotList(f"tcp/127.0.0.1:{port}")
+    opened = []
+
+    def add(name, wanted="hat"):
+        opened.append(LightNavigator(port, name, wanted))
+        return opened[-1]
+
+    yield listed, add
+    listed.close()
+    for one in opened:
+        one.close()
+    router.close()
+
+
+def by_name(listed):
+    shown = listed.shown()
+    assert shown.problem == ""
+    return {one.name: one for one in shown.robots}
+
+
+def test_every_navigator_is_listed_with_what_it_searches(robots):
+    listed, add = robots
+    assert by_name(listed) == {}
+    add("site/robot-2", "red mug")
+    add("robot-1")
+    shown = by_name(listed)
+    assert list(shown) == ["robot-1", "site/robot-2"]
+    mug = shown["site/robot-2"]
+    assert (mug.link, mug.state, mug.object) == ("live", "searching", "red mug")
+    assert mug.path == "/robot/site~robot-2/"
+    assert 0.0 < mug.round_trip_ms < 1e3 * robot_list.ANSWER_S
+    assert listed.knows("robot-1")
+    assert not listed.knows("robot-3")
+
+
+def test_one_that_disappears_stays_listed_as_gone(robots):
+    listed, add = robots
+    one = add("robot-1", "keys")
+    assert by_name(listed)["robot-1"].link == "live"
+    one.close()
+    gone = by_name(listed)["robot-1"]
+    assert (gone.link, gone.object, gone.round_trip_ms) == ("gone", "keys", None)
+    assert listed.knows("robot-1")
+    add("robot-1", "keys")
+    assert by_name(listed)["robot-1"].link == "live"
+
+
+def test_two_of_one_name_are_told(robots):
+    listed, add = robots
+    add("robot-1")
+    other = add("robot-1")
+    assert by_name(listed)["robot-1"].link == "twice"
+    other.close()
+    assert by_name(listed)["robot-1"].link == "live"
+
+
+def test_without_a_router_the_problem_is_told():
+    listed = RobotList(f"tcp/127.0.0.1:{free_port()}")
+    shown = listed.shown()
+    assert shown.robots == []
+    assert "no navigator answers at" in shown.problem
+    listed.close()

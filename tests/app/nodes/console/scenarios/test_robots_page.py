@@ -1,0 +1,123 @@
+"""All robots on the router in a real browser: the list, the switch, and what twenty of them cost.
+
+Every picture can be kept and looked at: set IPPON_KEEP_PICTURES to a folder.
+"""
+
+import os
+import time
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.app.nodes.console.light_navigators import LightNavigator
+from tests.chromium import new_window, open_browser
+
+pytestmark = pytest.mark.browser
+
+KEEP_PICTURES = "IPPON_KEEP_PICTURES"
+THINGS = ("hat", "keys", "red mug", "remote", "plant", "phone")
+
+
+@pytest.fixture(scope="module")
+def parts(stage):
+    """A console of a robot at home, with twenty more on its router."""
+    with open_browser() as browser:
+        zenoh_port = stage.free_port()
+        home = stage.PublishedHome(zenoh_port, most_voxels=6_000)
+        console = stage.ConsoleProcess(zenoh_port, stage.free_port())
+        window = new_window(browser)
+        console.wait_until_up()
+        page = window.new_page()
+        page.goto(console.url)
+        expect(page.locator("#state")).to_have_text("Searching")
+        alone = _core_percent(console)
+        light = [
+            LightNavigator(zenoh_port, f"site/robot-{n:02}", THINGS[n % len(THINGS)])
+            for n in range(1, 21)
+        ]
+        yield page, console, light, alone
+        window.close()
+        console.close()
+        for one in light:
+            one.close()
+        home.close()
+
+
+def _core_percent(console, seconds=8.0):
+    """Share of a core that the console uses."""
+    ticks = os.sysconf("SC_CLK_TCK")
+
+    def used_s():
+        fields = Path(f"/proc/{console.process.pid}/stat").read_text().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / ticks
+
+    before, began = used_s(), time.monotonic()
+    time.sleep(seconds)
+    return round(100.0 * (used_s() - before) / (time.monotonic() - began), 1)
+
+
+def _shoot(page, name):
+    folder = os.environ.get(KEEP_PICTURES)
+    if folder is not None:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        page.wait_for_timeout(1_500)
+        page.screenshot(path=Path(folder) / f"{name}.png")
+
+
+def test_all_robots_are_listed_and_cost_the_page_of_one_little(parts):
+    page, console, _, alone = parts
+    with_twenty = _core_percent(console)
+    page.keyboard.press("b")
+    rows = page.locator("#robots-list li")
+    expect(rows).to_have_count(21)
+    expect(page.locator("#robots-count")).to_have_text("21 robots")
+    own = rows.filter(has=page.locator("[aria-current='page']"))
+    expect(own).to_contain_text("ippon")
+    third = rows.filter(has_text="site/robot-02")
+    expect(third).to_contain_text("Searching")
+    expect(third).to_contain_text("“red mug”")
+    expect(third).to_contain_text("answers in")
+    _shoot(page, "robots")
+    listed = _core_percent(console)
+    folder = os.environ.get(KEEP_PICTURES)
+    if folder is not None:
+        text = f"% of a core: alone {alone}, with twenty {with_twenty}, listed {listed}\n"
+        (Path(folder) / "robots_core_percent.txt").write_text(text)
+
+
+def test_one_click_shows_the_page_of_another_robot_at_its_own_address(parts):
+    page, console, light, _ = parts
+    page.locator("#robots-list a", has_text="site/robot-02").click()
+    expect(page).to_have_url(f"{console.url}/robot/site~robot-02/")
+    expect(page.locator("#robot")).to_have_text("site/robot-02")
+    expect(page.locator("#goal")).to_have_text("red mug")
+    expect(page.frame_locator("#view").get_by_role("tab", name="Search")).to_be_visible()
+    page.keyboard.press("b")
+    current = page.locator("#robots-list [aria-current='page']")
+    expect(current).to_contain_text("site/robot-02")
+    light[1].close()
+    expect(current).to_contain_text("gone · last heard")
+    expect(page.locator("#notice-title")).to_have_text("No data from the navigator")
+    _shoot(page, "robot-gone")
+    page.set_viewport_size({"width": 390, "height": 844})
+    for one in page.locator("#robots-list a").all():
+        box = one.bounding_box()
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= 390
+    _shoot(page, "phone-robots")
+    page.set_viewport_size({"width": 1440, "height": 900})
+    page.locator("#robots-list a", has_text="ippon").click()
+    expect(page).to_have_url(f"{console.url}/")
+    expect(page.locator("#state")).to_have_text("Searching")
+
+
+def test_a_robot_that_is_not_there_is_refused(parts):
+    page, console, _, _ = parts
+    answer = page.request.get(f"{console.url}/robot/nobody/")
+    assert answer.status == 404
+    assert "no navigator of the name 'nobody' is, or was, at" in answer.text()
+    answer = page.request.get(f"{console.url}/robot/site~robot-03", max_redirects=0)
+    assert (answer.status, answer.headers["location"]) == (303, "/robot/site~robot-03/")
+    answer = page.request.get(f"{console.url}/robot/ippon/", max_redirects=0)
+    assert (answer.status, answer.headers["location"]) == (303, "/")
