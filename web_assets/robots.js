@@ -55,7 +55,7 @@ export class Robots {
   makeRow(robot) {
     const node = make("li", "entry");
     const link = make("a", "robot-link");
-    const [state, told, quality] = [make("small", "chip"), make("small"), make("small")];
+    const [state, told, quality] = [make("small", "robot-state"), make("small"), make("small")];
     const name = make("b", "", robot.name);
     const line = make("span", "robot-line");
     line.append(name, state);
@@ -68,8 +68,7 @@ export class Robots {
     row.link.href = robot.path;
     if (robot.path === BASE) row.link.setAttribute("aria-current", "page");
     row.node.dataset.link = robot.link;
-    row.state.textContent = robot.state ? this.nameOf(robot.state) : "";
-    row.state.dataset.state = robot.state ?? "";
+    row.state.textContent = robot.state && robot.link !== "gone" ? this.nameOf(robot.state) : "";
     const parts = [
       robot.object && `“${words(robot.object)}”`,
       robot.waiting > 0 && `${robot.waiting} waiting`,

@@ -6,7 +6,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from app.messages.body import BodyProfile
 from app.view.colors import PATH, ROBOT, linear
+from app.view.drawing.robot_body import body_mesh
 from app.view.drawing.viser_private import show_jpeg_in_frustum
 from ippon.camera import PinholeCamera
 from ippon.geometry import Float64Array, quaternion_from_rotation
@@ -31,6 +33,10 @@ class RobotLayer:
         self._scene = scene
         self._body: Any = None
         self._mast: Any = None
+        self._drawn: BodyProfile | None = None
+        """The body that is drawn; None for that of a robot whose body is not known."""
+        self._top_m = _BODY_HEIGHT_M
+        """Height of the body that is drawn."""
         self._frustum: Any = None
         self._frustum_camera: PinholeCamera | None = None
         self._path: Any = None
@@ -38,19 +44,28 @@ class RobotLayer:
         self._trail: Any = None
 
     def draw_pose(
-        self, T_world_base: Float64Array | None, T_world_camera: Float64Array | None
+        self,
+        T_world_base: Float64Array | None,
+        T_world_camera: Float64Array | None,
+        profile: BodyProfile | None = None,
     ) -> None:
-        """Move body and camera."""
+        """Move body and camera.
+
+        Args:
+            T_world_base: (4, 4) pose of the base; None draws nothing.
+            T_world_camera: (4, 4) pose of the camera; None leaves it where it is.
+            profile: The robot's own body; None draws a disc.
+        """
         if T_world_base is None:
             return
-        if self._body is None:
-            self._body = self._make_body()
+        if self._body is None or profile != self._drawn:
+            self._body = self._make_body(profile)
         self._body.position = T_world_base[:3, 3]
         self._body.wxyz = quaternion_from_rotation(T_world_base[:3, :3])
         if T_world_camera is None:
             return
         height = float(T_world_camera[2, 3] - T_world_base[2, 3])
-        if self._mast is None and height > _BODY_HEIGHT_M:
+        if self._mast is None and height > self._top_m:
             self._make_mast(height)
         if self._frustum is not None:
             self._frustum.position = T_world_camera[:3, 3]
@@ -129,17 +144,25 @@ class RobotLayer:
         handle.visible = True
         return handle
 
-    def _make_body(self) -> Any:
+    def _make_body(self, profile: BodyProfile | None) -> Any:
         scene = self._scene
+        # A node of the same name replaces the one before with all that is on it.
         body = scene.add_frame("/robot", show_axes=False)
-        scene.add_cylinder(
-            "/robot/base",
-            radius=_BODY_RADIUS_M,
-            height=_BODY_HEIGHT_M,
-            color=ROBOT,
-            position=(0.0, 0.0, 0.5 * _BODY_HEIGHT_M + 0.04),
-        )
-        top = _BODY_HEIGHT_M + 0.045
+        self._drawn, self._mast = profile, None
+        if profile is None:
+            self._top_m = _BODY_HEIGHT_M
+            scene.add_cylinder(
+                "/robot/base",
+                radius=_BODY_RADIUS_M,
+                height=_BODY_HEIGHT_M,
+                color=ROBOT,
+                position=(0.0, 0.0, 0.5 * _BODY_HEIGHT_M + 0.04),
+            )
+            top = _BODY_HEIGHT_M + 0.045
+        else:
+            top = self._top_m = max(one.z_m + one.radius_m for one in profile.spheres)
+            vertices, faces = body_mesh(profile.spheres)
+            scene.add_mesh_simple("/robot/base", vertices, faces, color=ROBOT)
         arrow = np.array(
             [[0.21, 0.0, top], [-0.12, 0.13, top], [-0.06, 0.0, top], [-0.12, -0.13, top]],
             dtype=np.float32,
@@ -157,9 +180,9 @@ class RobotLayer:
         self._mast = self._scene.add_cylinder(
             "/robot/mast",
             radius=_MAST_RADIUS_M,
-            height=height_m - _BODY_HEIGHT_M,
+            height=height_m - self._top_m,
             color=ROBOT,
-            position=(0.0, 0.0, 0.5 * (height_m + _BODY_HEIGHT_M)),
+            position=(0.0, 0.0, 0.5 * (height_m + self._top_m)),
         )
 
 

@@ -156,7 +156,7 @@ class ViserScene:
         if "camera" in changed and model.camera is not None:
             self._robot.draw_camera(model.camera, "camera" in layers)
         if changed & {"camera", "pose"}:
-            self._robot.draw_pose(model.T_world_base, model.T_world_camera)
+            self._robot.draw_pose(model.T_world_base, model.T_world_camera, model.body)
         if "pose" in changed:
             self._robot.draw_trail(model.trail_world, "trail" in layers)
         if changed & {"camera", "image"} and model.image is not None and "camera" in layers:

@@ -11,6 +11,7 @@ from typing import Final, Literal
 
 import numpy as np
 
+from app.messages.body import BodyConfiguration, BodyProfile
 from app.messages.control import SavedSearches
 from app.messages.driving import PaintedRegions, PaintedStroke
 from app.messages.images import CompressedColor, StampedCamera
@@ -77,6 +78,8 @@ class SceneModel:
         self.path_world: Float64Array = np.empty((0, 3))
         self.T_world_base: Float64Array | None = None
         self.T_world_camera: Float64Array | None = None
+        self.body: BodyProfile | None = None
+        """The robot's body; None until its navigator has told it."""
         self.camera_poses: deque[tuple[int, Float64Array]] = deque(maxlen=_MAX_POSES)
         """Stamp in nanoseconds and T_world_camera of the last poses, in order."""
         self.camera: PinholeCamera | None = None
@@ -182,6 +185,12 @@ class SceneModel:
             self._keep_camera_pose()
         self._extend_trail()
         self._changed.add("pose")
+
+    def on_configuration(self, configuration: BodyConfiguration) -> None:
+        """Take over the robot's body."""
+        if configuration.profile != self.body:
+            self.body = configuration.profile
+            self._changed.add("pose")
 
     def on_alignment(self, alignment: MapAlignment) -> None:
         """Take over where the frame of tf lies in the map."""

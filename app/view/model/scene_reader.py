@@ -7,6 +7,7 @@ from typing import Final
 import msgspec
 
 from app.messages import control, keys, status
+from app.messages.body import BodyConfiguration
 from app.messages.cdr import MessageError
 from app.messages.driving import PaintedRegions
 from app.messages.images import decode_camera, decode_color
@@ -41,6 +42,7 @@ class SceneReader:
             keys.FAR_EVIDENCE: lambda p: model.on_far_evidence(_json(p, status.FarEvidenceCells)),
             keys.DETECTIONS: lambda p: model.on_detections(decode_found_objects(p)[1]),
             keys.MAP_ALIGNMENT: lambda p: model.on_alignment(_json(p, MapAlignment)),
+            keys.CONFIGURATION: lambda p: model.on_configuration(_json(p, BodyConfiguration)),
             keys.TF: lambda p: model.on_transforms(decode_transforms(p)),
             keys.TF_STATIC: lambda p: model.on_transforms(decode_transforms(p)),
             keys.CAMERA_INFO: lambda p: model.on_camera(decode_camera(p)),

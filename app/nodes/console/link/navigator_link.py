@@ -45,6 +45,7 @@ LATCHED: Final = (
     keys.PAINTED,
     keys.SEARCHES_SAVED,
     keys.MAP_ALIGNMENT,
+    keys.CONFIGURATION,
     keys.CAMERA_INFO,
     keys.TF_STATIC,
 )

@@ -1,24 +1,29 @@
 """The layers, drawn into a real viser server; what it would send is what is checked."""
 
 import contextlib
+import dataclasses
 import io
 
+import msgspec
 import numpy as np
 import pytest
 import viser
 
+from app.messages import keys
 from app.messages.images import CompressedColor, StampedCamera
 from app.messages.motion import StampedPath, StampedTransform
 from app.messages.scene import FoundObject
 from app.messages.status import FarEvidenceCells, LevelRow, LevelTable
+from app.nodes.navigator.config import NavigatorConfig
 from app.view.drawing.find_layer import marks_of
 from app.view.drawing.viser_scene import ALL_PARTS, ViserScene
 from app.view.model.scene_model import SceneModel
+from app.view.model.scene_reader import SceneReader
 from app.view.view_options import LAYERS, ViewOptions
 from ippon.camera import PinholeCamera
 from ippon.geometry import base_pose
 from ippon.planning.plan import TreeView
-from ippon.robot import ZED
+from ippon.robot import ZED, CollisionSphere
 
 
 @pytest.fixture
@@ -299,3 +304,34 @@ def test_things_are_coloured_by_their_most_probable_kind(server, model, make):
     # Shading darkens colours and keeps their hue.
     share = colors / np.maximum(np.array(first), 1)
     assert np.ptp(share, axis=1).max() < 0.06
+
+
+def test_a_robot_is_drawn_by_its_own_body(server, model):
+    model.on_transforms(
+        [
+            StampedTransform(
+                stamp_ns=1, parent="map", child="base_link", T_parent_child=base_pose(1, 2, 0, 0)
+            )
+        ]
+    )
+    scene = ViserScene(server)
+    scene.draw(model, ALL_PARTS, ViewOptions())
+    assert isinstance(_node(server, "/robot/base"), viser.CylinderHandle)
+    reader = SceneReader(model)
+    dog = dataclasses.replace(
+        ZED,
+        spheres=tuple(
+            CollisionSphere(x_m=x, y_m=0.0, z_m=0.3, radius_m=0.2) for x in (-0.4, 0.0, 0.4)
+        ),
+    )
+    config = NavigatorConfig(profile=dog)
+    assert reader.feed(keys.CONFIGURATION, msgspec.json.encode(config))
+    changed = model.take_changes()
+    assert "pose" in changed
+    scene.draw(model, changed, ViewOptions())
+    body = _node(server, "/robot/base")
+    assert isinstance(body, viser.MeshHandle)
+    assert body.vertices.min(axis=0) == pytest.approx([-0.6, -0.2, 0.1], abs=0.01)
+    assert body.vertices.max(axis=0) == pytest.approx([0.6, 0.2, 0.5], abs=0.01)
+    assert reader.feed(keys.CONFIGURATION, msgspec.json.encode(config))
+    assert "pose" not in model.take_changes()
