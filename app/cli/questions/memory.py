@@ -113,7 +113,7 @@ def _print(reply: MemoryReply, find: str) -> None:
         if thing.gone_ns:
             seen = f"{seen}; not there any more since {said_time(thing.gone_ns, now_ns)}"
         cells = (
-            " ".join([*thing.attributes, _words(thing.label)]),
+            _what(thing),
             said_place(thing.room, thing.position_world),
             f"{thing.probability:.0%}", seen, others,
         )  # fmt: skip
@@ -121,6 +121,13 @@ def _print(reply: MemoryReply, find: str) -> None:
     console.print(table)
     if reply.count > len(reply.things):
         print(f"{reply.count - len(reply.things)} more; --limit shows them")
+
+
+def _what(thing: RememberedThing) -> str:
+    """Return name and kind of a thing, and what a person said that it is not."""
+    kind = " ".join([*thing.attributes, _words(thing.label) or "unknown thing"])
+    denied = "".join(f", not {_words(label)}" for label in thing.denied)
+    return (f"{thing.name} ({kind})" if thing.name else kind) + denied
 
 
 def _words(label: str) -> str:

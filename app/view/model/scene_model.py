@@ -188,9 +188,8 @@ class SceneModel:
 
     def on_configuration(self, configuration: BodyConfiguration) -> None:
         """Take over the robot's body."""
-        if configuration.profile != self.body:
-            self.body = configuration.profile
-            self._changed.add("pose")
+        self.body = configuration.profile
+        self._changed.add("pose")
 
     def on_alignment(self, alignment: MapAlignment) -> None:
         """Take over where the frame of tf lies in the map."""
@@ -291,13 +290,11 @@ class SceneModel:
         self.trail_world.clear()
         self.history.clear()
         self.pictures.clear()
-        self.painted, self.rejected, self._last_find = (), (), None
+        self.painted, self.rejected, self.rooms, self.things = (), (), (), ()
         self.far_evidence = NO_FAR_EVIDENCE
-        self.rooms, self.things = (), ()
-        self._candidates = None
+        self._candidates = self._last_find = None
         self.tree, self.path_world, self.detections = None, np.empty((0, 3)), ()
-        self._changed |= {"voxels", "tree", "path", "pose", "detections"}
-        self._changed |= {"painted", "far_evidence"}
+        self._changed |= {"voxels", "tree", "path", "pose", "detections", "painted", "far_evidence"}
 
     def _store(self, cloud: VoxelCloud) -> None:
         if self.voxel_size_m is None:

@@ -78,14 +78,16 @@ def furniture_of(things: tuple[RememberedThing, ...]) -> list[PlanThing]:
     """Return the things that are named on a plan, the largest first."""
     here = [
         PlanThing(
-            text=thing.label.replace("_", " "),
+            text=thing.name or thing.label.replace("_", " "),
             x_m=round(thing.position_world[0], 2),
             y_m=round(thing.position_world[1], 2),
             size_x_m=round(thing.size_m[0], 2),
             size_y_m=round(thing.size_m[1], 2),
         )
         for thing in things
-        if thing.gone_ns == 0 and max(thing.size_m[:2]) >= LEAST_M and thing.label != _WALL
+        if thing.gone_ns == 0
+        and max(thing.size_m[:2]) >= LEAST_M
+        and (thing.name or thing.label not in ("", _WALL))
     ]
     here.sort(key=lambda thing: -thing.size_x_m * thing.size_y_m)
     return here[:THINGS]

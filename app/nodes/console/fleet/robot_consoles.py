@@ -53,7 +53,7 @@ class RobotConsoles:
         self._lock = threading.Lock()
         self._open: dict[str, _Opened] = {}
         self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._close_idle, name="robots", daemon=True)
+        self._thread = threading.Thread(target=self._check, name="robots", daemon=True)
 
     def start(self) -> None:
         """Begin to close what nobody looks at."""
@@ -145,16 +145,20 @@ class RobotConsoles:
         logger.info("the page of robot %s is open", robot)
         return opened
 
-    def _close_idle(self) -> None:
+    def close_idle(self) -> None:
+        """Close the consoles that nobody has looked at for a while."""
+        now = time.monotonic()
+        with self._lock:
+            for robot, opened in tuple(self._open.items()):
+                if opened.gateway.open_sockets:
+                    opened.used_s = now
+                elif now - opened.used_s > IDLE_S:
+                    logger.info("nobody looks at robot %s", robot)
+                    self._open.pop(robot).console.close()
+
+    def _check(self) -> None:
         while not self._stop.wait(CHECK_S):
-            now = time.monotonic()
-            with self._lock:
-                for robot, opened in tuple(self._open.items()):
-                    if opened.gateway.open_sockets:
-                        opened.used_s = now
-                    elif now - opened.used_s > IDLE_S:
-                        logger.info("nobody looks at robot %s", robot)
-                        self._open.pop(robot).console.close()
+            self.close_idle()
 
 
 async def _refuse(status: int, text: str, scope: Scope, receive: Receive, send: Send) -> None:

@@ -1,8 +1,10 @@
 """The list of navigators on a real router."""
 
+import time
+
 import pytest
 
-from app.links.network.session import open_router
+from app.links.network.session import PROFILE, open_router
 from app.nodes.console.fleet import robot_list
 from app.nodes.console.fleet.robot_list import RobotList
 from tests.app.nodes.console.light_navigators import LightNavigator
@@ -77,3 +79,25 @@ def test_without_a_router_the_problem_is_told():
     assert shown.robots == []
     assert "no navigator answers at" in shown.problem
     listed.close()
+
+
+def test_robots_of_joined_routers_are_listed_at_each(monkeypatch, tmp_path):
+    ports = free_port(), free_port()
+    first = open_router(f"tcp/127.0.0.1:{ports[0]}")
+    join = tmp_path / "join.json5"
+    join.write_text(f'{{connect: {{endpoints: ["tcp/127.0.0.1:{ports[0]}"]}}}}')
+    with monkeypatch.context() as patch:
+        patch.setenv(PROFILE, str(join))
+        second = open_router(f"tcp/127.0.0.1:{ports[1]}")
+    light = [LightNavigator(port, f"robot-{port}") for port in ports]
+    monkeypatch.setattr(robot_list, "FRESH_S", 0.0)
+    for port in ports:
+        listed = RobotList(f"tcp/127.0.0.1:{port}")
+        deadline = time.monotonic() + 20.0
+        while [one.link for one in by_name(listed).values()] != ["live", "live"]:
+            assert time.monotonic() < deadline
+        listed.close()
+    for one in light:
+        one.close()
+    second.close()
+    first.close()

@@ -3,6 +3,7 @@
 Every picture can be kept and looked at: set IPPON_KEEP_PICTURES to a folder.
 """
 
+import dataclasses
 import os
 import time
 from pathlib import Path
@@ -10,12 +11,22 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
+from ippon.robot import ZED, CollisionSphere
 from tests.app.nodes.console.light_navigators import LightNavigator
 from tests.chromium import new_window, open_browser
 
 pytestmark = pytest.mark.browser
 
 KEEP_PICTURES = "IPPON_KEEP_PICTURES"
+DOG = dataclasses.replace(
+    ZED,
+    spheres=tuple(
+        CollisionSphere(x_m=x, y_m=y, z_m=0.4, radius_m=0.18)
+        for x in (-0.45, -0.22, 0.0, 0.22, 0.45)
+        for y in (-0.1, 0.1)
+    ),
+    camera_height_m=0.5,
+)
 THINGS = ("hat", "keys", "red mug", "remote", "plant", "phone")
 
 
@@ -33,7 +44,12 @@ def parts(stage):
         expect(page.locator("#state")).to_have_text("Searching")
         alone = _core_percent(console)
         light = [
-            LightNavigator(zenoh_port, f"site/robot-{n:02}", THINGS[n % len(THINGS)])
+            LightNavigator(
+                zenoh_port,
+                f"site/robot-{n:02}",
+                THINGS[n % len(THINGS)],
+                profile=DOG if n == 2 else ZED,
+            )
             for n in range(1, 21)
         ]
         yield page, console, light, alone

@@ -1,0 +1,91 @@
+"""Pages of several robots from one console, on real sockets."""
+
+import time
+from types import SimpleNamespace
+
+import pytest
+
+from app.links.network.session import open_router
+from app.nodes.console.fleet import robot_consoles
+from app.nodes.console.fleet.robot_consoles import RobotConsoles
+from app.nodes.console.web.access import OpenAccess
+from app.nodes.console.web.gateway import Gateway
+from app.nodes.console.web.guard import Hosts
+from tests.app.nodes.console.light_navigators import LightNavigator
+from tests.app.nodes.console.served import free_port, hear
+
+
+@pytest.fixture
+def fleet(stage, viser_server, state_feed, navigator, browsers):
+    """A console of robot "own" whose router has the robots a and site/b."""
+    port = free_port()
+    router = open_router(f"tcp/127.0.0.1:{port}")
+    light = [LightNavigator(port, "a", "keys"), LightNavigator(port, "site/b", "mug")]
+    gateway = Gateway(viser_server, state_feed, navigator, OpenAccess(browsers), Hosts("127.0.0.1"))
+    consoles = RobotConsoles(f"tcp/127.0.0.1:{port}", "own", gateway)
+    app = gateway.app()
+    app.router.routes += consoles.routes()
+    consoles.start()
+    served = stage.Served(SimpleNamespace(app=lambda: app))
+    yield served, consoles
+    served.close()
+    consoles.close()
+    for one in light:
+        one.close()
+    router.close()
+
+
+def _state_of(served, path, robot):
+    """Follow the state of a page until its robot is live."""
+    with served.socket(f"{path}api/ws") as shell:
+        while True:
+            state = hear(shell, "state")
+            if state["link"] == "live":
+                assert state["robot"] == robot
+                return state
+
+
+def test_each_robot_has_a_page_with_its_own_state(fleet):
+    served, _ = fleet
+    page = served.get("/robot/site~b/")
+    assert page.status_code == 200
+    assert 'src="/robot/site~b/view/?darkMode"' in page.text
+    assert "ippon=" in page.headers["set-cookie"], "a page makes a browser known"
+    assert "script-src 'self';" in page.headers["content-security-policy"]
+    view = served.get("/robot/site~b/view/")
+    assert "wasm-unsafe-eval" in view.headers["content-security-policy"]
+    assert _state_of(served, "/robot/a/", "a")["object"] == "keys"
+    assert _state_of(served, "/robot/site~b/", "site/b")["object"] == "mug"
+    robots = {one["name"]: one["path"] for one in served.get("/api/robots").json()["robots"]}
+    assert robots == {"a": "/robot/a/", "site/b": "/robot/site~b/"}
+
+
+def test_addresses_without_a_robot_are_refused(fleet):
+    served, _ = fleet
+    for path in ("/robot/c/", "/robot/", "/robot/%3Cb%3E/"):
+        assert served.get(path).status_code == 404
+    for path, to in (("/robot/a", "/robot/a/"), ("/robot/own/", "/")):
+        answer = served.get(path)
+        assert (answer.status_code, answer.headers["location"]) == (303, to)
+    with pytest.raises(Exception, match="403"):
+        served.socket("/robot/c/api/ws")
+    answer = served.get("/robot/a/", headers={"Host": "evil.example"})
+    assert answer.status_code == 403
+
+
+def test_what_nobody_looks_at_is_closed_and_there_is_a_limit(fleet, monkeypatch):
+    served, consoles = fleet
+    monkeypatch.setattr(robot_consoles, "MAX_OPEN", 1)
+    monkeypatch.setattr(robot_consoles, "IDLE_S", 0.0)
+    with served.socket("/robot/a/api/ws") as shell:
+        hear(shell, "state")
+        answer = served.get("/robot/site~b/")
+        assert answer.status_code == 404
+        assert "1 robots are looked at besides 'own'" in answer.text
+        consoles.close_idle()
+        assert served.get("/robot/a/health").json()["console"] == "up"
+    deadline = time.monotonic() + 10.0
+    while served.get("/robot/site~b/").status_code != 200:
+        assert time.monotonic() < deadline
+        consoles.close_idle()
+        time.sleep(0.05)
