@@ -167,8 +167,6 @@ class RobotProfile:
                 f"max_step_m lies in {LEAST_STEP_M:g} to 1, since maps are accurate to about 1 cm; "
                 f"got {self.max_step_m:g}"
             )
-        if not (self.takes_velocities or self.takes_goals):
-            raise ValueError("a robot takes velocities, goals or both; got neither")
         if not all(-MOST_M <= x <= MOST_M for x in self._lengths()):
             raise ValueError(f"lengths are metres, at most {MOST_M:g}; is one in millimetres?")
 
@@ -185,6 +183,16 @@ class RobotProfile:
     def half_width_m(self) -> float:
         """Largest lateral extent of the body from the line that the base's centre drives on."""
         return max(abs(s.y_m) + s.radius_m for s in self.spheres)
+
+    @property
+    def is_carried(self) -> bool:
+        """Whether a person carries the camera: nothing takes commands."""
+        return not (self.takes_velocities or self.takes_goals)
+
+    @property
+    def follows_goals(self) -> bool:
+        """Whether goals lead it, not velocities: it navigates by itself, or is carried."""
+        return self.takes_goals or self.is_carried
 
     @property
     def is_round(self) -> bool:

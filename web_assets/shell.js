@@ -17,6 +17,7 @@ import { Plan } from "./plan.js";
 import { Sides } from "./side.js";
 import { Things } from "./things.js";
 import { Robots } from "./robots.js";
+import { showWalk } from "./walk.js";
 import { followSceneArea } from "./scene_area.js";
 
 const PING_MS = 2000;
@@ -226,6 +227,7 @@ function render() {
   goals.update(state);
   calls.update(state);
   explanation.update(state?.explanation);
+  showWalk(state?.link === "live" ? state.walk : null);
   drive.update(state?.drive ?? { mode: "auto" }, state?.link === "live" && lease.watching === "");
   camera.drive(live && state.link === "live" ? state.drive.mode : camera.mode);
   // Stopping releases all keys: after Resume the operator must press one again.

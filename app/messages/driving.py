@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from msgspec import Meta, Struct
 
 DriveModeName = Literal["auto", "assisted", "manual"]
+WalkingStepName = Literal["turn", "walk", "look", "hold"]
 
 
 class _Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -49,6 +50,21 @@ class PaintedRegions(_Message, frozen=True):
     """All strokes that apply; published on change and stored for late joiners."""
 
     regions: list[PaintedStroke]
+
+
+class WalkStatus(_Message, frozen=True):
+    """Where the person who carries the camera is to go and look next."""
+
+    step: WalkingStepName
+    """What to do first."""
+    turn_deg: float
+    """To the next corner of the way, at its end to the wanted heading; positive is left."""
+    walk_m: float
+    """To that corner; 0 at the end of the way."""
+    way_m: float
+    """Length of the whole way."""
+    look_up_deg: float
+    """Change of the camera's tilt; positive is up, 0 where it is right."""
 
 
 class DriveStatus(_Message, frozen=True):

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct
 
-from app.messages.driving import DriveStatus
+from app.messages.driving import DriveStatus, WalkStatus
 from app.messages.lease import LeaseStatus
 from ippon.guidance.levels import LevelName
 
@@ -184,6 +184,9 @@ class Status(_Message, frozen=True):
     lease: LeaseStatus = LeaseStatus()
     tour: list[GoalStatus] = []
     """All goals of the present tour; empty for one goal."""
+    walk: WalkStatus | None = None
+    """Directions for the person who carries the camera; None for a robot, and while there is nowhere
+    to go."""
     localization: str = ""
     """Why the robot's pose in the map cannot be trusted; empty if it can."""
 

@@ -77,7 +77,7 @@ class RobotSimConfig:
             raise ValueError(
                 f"the camera takes 0.5 to {PHYSICS_HZ:g} frames a second; got {self.rate_hz:g}"
             )
-        if self.profile.takes_goals and self.speed == "max":
+        if self.profile.follows_goals and self.speed == "max":
             raise ValueError(
                 "a robot that takes goals drives in its own time: simulate it at speed 1 or 2"
             )
@@ -119,7 +119,7 @@ class RobotSim:
         self._publishers: dict[str, zenoh.Publisher] = {}
         self._subscribe(keys.CMD_VEL, self._on_twist)
         self._subscribe(keys.CMD_TILT, self._on_tilt)
-        if profile.takes_goals:
+        if profile.follows_goals:
             self._subscribe(keys.NAVIGATION_GOAL, self._goals.take_goal)
             self._subscribe(keys.NAVIGATION_ACTIVE, self._goals.take_active)
         self._subscribe(keys.LABELS, self._on_labels)

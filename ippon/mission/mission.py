@@ -8,8 +8,11 @@ to do commands, and limits and the collision filter make the command safe.
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from ippon.command import Command
 from ippon.control.path_follower import PathFollower
+from ippon.control.walking_guide import WalkingDirections, WalkingGuide
 from ippon.frame import NANOSECONDS, Frame
 from ippon.guidance.levels import Guidance
 from ippon.mapping.voxel_map import VoxelMap
@@ -60,7 +63,7 @@ class Mission:
     ) -> None:
         self.config, self.robot = config, robot
         self.voxel_map = voxel_map or VoxelMap(config.map, labels)
-        planning = planner_config(config) if robot.takes_goals else config.planner
+        planning = planner_config(config) if robot.follows_goals else config.planner
         self._planner: Planner = planner or ViewpointPlanner(planning, robot, seed, clock)
         self._journal = Journal()
         self.motion = SafeMotion(robot, self.voxel_map)
@@ -76,12 +79,13 @@ class Mission:
         )
         self.navigation: SelfNavigation | None = None
         self._follower: Follower = PathFollower(config.follower, robot)
-        if robot.takes_goals:
+        if robot.follows_goals:
             self.navigation = SelfNavigation(
                 config, robot, self._planner, self.operator, self._behaviors.look_around,
                 self._journal,
             )  # fmt: skip
             self._follower = self.navigation.follower
+        self._guide = WalkingGuide(config.follower.angle_tolerance_rad)
         self._plan: Plan | None = None
         self._last: Frame | None = None
 
@@ -177,6 +181,7 @@ class Mission:
             events=self._journal.take(),
             far_evidence_cell_m=self.config.far_evidence.cell_m,
             tour=self.goals.tour,
+            walk=self._walk(command, frame),
         )
         return StepResult(command=command, snapshot=snapshot)
 
@@ -205,6 +210,13 @@ class Mission:
         if search is not None and action.state is not None:
             self.goals.settle(search, action.state)
         return action.command
+
+    def _walk(self, command: Command, frame: Frame) -> WalkingDirections | None:
+        """Return the directions for the person who carries the camera; None for a robot."""
+        if not self.robot.is_carried:
+            return None
+        path_world = np.zeros((0, 3)) if self._plan is None else self._plan.path_world
+        return self._guide.step(command, path_world, frame.T_world_base, frame.tilt_rad)
 
     def _advance(self, frame: Frame) -> float:
         """Add time and path of this frame to the search; returns seconds since the last frame."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.command import Command
+from ippon.control.walking_guide import WalkingDirections
 from ippon.geometry import Float64Array
 from ippon.guidance.language.requests.goals import AttributeKind
 from ippon.mission.goal import Goal
@@ -138,6 +139,9 @@ class Snapshot:
     tour: tuple[GoalStatus, ...] = ()
     """The goals of a tour with their states; empty for one goal. `goal`, `state`, `find`, way and
     time are those of the leading one."""
+    walk: WalkingDirections | None = None
+    """Where the person who carries the camera is to go and look; None for a robot, and while there
+    is nowhere to go."""
 
     @property
     def outcome(self) -> Literal["found", "out_of_reach", "exhausted"] | None:

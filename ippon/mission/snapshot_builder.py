@@ -4,6 +4,7 @@ from typing import Final
 
 import numpy as np
 
+from ippon.control.walking_guide import WalkingDirections
 from ippon.frame import Frame
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.search import Search
@@ -25,6 +26,7 @@ def snapshot_of(
     events: tuple[MissionEvent, ...],
     far_evidence_cell_m: float,
     tour: Tour | None = None,
+    walk: WalkingDirections | None = None,
 ) -> Snapshot:
     """Return the snapshot of a step.
 
@@ -38,6 +40,7 @@ def snapshot_of(
         events: Events of the step.
         far_evidence_cell_m: Edge of the cells of `Snapshot.far_evidence`.
         tour: The tour that the search leads; None for one goal.
+        walk: Directions for the person who carries the camera.
     """
     candidates = search.candidates if search else ()
     if tour is not None:
@@ -61,4 +64,5 @@ def snapshot_of(
         events=events,
         counted=() if search is None else tuple(search.counted),
         tour=() if tour is None else tour.statuses,
+        walk=walk,
     )

@@ -69,8 +69,8 @@ class SimulatedWorld:
         self.camera = camera
         self.config = config or WorldConfig()
         self.base = SimulatedBase(scene, robot, start, self.config.base)
-        self.navigation = GoalNavigation(scene, robot, start) if robot.takes_goals else None
-        """Drives a robot that takes goals."""
+        self.navigation = GoalNavigation(scene, robot, start) if robot.follows_goals else None
+        """Drives a robot that goals lead; walks as a person who carries the camera."""
         self.stamp_ns = 0
         """Simulated clock."""
         self.frames = 0

@@ -30,6 +30,8 @@ def check_commands(samples: Samples, profile: RobotProfile | None) -> list[Findi
                 do="end one of them, or give its robot another prefix",
             )
         )  # fmt: skip
+    if profile is not None and profile.is_carried:
+        return findings
     goals = profile is not None and profile.takes_goals
     taken = samples.takes_goals if goals else samples.takes_velocities
     key = keys.NAVIGATION_GOAL if goals else keys.CMD_VEL

@@ -1,12 +1,13 @@
 """Assembles the status message, which is published twice per second and after each step."""
 
+import math
 import time
 from collections import deque
 from typing import Final
 
 import msgspec
 
-from app.messages.driving import DriveStatus
+from app.messages.driving import DriveStatus, WalkStatus
 from app.messages.lease import LeaseStatus
 from app.messages.status import (
     FindAttribute,
@@ -124,6 +125,7 @@ class StatusReport:
             drive=drive,
             lease=lease,
             tour=goals.tour(),
+            walk=_walk(snapshot) if state in GOES_ON else None,
             localization=localization or intake.refused,
         )
 
@@ -168,6 +170,19 @@ def _state(
             return "starting", f"waiting for the robot's {missing or 'first frame'}"
         return "starting", "waiting"
     return mission.state.value, snapshot.why
+
+
+def _walk(snapshot: Snapshot | None) -> WalkStatus | None:
+    walk = None if snapshot is None else snapshot.walk
+    if walk is None:
+        return None
+    return WalkStatus(
+        step=walk.step.value,
+        turn_deg=round(math.degrees(walk.turn_rad)),
+        walk_m=round(walk.walk_m, 1),
+        way_m=round(walk.way_m, 1),
+        look_up_deg=round(math.degrees(walk.look_up_rad)),
+    )
 
 
 def _find(snapshot: Snapshot | None, mission: Mission) -> FindReport | None:

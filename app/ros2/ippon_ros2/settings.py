@@ -128,7 +128,7 @@ def _read_takes(
     Raises:
         Ros2Error: Topics and `takes` contradict each other.
     """
-    takes = list(motion.get("takes") or ["velocities"])
+    takes = list(motion.get("takes", ["velocities"]))
     named = [key for key in GOALS if section.get(key)]
     if len(named) > 1:
         raise Ros2Error("`ros2` in the profile has `goal` and `navigate`: give one of them")

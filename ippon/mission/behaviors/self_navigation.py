@@ -42,7 +42,10 @@ class SelfNavigation:
         look_around: LookAround,
         journal: Journal,
     ) -> None:
-        self.follower = GoalFollower(config.goals, robot, config.follower.angle_tolerance_rad)
+        # People stop to talk: who stands for long has not failed.
+        goals = replace(config.goals, stuck_s=math.inf) if robot.is_carried else config.goals
+        self._is_carried = robot.is_carried
+        self.follower = GoalFollower(goals, robot, config.follower.angle_tolerance_rad)
         self._planner = planner
         self._operator = operator
         self._look_around = look_around
@@ -79,7 +82,8 @@ class SelfNavigation:
             command = self.follower.turn(heading, frame.T_world_base, command.tilt_rad, dt_s)
         elif moves_base(command):
             command = Command(tilt_rad=command.tilt_rad)
-        why = SILENT_TEXT if command.goal and self.follower.is_silent else action.why
+        silent = self.follower.is_silent and not self._is_carried
+        why = SILENT_TEXT if command.goal and silent else action.why
         return replace(action, command=command, why=why)
 
     def _turns(self, goal: NavigationGoal) -> bool:

@@ -14,7 +14,7 @@ import viser
 
 from app.messages import keys
 from app.messages.control import InspectReply
-from app.messages.driving import DriveStatus
+from app.messages.driving import DriveStatus, WalkStatus
 from app.messages.lease import LeaseStatus
 from app.nodes.console.calls.call_detection import CallDetection
 from app.nodes.console.calls.call_log import CallLog
@@ -77,6 +77,8 @@ class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
     frame_age_ms: float | None = None
     best_ooi: float = 0.0
     drive: DriveStatus = DriveStatus()
+    walk: WalkStatus | None = None
+    """Directions for the person who carries the camera; None for none."""
     lease: LeaseStatus = LeaseStatus()
     warning: str = ""
     """Warning about the console, for example a version difference."""
@@ -324,6 +326,7 @@ class SceneThread:
             has_map=self.model.voxels.count > 0,
             out_of_reach_m=None if status.find is None else status.find.out_of_reach_m,
             drive=status.drive,
+            walk=status.walk,
             lease=link.lease_status,
             warning=difference(status.version),
             explanation=self._explanation,

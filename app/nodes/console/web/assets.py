@@ -18,7 +18,7 @@ _NAMES: Final = (
     "drive.js", "explain.js", "fold.js", "goals.js", "help.js", "hover.js", "introduction.css",
     "introduction.js", "lease.css", "lease.js", "login.css", "map_first.js", "notice.js",
     "one_layout.js", "plan.css", "plan.js", "plan_drawing.js", "robots.js", "scene_area.js",
-    "side.css", "side.js", "things.js",
+    "side.css", "side.js", "things.js", "walk.css", "walk.js",
 )  # fmt: skip
 _TYPES: Final = {
     "css": "text/css",

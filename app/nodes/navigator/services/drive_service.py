@@ -103,6 +103,9 @@ class DriveService:
 
 def drive_refusal(profile: RobotProfile, mode: DriveMode, speed_limit: float) -> str:
     """Return why a robot cannot be driven in a mode; empty where it can."""
+    if profile.is_carried:
+        by_hand = mode is not DriveMode.AUTO or speed_limit < 1.0
+        return f"a person carries {profile.name}: there is nothing to drive" if by_hand else ""
     if not profile.takes_goals:
         return ""
     if mode is not DriveMode.AUTO and not profile.takes_velocities:

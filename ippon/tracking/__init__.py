@@ -1,0 +1,1 @@
+"""Poses of a camera that knows none, from its images alone."""
