@@ -73,6 +73,7 @@ class _Camera(_Part, kw_only=True):
     max_depth_m: float = ZED.max_depth_m
     tilt: _Tilt | float
     clock_offset_ms: float = 0.0
+    pose: Literal["tf", "tracked"] = "tf"
 
 
 class _Detector(_Part, kw_only=True):
@@ -215,6 +216,7 @@ def _profile(file: _RobotFile) -> RobotProfile:
         can_reverse=motion.can_reverse,
         takes_velocities="velocities" in motion.takes,
         takes_goals="goals" in motion.takes,
+        tracks_pose=camera.pose == "tracked",
     )
 
 
@@ -282,6 +284,7 @@ camera:
   min_depth_m: {profile.min_depth_m:g}  # range of valid depth
   max_depth_m: {profile.max_depth_m:g}
   clock_offset_ms: 0  # of the camera's clock behind that of the poses (`ippon doctor --robot`)
+  pose: {"tracked" if profile.tracks_pose else "tf"}  # tracked: found by the images, without tf
 {tilt}"""
         + _OPTIONAL
     )

@@ -126,6 +126,8 @@ class RobotProfile:
     """The base follows velocities."""
     takes_goals: bool = False
     """The robot navigates by itself: it is sent goals, and velocities only by hand."""
+    tracks_pose: bool = False
+    """The camera knows no pose: it is tracked by its images."""
 
     def __post_init__(self) -> None:
         """Reject invalid bodies and limits."""

@@ -185,8 +185,8 @@ class Status(_Message, frozen=True):
     tour: list[GoalStatus] = []
     """All goals of the present tour; empty for one goal."""
     walk: WalkStatus | None = None
-    """Directions for the person who carries the camera; None for a robot, and while there is nowhere
-    to go."""
+    """Directions for the person who carries the camera; None for a robot, and while there is
+    nowhere to go."""
     localization: str = ""
     """Why the robot's pose in the map cannot be trusted; empty if it can."""
 

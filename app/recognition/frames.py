@@ -4,8 +4,10 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.links.robot_streams.assembler import FrameAssembler, assemble
 from app.messages.cdr import MessageError
@@ -15,6 +17,11 @@ from app.nodes.replay.messages import bag_messages
 from ippon.errors import FrameRejectedError
 from ippon.frame import NANOSECONDS, Frame
 from ippon.geometry import Float64Array
+from ippon.tracking.hand_held import HandHeldCamera
+from ippon.tracking.start_pose import AssumedMount
+
+HELD: Final = AssumedMount(height_m=1.3, tilt_rad=math.radians(-20.0))
+"""How a recorded camera is held at first, to within half a metre and 35 degrees."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +33,8 @@ class FrameSource:
     """The dataset; None for a bag."""
     T_map_world: Float64Array
     """Transform from the recording's world to the world of the frames: z up, floor at 0."""
+    track: bool = False
+    """Find the poses by the images; frames without one are left out."""
 
     @property
     def count(self) -> int | None:
@@ -40,15 +49,18 @@ class FrameSource:
         """
         if self.dataset is None:
             return _bag_frames(self.path)
+        if self.track:
+            return _tracked_frames(self.dataset)
         return _dataset_frames(self.dataset, self.T_map_world)
 
 
-def open_source(path: Path, floor_m: float | None = None) -> FrameSource:
+def open_source(path: Path, floor_m: float | None = None, *, track: bool = False) -> FrameSource:
     """Open a dataset's folder, a recording or a bag.
 
     Args:
         path: Path in one of the formats of `ippon replay`.
         floor_m: Height of a dataset's floor along its up direction; None estimates it.
+        track: Find the poses of a dataset by its images; none are read.
 
     Raises:
         DatasetError: The format is unknown, or the data are damaged.
@@ -56,25 +68,54 @@ def open_source(path: Path, floor_m: float | None = None) -> FrameSource:
     if not path.exists():
         raise DatasetError(f"{path} does not exist")
     if path.is_file() or any(path.glob("*.mcap")) or (path / "metadata.yaml").exists():
+        if track:
+            raise DatasetError(f"{path} is a bag: only the poses of datasets can be tracked here")
         return FrameSource(path, None, np.eye(4))
-    dataset = open_dataset(path)
+    dataset = open_dataset(path, poses=not track)
+    if track:
+        return FrameSource(path, dataset, np.eye(4), track=True)
     return FrameSource(path, dataset, align_to_floor(dataset, floor_m))
 
 
 def _dataset_frames(dataset: Dataset, T_map_world: Float64Array) -> Iterator[Frame]:
     for one in dataset.frames:
-        T_map_camera = T_map_world @ one.T_world_camera
-        T_map_base = base_below(T_map_camera)
-        T_base_camera = camera_on_base(T_map_base, T_map_camera)
-        yield Frame(
-            stamp_ns=round(NANOSECONDS * one.time_s),
-            color=read_color(one.color, dataset.camera),
-            depth=read_depth(one.depth, dataset.depth_unit_m),
-            camera=dataset.camera,
-            T_world_camera=T_map_camera,
-            T_world_base=T_map_base,
-            tilt_rad=math.asin(min(1.0, max(-1.0, float(T_base_camera[2, 2])))),
-        )
+        color = read_color(one.color, dataset.camera)
+        depth = read_depth(one.depth, dataset.depth_unit_m)
+        yield _frame(dataset, one.time_s, color, depth, T_map_world @ one.T_world_camera)
+
+
+def _tracked_frames(dataset: Dataset) -> Iterator[Frame]:
+    held = HandHeldCamera(dataset.camera, HELD)
+    begun = False
+    for one in dataset.frames:
+        color = read_color(one.color, dataset.camera)
+        depth = read_depth(one.depth, dataset.depth_unit_m)
+        tracked = held.track(color, depth)
+        if tracked.T_world_camera is not None:
+            begun = True
+            yield _frame(dataset, one.time_s, color, depth, tracked.T_world_camera)
+    if not begun:
+        raise DatasetError(f"{dataset.name}: no frame shows the floor, from which to begin")
+
+
+def _frame(
+    dataset: Dataset,
+    time_s: float,
+    color: NDArray[np.uint8],
+    depth: NDArray[np.float32],
+    T_map_camera: Float64Array,
+) -> Frame:
+    T_map_base = base_below(T_map_camera)
+    T_base_camera = camera_on_base(T_map_base, T_map_camera)
+    return Frame(
+        stamp_ns=round(NANOSECONDS * time_s),
+        color=color,
+        depth=depth,
+        camera=dataset.camera,
+        T_world_camera=T_map_camera,
+        T_world_base=T_map_base,
+        tilt_rad=math.asin(min(1.0, max(-1.0, float(T_base_camera[2, 2])))),
+    )
 
 
 def _bag_frames(path: Path) -> Iterator[Frame]:

@@ -60,7 +60,11 @@ class WalkingGuide:
         self._there = self._faces = False
 
     def step(
-        self, command: Command, path_world: Float64Array, T_world_base: Float64Array, tilt_rad: float
+        self,
+        command: Command,
+        path_world: Float64Array,
+        T_world_base: Float64Array,
+        tilt_rad: float,
     ) -> WalkingDirections | None:
         """Return the directions of a step.
 
@@ -110,7 +114,7 @@ class WalkingGuide:
 
 
 def _way(here: Float64Array, end: Float64Array, path_world: Float64Array) -> Float64Array:
-    """Return (K, 2) the way from here to the goal: the path, or straight where it leads elsewhere."""
+    """Return (K, 2) the way to the goal: the path, or straight where that leads elsewhere."""
     if len(path_world) < 2 or np.linalg.norm(path_world[-1, :2] - end) > BESIDE_M:
         return np.stack([here, end])
     return np.concatenate([here[None], path_world[1:, :2]])

@@ -40,17 +40,18 @@ class TrackerConfig:
     nearest_m: float = 0.3
     """Nearer depth is not used."""
     farthest_m: float = 5.0
-    """Nor is farther depth; more keeps the camera in large rooms and takes depth with more noise."""
-    reaches_m: tuple[float, ...] = (0.10, 0.05)
-    """Distances to the surface within which points are aligned, one after another."""
-    search_reaches_m: tuple[float, ...] = (0.4, 0.2, 0.10, 0.05)
+    """Nor is farther depth; more keeps the camera in large rooms, and takes noisier depth."""
+    reaches_m: tuple[float, ...] = (0.05, 0.025)
+    """Distances to the surface within which points are aligned, one after another; more follows
+    faster motion, and slides along bare walls. Points within the last one fit."""
+    search_reaches_m: tuple[float, ...] = (0.4, 0.2, 0.1, 0.05, 0.025)
     """The same for a camera that was lost."""
     min_points: int = 300
     """Least points of a frame."""
     min_fit: float = 0.35
     """Share of the points that must lie on the known surface; less follows the camera into unknown
     rooms faster, and believes more wrong poses."""
-    min_fit_found: float = 0.6
+    min_fit_found: float = 0.5
     """The same for a camera that was lost."""
     max_step_m: float = 0.4
     """Movement between two frames above which the pose is not believed."""
@@ -198,9 +199,7 @@ class CameraTracker:
         steps = registration.ICPConvergenceCriteria(1e-6, 1e-6, _ALIGNMENT_STEPS)
         pose, fit = start, 0.0
         for reach_m in reaches_m:
-            result = registration.registration_icp(
-                source, target, reach_m, pose, estimation, steps
-            )
+            result = registration.registration_icp(source, target, reach_m, pose, estimation, steps)
             pose, fit = _rigid(result.transformation), float(result.fitness)
         return pose, fit
 

@@ -33,9 +33,7 @@ class SurfacePoints:
     def moved(self, transform: Float64Array) -> "SurfacePoints":
         """Return them in another frame."""
         rotation = transform[:3, :3]
-        return SurfacePoints(
-            self.points @ rotation.T + transform[:3, 3], self.normals @ rotation.T
-        )
+        return SurfacePoints(self.points @ rotation.T + transform[:3, 3], self.normals @ rotation.T)
 
     def thinned(self, cell_m: float) -> "SurfacePoints":
         """Return one point of each cell of a grid, metres."""

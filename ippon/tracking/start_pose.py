@@ -52,7 +52,7 @@ def start_pose(seen: SurfacePoints, mount: AssumedMount) -> Float64Array:
     reach = MOST_TILTED_RAD
     for _ in range(_ROUNDS):
         level = seen.normals @ up > math.cos(reach)
-        if np.count_nonzero(level) < LEAST_SHARE * len(seen):
+        if np.count_nonzero(level) < max(1.0, LEAST_SHARE * len(seen)):
             raise _no_floor(mount)
         mean = seen.normals[level].mean(axis=0)
         up, reach = mean / np.linalg.norm(mean), max(0.6 * reach, LEVEL_RAD)

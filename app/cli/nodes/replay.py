@@ -22,6 +22,7 @@ def run_replay_command(command: Replay) -> int:
             start_s=command.start_s,
             loop=command.loop,
             heatmaps=command.heatmaps,
+            poses=command.poses,
             floor_m=command.floor_m,
         )
     except ValueError as error:

@@ -232,6 +232,9 @@ class Replay:
     """Restart at the end."""
     heatmaps: bool = True
     """Send the heatmaps of a bag; switch off where `ippon segment` makes new ones."""
+    poses: bool = True
+    """Send the recorded poses; switch off for a navigator that tracks the camera (profile
+    hand-held), and for recordings without poses."""
     floor_m: float | None = None
     """Height of a dataset's floor along its up direction; by default estimated."""
     parent_pid: int | None = None

@@ -35,6 +35,9 @@ class Recognise:
     included."""
     floor_m: float | None = None
     """Height of a dataset's floor along its up direction; by default estimated."""
+    track: bool = False
+    """Find the poses of a dataset by its images: for a camera that knew none, held 0.8 to 1.8 m
+    high, which sees the floor once."""
     segmentation: Segmentation = field(default_factory=Segmentation)
 
 

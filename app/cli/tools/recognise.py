@@ -40,7 +40,7 @@ def run_recognise(command: Recognise) -> int:
     if not objects:
         raise UsageError("--find takes comma-separated objects, such as cup,tv")
     try:
-        source = open_source(command.path, command.floor_m)
+        source = open_source(command.path, command.floor_m, track=command.track)
         own = command.observation_model
         models = ObservationModels([] if own is None else [read_observation_model(own)])
         recognition = Recognition(objects, models, voxel_size_m=command.voxel_size_m)

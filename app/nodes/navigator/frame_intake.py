@@ -81,18 +81,29 @@ class FrameIntake:
         self._waiting: dict[str, deque[tuple[float, bytes]]] = {}
         self._arrivals: dict[int, float] = {}
         self._receivers: dict[str, Callable[[bytes], None]] = {}
+        self._listeners: dict[str, Callable[[bytes], None]] = {}
         for topic, stream in _STREAM_OF.items():
             # Poses arrive faster than images, and interpolation needs each of them.
             size = 100 if topic in (keys.TF, keys.CONTACT) else MAX_WAITING
             self._waiting[topic] = deque(maxlen=size)
             kept = topic in _KEPT
             self._receivers[topic] = self._receiver(topic, stream)
-            subscribe(session, f"{robot}/{topic}", self._receivers[topic], kept=kept)
+            take = self._take_tf if topic == keys.TF else self._receivers[topic]
+            subscribe(session, f"{robot}/{topic}", take, kept=kept)
         subscribe(session, f"{robot}/{keys.ENDED}", self._note_end)
 
     def inject(self, topic: str, payload: bytes) -> None:
         """Take a message that the navigator converted from another topic of the robot."""
         self._receivers[topic](payload)
+
+    def _take_tf(self, payload: bytes) -> None:
+        """Take a message of the robot itself: one that was converted does not come this way."""
+        self.has_tf = True
+        self._receivers[keys.TF](payload)
+
+    def listen(self, topic: str, take: Callable[[bytes], None]) -> None:
+        """Pass every message of a topic on, too; `take` must return at once."""
+        self._listeners[topic] = take
 
     def _note_end(self, payload: bytes) -> None:
         text = payload[:MAX_REASON].decode("utf-8", "replace")
@@ -112,8 +123,9 @@ class FrameIntake:
                 if topic == keys.COLOR:
                     self.ended = ""
                     self._arrived.notify()
-                elif topic == keys.TF:
-                    self.has_tf = True
+            listener = self._listeners.get(topic)
+            if listener is not None:
+                listener(payload)
 
         return receive
 

@@ -23,6 +23,7 @@ from app.nodes.navigator.event_publisher import EventPublisher
 from app.nodes.navigator.frame_intake import FrameIntake, Stopwatch
 from app.nodes.navigator.map_publisher import MapPublisher
 from app.nodes.navigator.memory_keeper import MemoryKeeper
+from app.nodes.navigator.pose_tracker import PoseTracker
 from app.nodes.navigator.profile_check import ProfileCheck
 from app.nodes.navigator.services.memory_service import MemoryService
 from app.nodes.navigator.services.operation_queue import OperationQueue
@@ -84,6 +85,9 @@ class Navigator:
             config.camera_clock_offset_s,
         )  # fmt: skip
         self._converter = StreamConverter(session, robot, config.profile, self._intake)
+        self._tracker = None
+        if config.profile.tracks_pose:
+            self._tracker = PoseTracker(session, robot, config.profile, self._intake, self._events)
         self._operations = OperationQueue(self._intake.wake)
         self._stream = CommandStream(
             session, robot, config.command_hz, config.stale_s, self._goal_output(session),
@@ -125,6 +129,8 @@ class Navigator:
             self._intake.assembler.detector.ask(asked.labels, asked.ooi, asked.also)
             self._state.publish_levels(self._goals.active(), self._mission.rooms.text)
             self._converter.check()
+            if self._tracker is not None:
+                self._tracker.check()
             frame = self._intake.take(IDLE_S)
             if frame is not None:
                 self._step(frame)
@@ -143,6 +149,8 @@ class Navigator:
         self._services.mux.close()
         self._stream.close()
         self._converter.close()
+        if self._tracker is not None:
+            self._tracker.close()
         self._services.guidance.close()
         self._services.sentences.close()
         if self._services.opinions is not None:
@@ -327,7 +335,7 @@ class Navigator:
                     (self._alignment_note, self._memory.problem, self._first_look.problem),
                 ),
             ),
-            localization=self._first_look.problem,
+            localization=(self._tracker and self._tracker.problem) or self._first_look.problem,
         )
         self._services.goals.state = status.state
         self._state.publish_status(status)

@@ -92,7 +92,7 @@ class StatusReport:
     ) -> Status:
         """Return the current status."""
         active, queue, history = goals.statuses()
-        state, why = _state(snapshot, mission, lost, intake)
+        state, why = _state(snapshot, mission, lost, intake, localization)
         return Status(
             robot=self._config.robot,
             version=self._version,
@@ -152,12 +152,18 @@ class StatusReport:
 
 
 def _state(
-    snapshot: Snapshot | None, mission: Mission, lost: tuple[str, ...], intake: FrameIntake
+    snapshot: Snapshot | None,
+    mission: Mission,
+    lost: tuple[str, ...],
+    intake: FrameIntake,
+    localization: str,
 ) -> tuple[MissionState, str]:
     if mission.state.value == "stopped":
         return "stopped", "stopped: press Resume to continue"
     if lost and intake.ended:
         return "ended", intake.ended
+    if lost and localization:
+        return "lost", localization
     if lost:
         ages = dict(intake.lost(0.0))
         silent = ", ".join(f"{name} ({ages[name] or 0.0:.1f} s)" for name in lost if name in ages)
@@ -165,6 +171,8 @@ def _state(
     if intake.refused:
         return "lost", f"frames are refused: {intake.refused}"
     if snapshot is None:
+        if intake.frames == 0 and localization:
+            return "starting", localization
         if intake.frames == 0:
             missing = intake.assembler.missing()
             return "starting", f"waiting for the robot's {missing or 'first frame'}"

@@ -1,4 +1,4 @@
-"""Readers of RGB-D datasets in their original folders."""
+"""Readers of RGB-D datasets in their original folders, with poses or without."""
 
 import json
 import re
@@ -25,6 +25,7 @@ TUM_CAMERAS: Final = {
     "freiburg2": (520.9, 521.0, 325.1, 249.7),
     "freiburg3": (535.4, 539.2, 320.1, 247.6),
 }
+NO_POSE: Final = np.full((4, 4), np.nan)
 TUM_DEFAULT: Final = (525.0, 525.0, 319.5, 239.5)
 
 
@@ -41,6 +42,7 @@ class DatasetFrame:
     color: Path
     depth: Path
     T_world_camera: Float64Array
+    """NaN in a dataset that was opened without poses."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,26 +58,33 @@ class Dataset:
     frames: tuple[DatasetFrame, ...]
 
 
-def open_dataset(folder: Path) -> Dataset:
+def open_dataset(folder: Path, *, poses: bool = True) -> Dataset:
     """Read a dataset, recognised by its files.
+
+    Args:
+        folder: In one of the known formats.
+        poses: Read the poses, and only frames that have one. Without, ours (sequence.json) and TUM
+            RGB-D need none.
 
     Raises:
         DatasetError: The format is unknown, or the data are damaged.
     """
-    readers: tuple[tuple[str, Callable[[Path], Dataset]], ...] = (
+    readers: tuple[tuple[str, Callable[[Path, bool], Dataset]], ...] = (
         ("sequence.json", _read_sequence),
-        ("groundtruth.txt", _read_tum),
+        ("groundtruth.txt" if poses else "rgb.txt", _read_tum),
         ("frame-000000.pose.txt", _read_seven_scenes),
         ("intrinsic/intrinsic_depth.txt", _read_scannet),
     )
     for name, read in readers:
         if (folder / name).exists():
             try:
-                dataset = read(folder)
+                dataset = read(folder, poses)
             except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
                 raise DatasetError(f"{folder / name} is damaged: {error}") from error
             if not dataset.frames:
-                raise DatasetError(f"{folder} has no frame with colour, depth and pose")
+                raise DatasetError(
+                    f"{folder} has no frame with colour, depth{' and pose' if poses else ''}"
+                )
             return dataset
     raise DatasetError(
         f"{folder} is not a known dataset: TUM RGB-D has groundtruth.txt, 7-Scenes "
@@ -117,7 +126,7 @@ def _opened(path: Path) -> Image.Image:
     return image
 
 
-def _read_sequence(folder: Path) -> Dataset:
+def _read_sequence(folder: Path, poses: bool) -> Dataset:
     content: dict[str, Any] = json.loads((folder / "sequence.json").read_text("utf-8"))
     k = content["intrinsics"]
     x, y, z = (-float(g) for g in content["gravity_world"])
@@ -127,7 +136,7 @@ def _read_sequence(folder: Path) -> Dataset:
             time_s=n / rate_hz,
             color=folder / entry["color"],
             depth=folder / entry["depth"],
-            T_world_camera=np.array(entry["camera_to_world"], np.float64),
+            T_world_camera=np.array(entry["camera_to_world"], np.float64) if poses else NO_POSE,
         )
         for n, entry in enumerate(content["frames"])
     ]
@@ -136,19 +145,20 @@ def _read_sequence(folder: Path) -> Dataset:
         camera=PinholeCamera(width=content["width"], height=content["height"], **k),
         depth_unit_m=float(content["depth_unit_m"]),
         up_world=(x, y, z),
-        frames=_with_poses(frames),
+        frames=_with_poses(frames) if poses else tuple(frames),
     )
 
 
-def _read_tum(folder: Path) -> Dataset:
+def _read_tum(folder: Path, poses: bool) -> Dataset:
     colors, depths = _tum_list(folder / "rgb.txt"), _tum_list(folder / "depth.txt")
-    poses = [
+    known_poses = [
         (float(row[0]), _tum_pose([float(value) for value in row[1:8]]))
-        for row in _tum_rows(folder / "groundtruth.txt")
+        for row in (_tum_rows(folder / "groundtruth.txt") if poses else [])
     ]
     frames: list[DatasetFrame] = []
     for at, color in colors:
-        depth, pose = _nearest(depths, at), _nearest(poses, at)
+        depth = _nearest(depths, at)
+        pose = _nearest(known_poses, at) if poses else NO_POSE
         if depth is not None and pose is not None:
             frames.append(
                 DatasetFrame(
@@ -165,7 +175,7 @@ def _read_tum(folder: Path) -> Dataset:
         camera=PinholeCamera(width=640, height=480, fx=fx, fy=fy, cx=cx, cy=cy),
         depth_unit_m=TUM_DEPTH_UNIT_M,
         up_world=(0.0, 0.0, 1.0),
-        frames=_with_poses(frames),
+        frames=_with_poses(frames) if poses else tuple(frames),
     )
 
 
@@ -190,16 +200,16 @@ def _nearest(entries: list[tuple[float, Any]], at: float) -> Any:
     return near[1] if near is not None and abs(near[0] - at) <= TUM_APART_S else None
 
 
-def _read_seven_scenes(folder: Path) -> Dataset:
-    poses = sorted(folder.glob("frame-*.pose.txt"))
+def _read_seven_scenes(folder: Path, poses: bool) -> Dataset:
+    pose_files = sorted(folder.glob("frame-*.pose.txt"))
     frames = [
         DatasetFrame(
             time_s=n / 30.0,
             color=path.with_name(path.name.replace(".pose.txt", ".color.png")),
             depth=path.with_name(path.name.replace(".pose.txt", ".depth.png")),
-            T_world_camera=np.loadtxt(path),
+            T_world_camera=np.loadtxt(path) if poses else NO_POSE,
         )
-        for n, path in enumerate(poses)
+        for n, path in enumerate(pose_files)
     ]
     return Dataset(
         name=folder.resolve().name,
@@ -207,11 +217,11 @@ def _read_seven_scenes(folder: Path) -> Dataset:
         depth_unit_m=MILLIMETRE,
         # The world frame is that of the first camera, held about level: y points down.
         up_world=(0.0, -1.0, 0.0),
-        frames=_with_poses(frames),
+        frames=_with_poses(frames) if poses else tuple(frames),
     )
 
 
-def _read_scannet(folder: Path) -> Dataset:
+def _read_scannet(folder: Path, poses: bool) -> Dataset:
     k = np.loadtxt(folder / "intrinsic" / "intrinsic_depth.txt")
     paths = sorted((folder / "pose").glob("*.txt"), key=lambda p: int(re.sub(r"\D", "", p.stem)))
     frames = [
@@ -219,7 +229,7 @@ def _read_scannet(folder: Path) -> Dataset:
             time_s=int(path.stem) / 30.0,
             color=folder / "color" / f"{path.stem}.jpg",
             depth=folder / "depth" / f"{path.stem}.png",
-            T_world_camera=np.loadtxt(path),
+            T_world_camera=np.loadtxt(path) if poses else NO_POSE,
         )
         for path in paths
     ]
@@ -233,7 +243,7 @@ def _read_scannet(folder: Path) -> Dataset:
         ),
         depth_unit_m=MILLIMETRE,
         up_world=(0.0, 0.0, 1.0),
-        frames=_with_poses(frames),
+        frames=_with_poses(frames) if poses else tuple(frames),
     )  # fmt: skip
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+import numpy as np
 from rosbags.highlevel import AnyReader, AnyReaderError
 
 from app.messages import keys
@@ -16,6 +17,7 @@ from app.recording.channels import key_of
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
 from ippon.frame import NANOSECONDS
+from ippon.geometry import Float64Array
 
 CAMERA_FRAME: Final = "camera_color_optical_frame"
 FROM_ROBOT: Final = (
@@ -35,7 +37,12 @@ class RobotMessage:
 
 
 def dataset_messages(
-    dataset: Dataset, start_s: float, first_stamp_ns: int, floor_m: float | None
+    dataset: Dataset,
+    start_s: float,
+    first_stamp_ns: int,
+    floor_m: float | None,
+    *,
+    poses: bool = True,
 ) -> Iterator[RobotMessage]:
     """Yield pose, intrinsics, depth and colour of every frame.
 
@@ -44,45 +51,55 @@ def dataset_messages(
         start_s: Earlier frames are skipped.
         first_stamp_ns: Stamp of time 0.
         floor_m: See `align_to_floor`.
+        poses: Send the poses.
 
     Raises:
         DatasetError: An image cannot be read.
     """
-    T_map_world = align_to_floor(dataset, floor_m)
+    T_map_world = align_to_floor(dataset, floor_m) if poses else np.eye(4)
     for frame in dataset.frames:
         if frame.time_s < start_s:
             continue
         stamp, at = first_stamp_ns + round(NANOSECONDS * frame.time_s), frame.time_s - start_s
-        T_map_camera = T_map_world @ frame.T_world_camera
-        T_map_base = base_below(T_map_camera)
-        links = (
-            ("map", "base_link", T_map_base),
-            ("base_link", CAMERA_FRAME, camera_on_base(T_map_base, T_map_camera)),
-        )
-        poses = [
-            StampedTransform(stamp_ns=stamp, parent=a, child=b, T_parent_child=T)
-            for a, b, T in links
-        ]
         depth = read_depth(frame.depth, dataset.depth_unit_m)
         color = read_color(frame.color, dataset.camera)
-        yield RobotMessage(at, keys.TF, encode_transforms(poses))
+        if poses:
+            yield RobotMessage(
+                at, keys.TF, _pose_message(T_map_world @ frame.T_world_camera, stamp)
+            )
         yield RobotMessage(at, keys.CAMERA_INFO, encode_camera(dataset.camera, stamp, CAMERA_FRAME))
         yield RobotMessage(at, keys.DEPTH, encode_depth(depth, stamp, CAMERA_FRAME))
         yield RobotMessage(at, keys.COLOR, encode_color(color, stamp, CAMERA_FRAME))
 
 
-def bag_messages(path: Path, start_s: float, *, heatmaps: bool) -> Iterator[RobotMessage]:
+def _pose_message(T_map_camera: Float64Array, stamp_ns: int) -> bytes:
+    T_map_base = base_below(T_map_camera)
+    links = (
+        ("map", "base_link", T_map_base),
+        ("base_link", CAMERA_FRAME, camera_on_base(T_map_base, T_map_camera)),
+    )
+    return encode_transforms(
+        StampedTransform(stamp_ns=stamp_ns, parent=a, child=b, T_parent_child=T)
+        for a, b, T in links
+    )
+
+
+def bag_messages(
+    path: Path, start_s: float, *, heatmaps: bool, poses: bool = True
+) -> Iterator[RobotMessage]:
     """Yield the recorded messages of the robot of a bag.
 
     Args:
         path: An MCAP file, a session's folder, or a rosbag2 folder.
         start_s: Earlier messages are skipped, except fixed transforms.
         heatmaps: Whether to send recorded heatmaps and detections.
+        poses: Whether to send recorded poses; without, a bag needs none.
 
     Raises:
         DatasetError: It is not a bag, or lacks a topic that a frame needs.
     """
-    wanted = [key for key in FROM_ROBOT if heatmaps or key not in keys.SEEN]
+    left_out = (*(() if heatmaps else keys.SEEN), *(() if poses else (keys.TF, keys.TF_STATIC)))
+    wanted = [key for key in FROM_ROBOT if key not in left_out]
     if path.is_dir() and not any(path.glob("*.mcap")):
         yield from _rosbag_messages(path, start_s, wanted)
         return
@@ -91,7 +108,7 @@ def bag_messages(path: Path, start_s: float, *, heatmaps: bool) -> Iterator[Robo
     except RecordingError as error:
         raise DatasetError(str(error)) from error
     try:
-        _check(path, recording.keys)
+        _check(path, recording.keys, wanted)
         for message in recording.all_messages(wanted):
             at = (message.time_ns - recording.start_ns) * 1e-9 - start_s
             if at >= 0.0 or message.key == keys.TF_STATIC:
@@ -109,7 +126,7 @@ def _rosbag_messages(path: Path, start_s: float, wanted: list[str]) -> Iterator[
                 for c, key in found
                 if key is not None and key in wanted and keys.ROS_TYPES[key] == c.msgtype
             }
-            _check(path, tuple(known.values()))
+            _check(path, tuple(known.values()), wanted)
             used = [c for c, _ in found if c.topic in known]
             for connection, time_ns, raw in reader.messages(connections=used):
                 key, at = known[connection.topic], (time_ns - reader.start_time) * 1e-9 - start_s
@@ -119,13 +136,15 @@ def _rosbag_messages(path: Path, start_s: float, wanted: list[str]) -> Iterator[
         raise DatasetError(f"{path} is not a readable bag: {error}") from error
 
 
-def _check(path: Path, found: tuple[str, ...]) -> None:
+def _check(path: Path, found: tuple[str, ...], wanted: list[str]) -> None:
     """Refuse a bag without the topics of a frame.
 
     Raises:
         DatasetError: Names the missing topics.
     """
-    missing = [key for key in (keys.COLOR, keys.CAMERA_INFO, keys.TF) if key not in found]
+    missing = [
+        key for key in (keys.COLOR, keys.CAMERA_INFO, keys.TF) if key in wanted and key not in found
+    ]
     if keys.DEPTH not in found and keys.DEPTH_RAW not in found:
         missing.append(keys.DEPTH)
     if missing:

@@ -34,6 +34,8 @@ class ReplayConfig:
     loop: bool = False
     heatmaps: bool = True
     """Send the heatmaps of a bag; switch it off where another segmentation runs."""
+    poses: bool = True
+    """Send the recorded poses; without, the navigator must track the camera."""
     floor_m: float | None = None
     """Height of a dataset's floor along up; None estimates it."""
 
@@ -57,8 +59,11 @@ def messages_of(config: ReplayConfig, first_stamp_ns: int) -> Iterator[RobotMess
         raise DatasetError(f"there is no {path}")
     is_bag = path.is_file() or any(path.glob("*.mcap")) or (path / "metadata.yaml").exists()
     if is_bag:
-        return bag_messages(path, config.start_s, heatmaps=config.heatmaps)
-    return dataset_messages(open_dataset(path), config.start_s, first_stamp_ns, config.floor_m)
+        return bag_messages(path, config.start_s, heatmaps=config.heatmaps, poses=config.poses)
+    dataset = open_dataset(path, poses=config.poses)
+    return dataset_messages(
+        dataset, config.start_s, first_stamp_ns, config.floor_m, poses=config.poses
+    )
 
 
 def play(

@@ -21,7 +21,7 @@ from app.messages.control import (
     decode,
     encode,
 )
-from app.messages.driving import DriveStatus
+from app.messages.driving import DriveStatus, WalkStatus
 from app.messages.memory import MemoryNoteRequest
 from app.messages.perception.heatmaps import encode_heatmap
 from app.messages.status import FindReport, GoalStatus
@@ -547,6 +547,42 @@ def test_a_person_is_called_and_each_kind_can_be_muted(page, parts, shoot):
     page.keyboard.press("Escape")
     expect(calls).to_be_hidden()
     noted.home.begin_again()
+
+
+def test_who_carries_the_camera_is_led_by_an_arrow_and_metres(page, parts, shoot):
+    home = parts[0].home
+    card, do, then = (page.locator(f"#walk{part}") for part in ("", "-do", "-then"))
+    expect(card).to_be_hidden()
+
+    def show(step, **values):
+        walk = {"turn_deg": 0.0, "walk_m": 0.0, "way_m": 0.0, "look_up_deg": 0.0} | values
+        home.status_changes = {"walk": WalkStatus(step=step, **walk)}
+
+    show("turn", turn_deg=62.0, walk_m=1.2, way_m=3.6)
+    expect(do).to_have_text("Turn left 60°")
+    expect(then).to_have_text("then walk 1.2 m")
+    show("turn", turn_deg=-170.0)
+    expect(do).to_have_text("Turn around")
+    show("look", look_up_deg=14.0)
+    expect(do).to_have_text("Look up 15°")
+    show("hold")
+    expect(do).to_have_text("Hold still")
+    expect(page.locator("#walk-arrow")).to_be_hidden()
+    show("walk", turn_deg=-10.0, walk_m=2.4, way_m=5.0, look_up_deg=-20.0)
+    expect(do).to_have_text("Walk 2.4 m")
+    expect(then).to_have_text("then 2.6 m more, look down 20°")
+    shoot("walk", 500)
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.wait_for_timeout(1_000)
+    shoot("phone-walk", 800)
+    box, words = card.bounding_box(), do.bounding_box()
+    assert box["x"] >= 0
+    assert box["x"] + box["width"] <= 390
+    assert words["height"] >= 32, "readable at arm's length"
+    assert words["x"] + words["width"] <= box["x"] + box["width"]
+    page.set_viewport_size({"width": 1440, "height": 900})
+    home.begin_again()
+    expect(card).to_be_hidden()
 
 
 def test_the_map_is_in_the_corner_while_the_camera_fills_the_scene(page, shoot):

@@ -1,0 +1,94 @@
+"""Tracking of rendered and recorded frames, what happens when it is lost, and how it comes back."""
+
+import numpy as np
+import pytest
+
+from app.nodes.replay.datasets import open_dataset, read_color, read_depth
+from ippon.tracking.camera_tracker import CameraTracker, TrackerConfig
+from tests.locations import SHARED
+
+KITCHEN = SHARED / "rgbd" / "redkitchen_a"
+
+
+def track(walk, frames, tracker=None):
+    tracker = tracker or CameraTracker(walk.camera, walk.poses[0])
+    return [tracker.track(*frame) for frame in frames], tracker
+
+
+def test_a_turn_with_a_noisy_camera_is_followed_to_a_centimetre(walk):
+    tracked, tracker = track(walk, walk.frames)
+    errors = walk.errors([one.T_world_camera for one in tracked])
+    assert errors[:, 0].max() < 0.03, errors.max(axis=0)
+    assert errors[:, 1].max() < 1.0, errors.max(axis=0)
+    assert min(one.fit for one in tracked) > 0.5
+    assert tracker.surface_points > 5000
+
+
+def test_poses_stay_rigid_when_each_step_continues_the_last(walk):
+    tracker = CameraTracker(walk.camera, walk.poses[0])
+    tracker._odometry = lambda _: tracker._step
+    tracked, _ = track(walk, walk.frames[:60], tracker)
+    rotation = tracked[-1].T_world_camera[:3, :3]
+    assert np.abs(rotation @ rotation.T - np.eye(3)).max() < 1e-12
+
+
+def test_a_camera_that_is_covered_is_lost_and_finds_its_place_where_it_has_been(walk):
+    _, tracker = track(walk, walk.frames[:40])
+    dark = (np.zeros_like(walk.frames[0][0]), np.zeros_like(walk.frames[0][1]))
+    lost = tracker.track(*dark)
+    assert lost.T_world_camera is None
+    assert lost.problem == "too little depth in view: 0 points, 300 are needed"
+    assert tracker.is_lost
+    # Uncovered, it looks back by 100 degrees.
+    found = tracker.track(*walk.frames[14])
+    assert not tracker.is_lost
+    assert np.linalg.norm(found.T_world_camera[:3, 3] - walk.poses[14][:3, 3]) < 0.03
+
+
+def test_a_jump_is_not_believed(walk):
+    _, tracker = track(walk, walk.frames[:10])
+    jumped = tracker.track(*walk.frames[45])
+    assert jumped.T_world_camera is None
+    assert jumped.problem
+    # Where it has never been, it stays lost.
+    assert tracker.track(*walk.frames[46]).T_world_camera is None
+    assert "fits a place where the camera has been" in tracker.track(*walk.frames[46]).problem
+
+
+def test_nothing_in_view_at_first_is_no_loss(walk):
+    tracker = CameraTracker(walk.camera, walk.poses[0])
+    empty = np.zeros_like(walk.frames[0][1])
+    assert tracker.track(walk.frames[0][0], empty).T_world_camera is None
+    assert not tracker.is_lost
+    assert tracker.track(*walk.frames[0]).T_world_camera is not None
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not KITCHEN.exists(), reason="the recorded kitchen is not in ../shared")
+def test_a_recorded_kitchen_is_tracked_without_a_loss():
+    dataset = open_dataset(KITCHEN)
+    first = dataset.frames[0].T_world_camera
+    tracker = CameraTracker(dataset.camera, first)
+    errors = []
+    for one in dataset.frames:
+        depth = read_depth(one.depth, dataset.depth_unit_m)
+        pose = tracker.track(read_color(one.color, dataset.camera), depth).T_world_camera
+        relative = np.linalg.inv(one.T_world_camera) @ pose
+        angle = np.arccos(np.clip(0.5 * (np.trace(relative[:3, :3]) - 1.0), -1.0, 1.0))
+        errors.append((np.linalg.norm(relative[:3, 3]), np.degrees(angle)))
+    rms = np.sqrt(np.mean(np.square(errors), axis=0))
+    # The recorded poses themselves jump by 4 cm at frame 41: see docs/results.md.
+    assert rms[0] < 0.12, rms
+    assert rms[1] < 2.0, rms
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"nearest_m": 6.0}, "nearest_m lies below farthest_m"),
+        ({"min_fit": 0.9}, "min_fit lies above 0 and up to min_fit_found"),
+    ],
+)
+def test_a_configuration_without_meaning_is_refused(changes, text):
+    with pytest.raises(ValueError, match=text):
+        TrackerConfig(**changes)

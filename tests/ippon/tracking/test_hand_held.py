@@ -1,0 +1,16 @@
+"""A camera in a hand, from its first look at the floor on."""
+
+import numpy as np
+
+from ippon.tracking.hand_held import HandHeldCamera
+from ippon.tracking.start_pose import AssumedMount
+
+
+def test_it_waits_for_the_floor_and_is_tracked_from_there(walk):
+    held = HandHeldCamera(walk.camera, AssumedMount(height_m=1.4, tilt_rad=-0.3))
+    color, depth = walk.frames[0]
+    waiting = held.track(color, np.zeros_like(depth))
+    assert waiting.T_world_camera is None
+    assert waiting.problem.startswith("no floor is in view")
+    poses = [held.track(*frame).T_world_camera for frame in walk.frames[:30]]
+    assert walk.errors([*poses, *walk.poses[30:]])[:30, 0].max() < 0.02
