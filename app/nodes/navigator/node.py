@@ -15,15 +15,15 @@ from app.links.robot_streams.robot_detector import RobotDetector
 from app.memory.memory_file import memory_path
 from app.memory.room_names import room_names_path
 from app.messages import keys
-from app.nodes.navigator.alignment import FirstLook, in_map_frame
 from app.nodes.navigator.command.command_stream import CommandStream
 from app.nodes.navigator.command.goal_output import GoalOutput
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.event_publisher import EventPublisher
 from app.nodes.navigator.frame_intake import FrameIntake, Stopwatch
+from app.nodes.navigator.localization.alignment import FirstLook, in_map_frame
+from app.nodes.navigator.localization.pose_tracker import pose_tracker
 from app.nodes.navigator.map_publisher import MapPublisher
 from app.nodes.navigator.memory_keeper import MemoryKeeper
-from app.nodes.navigator.pose_tracker import PoseTracker
 from app.nodes.navigator.profile_check import ProfileCheck
 from app.nodes.navigator.services.memory_service import MemoryService
 from app.nodes.navigator.services.operation_queue import OperationQueue
@@ -85,9 +85,7 @@ class Navigator:
             config.camera_clock_offset_s,
         )  # fmt: skip
         self._converter = StreamConverter(session, robot, config.profile, self._intake)
-        self._tracker = None
-        if config.profile.tracks_pose:
-            self._tracker = PoseTracker(session, robot, config.profile, self._intake, self._events)
+        self._tracker = pose_tracker(session, config, self._intake, self._events)
         self._operations = OperationQueue(self._intake.wake)
         self._stream = CommandStream(
             session, robot, config.command_hz, config.stale_s, self._goal_output(session),
@@ -105,7 +103,7 @@ class Navigator:
             session, robot, self._mission.voxel_map, config.keyframe_every_s, self._sender
         )
         self._map.serve(session, self._intake.wake)
-        known = saved.voxel_map if saved is not None else None
+        known = saved and saved.voxel_map
         self._first_look = FirstLook(known, self._events.report)
         self._memory = self._keep_memory(session, map_was_read=known is not None)
         self._memory_service = self._serve_memory(session)

@@ -11,8 +11,8 @@ import zenoh
 from app.links.language_model.interface import LanguageModelInterface
 from app.links.network.registry import RunningNavigator, register
 from app.links.network.session import open_router
-from app.nodes.navigator.alignment import Alignment, said_registration
 from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.navigator.localization.alignment import Alignment, said_registration
 from app.nodes.navigator.node import Navigator
 from app.nodes.navigator.state.persistence import SavedState
 from app.nodes.navigator.warm_up import warm_up

@@ -23,6 +23,7 @@ from app.messages.images import (
     decompress_color,
 )
 from app.messages.motion import StampedTransform, encode_transforms
+from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.event_publisher import EventPublisher
 from app.nodes.navigator.frame_intake import FrameIntake
 from app.nodes.navigator.stream_conversion import BASE_FRAME, WORLD_FRAME
@@ -196,6 +197,15 @@ class PoseTracker:
             config = TrackerConfig(nearest_m=profile.min_depth_m, farthest_m=profile.max_depth_m)
             self._held = HandHeldCamera(self._camera, mount, config)
         return self._held
+
+
+def pose_tracker(
+    session: zenoh.Session, config: NavigatorConfig, intake: FrameIntake, events: EventPublisher
+) -> PoseTracker | None:
+    """Return a tracker where the profile asks for one; None where the robot sends its pose."""
+    if not config.profile.tracks_pose:
+        return None
+    return PoseTracker(session, config.robot, config.profile, intake, events)
 
 
 def transforms_of(

@@ -10,13 +10,13 @@ import pytest
 from app.links.network.requests import RequestRefusedError, ask
 from app.messages import keys
 from app.messages.control import ControlReply, ControlRequest
-from app.nodes.navigator.alignment import (
+from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.navigator.localization.alignment import (
     Alignment,
     FirstLook,
     in_map_frame,
     said_registration,
 )
-from app.nodes.navigator.config import NavigatorConfig
 from ippon.command import Command
 from ippon.geometry import invert_transform, make_transform, rotation_z, yaw_of
 from ippon.guidance.language.naming import is_instance_of
