@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ippon.command import Command, GoalOutcome
-from ippon.mission.behaviors.self_navigation import planner_config
+from ippon.mission.behaviors.self_navigation import SILENT_TEXT, planner_config
 from ippon.mission.config import MissionConfig
 from ippon.mission.snapshot import MissionState
 from ippon.robot import ZED
@@ -77,3 +77,29 @@ def test_a_point_of_the_operator_is_given_up_when_it_fails(robot):
 def test_viewpoints_count_as_reached_from_as_far_as_the_robot_stops():
     config = MissionConfig()
     assert planner_config(config).selection.reached_m == config.goals.near_m
+
+
+def test_a_person_who_carries_the_camera_is_led_to_the_object(searcher, room):
+    carried = dataclasses.replace(ZED, name="held", takes_goals=False, takes_velocities=False)
+    # The simulated person walks to the goals.
+    person = searcher([*room(5.0, 3.5), CHAIR], 1.0, 1.0, yaw=3.0, robot=carried)
+    person.ask("chair")
+    results = person.search(60.0)
+    assert person.last.state is MissionState.FOUND
+    led = [r for r in results if r.command.goal is not None]
+    assert led
+    assert all(r.snapshot.walk is not None for r in led)
+    steps = {r.snapshot.walk.step for r in led}
+    assert {"turn", "walk"} <= steps
+    assert results[-1].snapshot.walk is None
+    assert not any(SILENT_TEXT in r.snapshot.why for r in results)
+
+
+def test_a_person_who_stands_for_a_minute_has_not_failed(searcher, room):
+    carried = dataclasses.replace(ZED, name="held", takes_goals=False, takes_velocities=False)
+    person = searcher([*room(5.0, 3.5), CHAIR], 1.0, 1.0, yaw=3.0, robot=carried)
+    person.world.navigation.velocities = lambda *args: Command(tilt_rad=args[2])
+    person.ask("lamp")
+    results = person.search(60.0)
+    assert not [e for r in results for e in r.snapshot.events if e.kind == "out_of_reach"]
+    assert results[-1].snapshot.walk is not None

@@ -139,3 +139,11 @@ def test_questions_without_an_answer_say_why(service):
         service.request(keys.PREVIEW, PreviewRequest(context="on the sofa"), PreviewReply)
     with pytest.raises(RequestRefusedError, match="the map has no surface there"):
         service.request(keys.INSPECT, InspectRequest(point_world=(0.0, 0.0, 0.0)), InspectReply)
+
+
+def test_a_camera_that_a_person_carries_cannot_be_driven():
+    profile = dataclasses.replace(ZED, name="held", takes_goals=False, takes_velocities=False)
+    assert drive_refusal(profile, DriveMode.AUTO, 1.0) == ""
+    for mode, limit in ((DriveMode.MANUAL, 1.0), (DriveMode.AUTO, 0.5)):
+        text = drive_refusal(profile, mode, limit)
+        assert text == "a person carries held: there is nothing to drive"
