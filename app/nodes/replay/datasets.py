@@ -128,6 +128,11 @@ def _opened(path: Path) -> Image.Image:
 
 def _read_sequence(folder: Path, poses: bool) -> Dataset:
     content: dict[str, Any] = json.loads((folder / "sequence.json").read_text("utf-8"))
+    if poses and not all("camera_to_world" in entry for entry in content["frames"]):
+        raise DatasetError(
+            f"{folder} has frames without a pose: they can be tracked, with `ippon recognise "
+            "--track`, or `ippon replay --no-poses` and the profile hand-held"
+        )
     k = content["intrinsics"]
     x, y, z = (-float(g) for g in content["gravity_world"])
     rate_hz = float(content["rate_hz"])

@@ -1,0 +1,72 @@
+"""Frames of a recording that has no poses: they are tracked."""
+
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from app.messages import keys
+from app.nodes.replay.datasets import DatasetError, open_dataset
+from app.nodes.replay.messages import dataset_messages
+from app.recognition.frames import open_source
+from ippon.camera import PinholeCamera
+from ippon.simulation.camera.renderer import SceneRenderer
+from tests.boxes import boxes_scene
+from tests.ippon.tracking.conftest import ROOM, held_pose
+
+CAMERA = PinholeCamera.from_horizontal_fov(320, 240, 1.2)
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    """Six frames, without poses."""
+    folder = tmp_path_factory.mktemp("recording")
+    renderer = SceneRenderer(boxes_scene(ROOM))
+    frames = []
+    for k in range(6):
+        image = renderer.render(CAMERA, held_pose(k))
+        Image.fromarray(image.color).save(folder / f"{k}.png")
+        Image.fromarray((1000.0 * image.depth).astype(np.uint16)).save(folder / f"{k}.depth.png")
+        frames.append({"color": f"{k}.png", "depth": f"{k}.depth.png"})
+    k = {"fx": CAMERA.fx, "fy": CAMERA.fy, "cx": CAMERA.cx, "cy": CAMERA.cy}
+    content = {
+        "name": "held", "width": 320, "height": 240, "intrinsics": k, "depth_unit_m": 0.001,
+        "rate_hz": 10.0, "gravity_world": [0.0, 1.0, 0.0], "frames": frames,
+    }  # fmt: skip
+    (folder / "sequence.json").write_text(json.dumps(content))
+    return folder
+
+
+def test_frames_without_poses_are_tracked_above_the_floor(recording):
+    frames = list(open_source(recording, track=True).frames())
+    assert len(frames) == 6
+    for k, frame in enumerate(frames):
+        assert frame.T_world_camera[2, 3] == pytest.approx(held_pose(k)[2, 3], abs=0.05)
+        moved = np.linalg.norm(frame.T_world_camera[:3, 3] - frames[0].T_world_camera[:3, 3])
+        true = np.linalg.norm(held_pose(k)[:3, 3] - held_pose(0)[:3, 3])
+        assert moved == pytest.approx(true, abs=0.02)
+
+
+def test_a_recording_without_poses_needs_tracking(recording):
+    with pytest.raises(DatasetError, match="has frames without a pose: they can be tracked"):
+        open_source(recording)
+    sent = list(dataset_messages(open_dataset(recording, poses=False), 0.0, 0, None, poses=False))
+    assert {one.key for one in sent} == {keys.COLOR, keys.DEPTH, keys.CAMERA_INFO}
+
+
+def test_a_recording_that_never_shows_the_floor_is_refused(recording, tmp_path):
+    content = json.loads((recording / "sequence.json").read_text())
+    Image.fromarray(np.full((240, 320), 2000, np.uint16)).save(tmp_path / "wall.png")
+    Image.open(recording / "0.png").save(tmp_path / "0.png")
+    content["frames"] = [{"color": "0.png", "depth": "wall.png"}]
+    (tmp_path / "sequence.json").write_text(json.dumps(content))
+    with pytest.raises(DatasetError, match="held: no frame shows the floor"):
+        list(open_source(tmp_path, track=True).frames())
+
+
+def test_only_datasets_are_tracked(tmp_path):
+    bag = tmp_path / "a.mcap"
+    bag.write_bytes(b"")
+    with pytest.raises(DatasetError, match="is a bag"):
+        open_source(bag, track=True)
