@@ -1,10 +1,11 @@
-"""Loading of homes by name: a seed, floor:SEED, or a folder with a scene."""
+"""Loading of homes by name: a seed, floor:SEED, a folder, or a source that a package adds."""
 
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
 from app.errors import UsageError
+from ippon import extensions
 from ippon.errors import SceneError
 from ippon.simulation.homes.config import HomeConfig
 from ippon.simulation.homes.generator import generate_home
@@ -28,6 +29,8 @@ def check_home(text: str) -> None:
     if seed is not None:
         if seed > _MAX_SEED:
             raise UsageError(f"a home's seed is at most {_MAX_SEED}; got {text}")
+        return
+    if _source_of(text) is not None:
         return
     folder = Path(text)
     if not text or not folder.is_dir():
@@ -54,8 +57,11 @@ def load_home(text: str) -> Scene:
                 large = HomeConfig(layout="floor", start_count=_FLOOR_START_POSES)
                 return generate_home(seed, config=large)
             return generate_home(seed)
+        source = _source_of(text)
+        if source is not None:
+            return extensions.load(extensions.SCENES, source)(text.partition(":")[2])
         return load_scene(Path(text))
-    except SceneError as error:
+    except (SceneError, extensions.ExtensionError) as error:
         raise UsageError(f"home {text}: {error}") from error
 
 
@@ -87,7 +93,15 @@ def expand_homes(homes: Sequence[str]) -> tuple[str, ...]:
 
 def home_key(text: str) -> str:
     """Return a unique name of a home: its seed, or the absolute path of its folder."""
-    return f"seed {text}" if _seed_of(text) is not None else str(Path(text).resolve())
+    if _seed_of(text) is not None:
+        return f"seed {text}"
+    return text if _source_of(text) is not None else str(Path(text).resolve())
+
+
+def _source_of(text: str) -> str | None:
+    """Return the name of the installed source of NAME or NAME:TEXT, None for another home."""
+    name = text.partition(":")[0]
+    return name if name in extensions.names(extensions.SCENES) else None
 
 
 def _seed_of(text: str) -> int | None:

@@ -12,6 +12,7 @@ from typing import Any, Final, Literal
 import msgspec
 
 from app.ros2.ippon_ros2.settings import Ros2Error, read_settings
+from ippon import extensions
 from ippon.mapping.config import MapConfig
 from ippon.robot import HABITAT, ZED, CollisionSphere, RobotProfile, upright_body
 
@@ -160,11 +161,18 @@ def read_clock_offset(text: str) -> float:
     return offset_ms / 1e3
 
 
+def profile_names() -> tuple[str, ...]:
+    """Return the names of all profiles: built-in, shipped, and of installed packages."""
+    return (*PROFILES, *SHIPPED, *extensions.names(extensions.PROFILES))
+
+
 def _read(text: str) -> _RobotFile:
     path = SHIPPED.get(text) or Path(text)
+    if text in extensions.names(extensions.PROFILES):
+        path = Path(extensions.load(extensions.PROFILES, text))
     if not path.is_file():
         raise RobotFileError(
-            f"no robot profile {text!r}: give {', '.join((*PROFILES, *SHIPPED))} or a YAML file; "
+            f"no robot profile {text!r}: give {', '.join(profile_names())} or a YAML file; "
             "`ippon profile` prints one to start from"
         )
     size = path.stat().st_size

@@ -3,7 +3,9 @@
 from dataclasses import dataclass
 from typing import Literal
 
-Backend = Literal["san", "clipseg", "owlv2", "sam3", "sam3-lite", "grounding-dino", "detector"]
+Backend = Literal[
+    "san", "clipseg", "owlv2", "sam3", "sam3-lite", "grounding-dino", "detector", "installed"
+]  # fmt: skip
 DetectorFamily = Literal[
     "auto",
     "nanodet",
@@ -26,7 +28,7 @@ class SegmentationConfig:
     backend: Backend = "san"
     """`san` and `clipseg` score every pixel; `owlv2` and `grounding-dino` find boxes, which SAM or
     SAM 2 turns into masks; `sam3` and `sam3-lite` find instances with masks; `detector` finds the
-    classes of its file."""
+    classes of its file; `installed` is one that another package adds, named by `model`."""
     model: str = ""
     """Name or path of the checkpoint; empty for the backend's default. For `detector` an .onnx
     file, or an ncnn .param file with its .bin beside it."""

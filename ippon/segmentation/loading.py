@@ -3,6 +3,7 @@
 import importlib
 from pathlib import Path
 
+from ippon import extensions
 from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.crop_segmenter import CropSegmenter
 from ippon.segmentation.errors import INSTALL_HINT, WITHOUT_NETWORK, MissingPackageError
@@ -21,7 +22,10 @@ def load_segmenter(config: SegmentationConfig, folder: Path) -> Segmenter:
         MissingPackageError: A required library is not installed.
         CheckpointError: The weights are missing, damaged or of another network.
         SegmentationError: The device does not exist.
+        ExtensionError: No installed package adds the network.
     """
+    if config.backend == "installed":
+        return extensions.load(extensions.SEGMENTATION, config.model)(config, folder)
     # Imported here, because these packages are optional.
     if config.backend == "detector":
         from ippon.segmentation.detectors.detector import Detector  # noqa: PLC0415

@@ -12,7 +12,8 @@ class Llm:
     """
 
     model: str | None = None
-    """Name of the model at its endpoint; by default IPPON_LLM_MODEL."""
+    """Name of the model at its endpoint, or installed:NAME for a provider that another package
+    adds; by default IPPON_LLM_MODEL."""
     base_url: str | None = None
     """Address of an OpenAI-compatible endpoint, such as http://127.0.0.1:11434/v1; by default
     IPPON_LLM_BASE_URL, OPENAI_BASE_URL, or OpenAI's."""

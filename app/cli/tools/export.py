@@ -19,6 +19,7 @@ from app.export.session_data import OnProgress, SessionData, read_session_data
 from app.export.tables import write_csv, write_finds, write_tum
 from app.export.video import write_camera_video, write_scene_video
 from app.recording.errors import RecordingError
+from ippon import extensions
 
 Write = Callable[[SessionData, Path], None]
 Slow = Callable[[SessionData, Path, OnProgress], None]
@@ -88,7 +89,7 @@ def _write(session: SessionData, path: Path, write: Slow, bar: Progress) -> bool
 
 
 def _writers(command: Export) -> dict[str, Slow]:
-    known = (*COLORED, *SLOW, *PLAIN)
+    known = (*COLORED, *SLOW, *PLAIN, *extensions.names(extensions.EXPORTERS))
     wanted = known if not command.what else tuple(command.what)
     unknown = [name for name in wanted if name not in known]
     if unknown:
@@ -103,9 +104,16 @@ def _writers(command: Export) -> dict[str, Slow]:
             file_name, colored = COLORED[name]
             writers[file_name] = _at_once(partial(colored, mode=command.color))
         else:
-            file_name, plain = PLAIN[name]
+            file_name, plain = PLAIN[name] if name in PLAIN else _added(name)
             writers[file_name] = _at_once(plain)
     return writers
+
+
+def _added(name: str) -> tuple[str, Write]:
+    try:
+        return extensions.load(extensions.EXPORTERS, name)
+    except extensions.ExtensionError as error:
+        raise UsageError(str(error)) from error
 
 
 def _at_once(write: Write) -> Slow:

@@ -8,16 +8,19 @@ import platformdirs
 
 from app.cli.options.language_model import Llm
 from app.errors import UsageError
+from ippon import extensions
 
 if TYPE_CHECKING:
-    from app.links.language_model.language_model import LanguageModel
+    from app.links.language_model.interface import LanguageModelInterface
 
+INSTALLED = "installed:"
+"""Prefix of a provider that another package adds."""
 MODEL_VARIABLE = "IPPON_LLM_MODEL"
 BASE_URL_VARIABLES = ("IPPON_LLM_BASE_URL", "OPENAI_BASE_URL")
 OPENAI_URL = "https://api.openai.com/v1"
 
 
-def make_model(options: Llm, environment: Mapping[str, str]) -> "LanguageModel | None":
+def make_model(options: Llm, environment: Mapping[str, str]) -> "LanguageModelInterface | None":
     """Return the language model, None if none is named; then only the prior is used.
 
     Raises:
@@ -33,6 +36,12 @@ def make_model(options: Llm, environment: Mapping[str, str]) -> "LanguageModel |
                 f"{MODEL_VARIABLE}"
             )
         return None
+    if model.startswith(INSTALLED):
+        try:
+            make = extensions.load(extensions.LANGUAGE_MODELS, model.removeprefix(INSTALLED))
+        except extensions.ExtensionError as error:
+            raise UsageError(f"--llm: {error}") from error
+        return make(options.timeout_s)
     base_url = options.base_url or next(
         (url for name in BASE_URL_VARIABLES if (url := environment.get(name))), OPENAI_URL
     )

@@ -13,7 +13,7 @@ from app.evaluation.report.report_data import ReportData
 from app.evaluation.results_folder import SESSIONS
 from app.report_style import REPORT_STYLE
 from ippon.evaluation.episode_generation import home_name
-from ippon.evaluation.methods.method_table import METHODS
+from ippon.evaluation.methods.method_table import method_named
 from ippon.evaluation.outcome import FAILURES, Failure
 from ippon.evaluation.row import EpisodeRow
 from ippon.evaluation.statistics import PairedDifference
@@ -152,7 +152,10 @@ def _methods_table(summaries: Sequence[MethodSummary]) -> str:
 
 def _summary_of(method: str) -> str:
     """Return the description of a method; rows may come from a version with other methods."""
-    return METHODS[method].summary if method in METHODS else "unknown to this version"
+    try:
+        return method_named(method).summary
+    except ValueError:
+        return "unknown to this version"
 
 
 def _pairs_table(data: ReportData) -> str:

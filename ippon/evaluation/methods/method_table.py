@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from ippon import extensions
 from ippon.evaluation.methods.baselines import (
     BaselinePlanner,
     GreedyNextBestView,
@@ -238,12 +239,17 @@ ABLATIONS: Final = (
 
 
 def method_named(name: str) -> Method:
-    """Return a method by name.
+    """Return a method by name, ours or one that an installed package adds.
 
     Raises:
-        ValueError: There is no such method.
+        ValueError: There is no such method, or its package is damaged.
     """
-    try:
+    if name in METHODS:
         return METHODS[name]
-    except KeyError:
-        raise ValueError(f"no method {name!r}; there are {', '.join(METHODS)}") from None
+    added = extensions.names(extensions.METHODS)
+    if name not in added:
+        raise ValueError(f"no method {name!r}; there are {', '.join((*METHODS, *added))}")
+    method = extensions.load(extensions.METHODS, name)
+    if not isinstance(method, Method) or method.name != name:
+        raise ValueError(f"the installed method {name!r} is no Method of that name: {method!r}")
+    return method
