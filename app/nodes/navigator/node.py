@@ -99,10 +99,7 @@ class Navigator:
             self._mission.opinions.ask = self._services.opinions.ask
         self._streams = StreamWatch(config, self._intake, self._events.report, self._stream.drop)
         self._profile = ProfileCheck(config.profile, self._events.report)
-        self._map = MapPublisher(
-            session, robot, self._mission.voxel_map, config.keyframe_every_s, self._sender
-        )
-        self._map.serve(session, self._intake.wake)
+        self._map = self._serve_map(session)
         known = saved and saved.voxel_map
         self._first_look = FirstLook(known, self._events.report)
         self._memory = self._keep_memory(session, map_was_read=known is not None)
@@ -272,6 +269,13 @@ class Navigator:
             self._operations.enqueue(lambda _: follower.report(number, outcome))
 
         return GoalOutput(session, self.config.robot, report, self._T_map_world)
+
+    def _serve_map(self, session: zenoh.Session) -> MapPublisher:
+        """Publish the map, and answer requests for all of it."""
+        published, every_s = self._mission.voxel_map, self.config.keyframe_every_s
+        publisher = MapPublisher(session, self.config.robot, published, every_s, self._sender)
+        publisher.serve(session, self._intake.wake)
+        return publisher
 
     def _serve_memory(self, session: zenoh.Session) -> MemoryService:
         """Answer questions about remembered things; sentences and goals may name them."""
