@@ -58,6 +58,18 @@ def send(robot, stamp_ns, color=None):
     robot.put(f"r/{keys.COLOR_RAW}", raw_color(pixels, stamp_ns))
 
 
+def test_odometry_is_converted_again_and_again_until_the_robot_sends_tf(make, sessions):
+    _, robot = sessions
+    intake, streams = make()
+    frames, stamp, deadline = 0, PERIOD, time.monotonic() + 20.0
+    while frames < 4 and time.monotonic() < deadline:
+        send(robot, stamp)
+        stamp += PERIOD
+        frames += take(intake, streams, 0.2) is not None
+    assert frames == 4
+    assert not intake.has_tf
+
+
 def test_raw_images_and_odometry_make_frames_and_go_to_the_others(make, sessions):
     heard = {}
     _, robot = sessions

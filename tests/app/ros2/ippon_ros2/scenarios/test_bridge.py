@@ -120,30 +120,6 @@ def rig(tmp_path_factory):
     made.close()
 
 
-def test_raw_depth_is_compressed_without_loss_where_the_profile_says_so(rig):
-    section = {**PROFILE["ros2"], "depth": {"topic": "camera/depth/image_raw", "compress": True}}
-    path = rig.folder / "compress.yaml"
-    path.write_text(yaml.safe_dump({**PROFILE, "ros2": section}))
-    second = rig.start_bridge("--robot", "ippon/second", "--profile", str(path))
-    try:
-        second.wait_for_log("depth: /scout/")
-        depth = np.random.default_rng(0).uniform(0.4, 6.0, (480, 640)).astype(np.float32)
-        image = encode_depth_raw(depth, 6_000_000_000, "camera")
-        key = "second/camera/depth/image_raw/compressedDepth"
-        deadline = time.monotonic() + 30.0
-        while key not in rig.arrived:
-            assert time.monotonic() < deadline, second.log()
-            rig.publish("/scout/camera/depth/image_raw", image)
-            time.sleep(0.2)
-        came = decode_depth(rig.arrived[key][-1])
-        assert (came.stamp_ns, came.frame_id) == (6_000_000_000, "camera")
-        np.testing.assert_array_equal(came.depth, decode_depth_raw(image).depth)
-        assert "second/camera/depth/image_raw" not in rig.arrived
-    finally:
-        second.kill()
-        rig.arrived.clear()
-
-
 def test_messages_of_the_robot_arrive_as_they_were_sent(rig):
     depth = np.linspace(0.5, 4.0, 480 * 640, dtype=np.float32).reshape(480, 640)
     image = encode_depth_raw(depth, 5_000_000_000, "camera")
@@ -201,3 +177,26 @@ def test_the_robot_stops_when_the_bridge_is_ended(rig):
         rig.bridge.kill()
         rig.bridge = rig.start_bridge()
         rig.bridge.wait_for_log("cmd_vel: /scout/cmd_vel")
+
+
+def test_raw_depth_is_compressed_without_loss_where_the_profile_says_so(rig):
+    section = {**PROFILE["ros2"], "depth": {"topic": "camera/depth/image_raw", "compress": True}}
+    path = rig.folder / "compress.yaml"
+    path.write_text(yaml.safe_dump({**PROFILE, "ros2": section}))
+    second = rig.start_bridge("--robot", "ippon/second", "--profile", str(path))
+    try:
+        second.wait_for_log("depth: /scout/")
+        depth = np.random.default_rng(0).uniform(0.4, 6.0, (480, 640)).astype(np.float32)
+        image = encode_depth_raw(depth, 6_000_000_000, "camera")
+        key = "second/camera/depth/image_raw/compressedDepth"
+        deadline = time.monotonic() + 30.0
+        while key not in rig.arrived:
+            assert time.monotonic() < deadline, second.log()
+            rig.publish("/scout/camera/depth/image_raw", image)
+            time.sleep(0.2)
+        came = decode_depth(rig.arrived[key][-1])
+        assert (came.stamp_ns, came.frame_id) == (6_000_000_000, "camera")
+        np.testing.assert_array_equal(came.depth, decode_depth_raw(image).depth)
+        assert "second/camera/depth/image_raw" not in rig.arrived
+    finally:
+        second.kill()
