@@ -1,3 +1,4 @@
+import threading
 import time
 from types import SimpleNamespace
 
@@ -5,11 +6,14 @@ import pytest
 
 from app.links.network.requests import RequestRefusedError, ask
 from app.messages import keys
-from app.messages.memory import MemoryReply, MemoryRequest
+from app.messages.lease import Credential
+from app.messages.memory import MemoryNoteRequest, MemoryReply, MemoryRequest, RememberedThing
 from app.nodes.navigator.services.memory_service import MemoryService
 from app.nodes.navigator.services.operation_queue import OperationQueue
 from ippon.vocabulary import MATTERPORT_40
 from tests.app.memory.test_memory_file import thing
+
+WHO = Credential(session="s" * 32, name="Anna", epoch=1)
 
 
 @pytest.fixture
@@ -61,3 +65,62 @@ def test_nothing_and_nonsense_are_answered_too(remembered):
         remembered(find="!!!")
     with pytest.raises(RequestRefusedError, match="not a MemoryRequest"):
         remembered(limit=0)
+
+
+@pytest.fixture
+def note(sessions):
+    """Say something of things; the mission's thread takes it."""
+    said = []
+    operations = OperationQueue(wake=lambda: None)
+
+    def keep(request, searches):
+        if request.instance_id != 1:
+            raise ValueError("there is no thing with number 2 any more")
+        said.append((request, searches))
+        return thing(1, label="mug", alternatives=(("cup", 0.08),), name="Anna's mug",
+                     denied=("mug",))  # fmt: skip
+
+    def authorize(_, who):
+        if who is None:
+            raise RequestRefusedError("somebody else has control")
+
+    service = MemoryService(sessions[0], "r", SimpleNamespace(note=keep), operations, authorize)
+    mission = SimpleNamespace(goals=SimpleNamespace(running=("a search",)))
+    stop = threading.Event()
+
+    def run():
+        while not stop.wait(0.01):
+            operations.run_queued(mission)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+
+    def request(who=WHO, **fields):
+        key = f"r/{keys.MEMORY_NOTE}"
+        message = MemoryNoteRequest(**fields)
+        return ask(sessions[1], key, message, RememberedThing, 20.0, who)
+
+    yield request, said
+    stop.set()
+    thread.join(5)
+    del service
+
+
+def test_what_a_person_says_is_answered_with_the_thing_as_it_is_now(note):
+    request, said = note
+    one = request(instance_id=1, deny="mug")
+    assert said == [(MemoryNoteRequest(instance_id=1, deny="mug"), ("a search",))]
+    assert (one.label, one.name, one.denied) == ("cup", "Anna's mug", ["mug"])
+    assert one.alternatives == []
+    assert one.probability == pytest.approx(0.8, abs=1e-3)
+
+
+def test_who_has_no_control_says_nothing_and_nonsense_is_refused(note):
+    request, said = note
+    with pytest.raises(RequestRefusedError, match="somebody else has control"):
+        request(who=None, instance_id=1, name="mine")
+    with pytest.raises(RequestRefusedError, match="there is no thing with number 2 any more"):
+        request(instance_id=2, name="x")
+    with pytest.raises(RequestRefusedError, match="not a MemoryNoteRequest"):
+        request(instance_id=1, name="x" * 201)
+    assert said == []
