@@ -225,7 +225,8 @@ class PublishedHome:
 
     def _memory(self, payload):
         asked = decode(payload, MemoryRequest)
-        things = self.things
+        now_ns = time.time_ns()
+        things = [msgspec.structs.replace(one, last_seen_ns=now_ns) for one in self.things]
         picture = b"" if asked.picture is None else decode_color(camera_image()).encoded
         return encode(MemoryReply(things=things, count=len(things), picture=picture))
 
