@@ -63,8 +63,8 @@ def test_a_method_and_a_source_of_scenes_are_evaluated_together(run, tmp_path):
     out = tmp_path / "results"
     run("-m", "app", "eval", "run", "--methods", "farthest_frontier", "--homes", "studio:6",
         "--objects", "plant", "--workers", "1", "--out", str(out))  # fmt: skip
-    rows = [json.loads(line) for path in out.rglob("*.jsonl") for line in path.open()]
-    assert {row["method"] for row in rows if "method" in row} == {"farthest_frontier"}
+    (row,) = [json.loads(path.read_text()) for path in out.glob("rows/*.json")]
+    assert (row["method"], row["home"], row["success"]) == ("farthest_frontier", "studio:6", True)
 
 
 def test_a_profile_is_found_by_name(run):
