@@ -14,7 +14,8 @@ DOCUMENTS = sorted(
 LINK = re.compile(r"\]\(([^)#\s]*)(?:#([^)\s]+))?\)")
 OURS = re.compile(
     r"`((?:ippon|app|tests|scripts|docs|examples|web_assets)/[\w./-]*)`"
-    r"|\b((?:ippon|app|tests|scripts|docs|examples|web_assets)/[\w/-]+\.(?:py|md|js|json5|svg|png))\b"
+    r"|(?<!\.\./)\b((?:ippon|app|tests|scripts|docs|examples|web_assets)/[\w/-]+"
+    r"\.(?:py|md|js|json5|svg|png))\b"
 )
 FENCE = re.compile(r"```.*?```", re.DOTALL)
 README_WORDS = 700
