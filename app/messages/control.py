@@ -41,6 +41,8 @@ class SearchRequest(_Message, frozen=True, omit_defaults=True):
     count: Count = 1
     """How many are searched for, "all" until everything reachable was seen; 1 for what the object's
     name says."""
+    other: bool = False
+    """Another one than those of its kind that earlier searches of this run have found."""
 
 
 class SearchAccepted(_Message, frozen=True):

@@ -21,6 +21,8 @@ class Goal:
     """What tells it from others of its name."""
     count: int | Literal["all"] = 1
     """How many are searched for; "all": until everything reachable was seen."""
+    other: bool = False
+    """Another one than those of its kind that earlier searches have found."""
     thing_id: int | None = None
     """Number of the remembered thing that it is; None for any of its kind."""
     category: str | None = None

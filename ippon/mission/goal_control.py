@@ -11,11 +11,16 @@ from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.behaviors.look_around import LookAround
 from ippon.mission.config import MissionConfig
 from ippon.mission.finds.find_geometry import counted_text
-from ippon.mission.finds.rejection import count_find, reject_find, update_candidates
+from ippon.mission.finds.rejection import (
+    count_find,
+    exclude_only,
+    reject_find,
+    update_candidates,
+)
 from ippon.mission.goal import Goal
 from ippon.mission.journal import WAITING, Journal
 from ippon.mission.search import Search
-from ippon.mission.snapshot import OVER, MissionState
+from ippon.mission.snapshot import OVER, Find, MissionState
 from ippon.mission.tour import Tour, target_of
 from ippon.planning.interface import Planner
 from ippon.planning.plan import Plan
@@ -44,6 +49,8 @@ class GoalControl:
         self._search: Search | None = None
         self.tour: Tour | None = None
         """Several goals at once; None for one or none."""
+        self._found_before: list[tuple[str, Find]] = []
+        """Finds of earlier searches with their labels."""
 
     @property
     def search(self) -> Search | None:
@@ -77,6 +84,7 @@ class GoalControl:
             ValueError: The guidance is not for the labels of this map, in their order.
         """
         self.check_guidance(guidance)
+        self._remember_finds()
         known = goal.object in self._voxel_map.labels
         if not (known and self._look_around.was_done_for(goal.object, self.frame)):
             self._look_around.restart()
@@ -88,6 +96,7 @@ class GoalControl:
         self._voxel_map.set_ooi(
             target.label, target.highest_m, lowest_m=target.lowest_m, small_m=target.small_m
         )
+        self._exclude_found_before(search)
         if self._look_around.done:
             search.state = MissionState.SEARCHING
         self._journal.why = f"starting the search for {goal.display}"
@@ -112,12 +121,15 @@ class GoalControl:
             raise ValueError(
                 f"a tour takes 2 to {MAX_GOALS} goals of different numbers; got {numbers}"
             )
+        self._remember_finds()
         layers = GoalLayers(self._voxel_map, [target_of(goal) for goal, _ in goals])
         models = self._voxel_map.models
         searches = [
             Search(goal, guidance, self._config, models, layers.layer(goal.object))
             for goal, guidance in goals
         ]
+        for search in searches:
+            self._exclude_found_before(search)
         self._search = None
         self.tour = Tour(searches, layers, self._planner, self._config.levels.as_array())
         self.tour.replan()
@@ -128,6 +140,19 @@ class GoalControl:
         names = " and ".join(goal.display for goal, _ in goals)
         self._journal.why = f"starting the search for {names}"
         self._journal.note("goal_set", f"searching for {names} in one tour")
+
+    def _remember_finds(self) -> None:
+        """Keep the finds of the searches that end now, for whoever asks for another one."""
+        for search in (self._search,) if self.tour is None else self.tour.searches:
+            if search is not None:
+                finds = [*search.counted, *filter(None, (search.find,))]
+                self._found_before += [(search.goal.object, find) for find in finds]
+
+    def _exclude_found_before(self, search: Search) -> None:
+        if search.goal.other:
+            for label, find in self._found_before:
+                if label == search.goal.object:
+                    exclude_only(search, self._voxel_map, find)
 
     def observe(self, frame: Frame) -> None:
         """Add an image, which the map has fused, to the evidence of the searches."""
@@ -219,6 +244,7 @@ class GoalControl:
             self.tour.settle()
             if not all(one.cancelled for one in self.tour.searches):
                 return
+        self._remember_finds()
         self._search = self.tour = None
         self._planner.set_far_evidence(None)
         self._journal.why = WAITING

@@ -197,6 +197,7 @@ def _agreed_searches(reading: SentenceReading, command: Ask) -> list[Wanted]:
                 requester=NAME,
                 attributes=list(goal.attributes),
                 count=goal.count,
+                other=goal.refers_to == "other",
             ),
             place > 0 and goal.order == "and",
         )

@@ -139,6 +139,7 @@ class Actions(Protocol):
         joins_last: bool = False,
         attributes: Sequence[Attribute] = (),
         count: int | Literal["all"] = 1,
+        other: bool = False,
     ) -> str:
         """Start a search for an object, if wanted in one tour with the last one."""
         ...

@@ -145,6 +145,7 @@ class PanelRequests(ABC):
         joins_last: bool = False,
         attributes: Sequence[Attribute] = (),
         count: int | Literal["all"] = 1,
+        other: bool = False,
     ) -> str:
         """Start a search for an object, if wanted in one tour with the last one."""
         request = SearchRequest(
@@ -155,6 +156,7 @@ class PanelRequests(ABC):
             joins=self._last_goal if joins_last else None,
             attributes=list(attributes),
             count=count,
+            other=other,
         )
         accepted = self._request(keys.SEARCH, request, SearchAccepted)
         self._last_goal = accepted.goal_id

@@ -138,6 +138,7 @@ class SearchPanel:
                 joins_last=place > 0 and goal.order == "and",
                 attributes=goal.attributes,
                 count=goal.count,
+                other=goal.refers_to == "other",
             )
             for place, goal in enumerate(goals)
         )
@@ -150,13 +151,20 @@ class SearchPanel:
         joins_last: bool = False,
         attributes: Sequence[Attribute] = (),
         count: int | Literal["all"] = 1,
+        other: bool = False,
     ) -> str:
         scenario = self._scenario.value.strip()
         problem = _problem(wanted, context, scenario)
         if problem is not None:
             raise CommandError(problem)
         return self._actions.search(
-            wanted, context, scenario, joins_last=joins_last, attributes=attributes, count=count
+            wanted,
+            context,
+            scenario,
+            joins_last=joins_last,
+            attributes=attributes,
+            count=count,
+            other=other,
         )
 
     def _control(self, word: str) -> None:

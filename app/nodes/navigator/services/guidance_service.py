@@ -32,7 +32,11 @@ from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.planned_search import PlannedSearch
 from ippon.guidance.language.naming import ResolvedObject, resolve_object
-from ippon.guidance.language.requests.sentence import name_attributes, name_count
+from ippon.guidance.language.requests.sentence import (
+    name_attributes,
+    name_count,
+    name_says_other,
+)
 from ippon.guidance.levels import BY_OPERATOR, LabelLevel, Level, LevelName
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mapping.objects.object_layers import MAX_LABELS
@@ -110,6 +114,7 @@ class GuidanceService:
             category=resolved.category,
             attributes=tuple(request.attributes) or name_attributes(request.object),
             count=request.count if request.count != 1 else name_count(request.object),
+            other=request.other or name_says_other(request.object),
         )
         return PlannedSearch(
             goal=goal,

@@ -54,6 +54,7 @@ class QueueService:
             scenario=old.scenario,
             attributes=[] if request.object else list(old.goal.attributes),
             count=1 if request.object else old.goal.count,
+            other=not request.object and old.goal.other,
         )
         new = self._goals.plan(wanted)
         if new.goal.object == old.goal.object:
@@ -78,6 +79,7 @@ class QueueService:
             scenario=old.scenario,
             attributes=list(old.goal.attributes),
             count=old.goal.count,
+            other=old.goal.other,
         )
         return Accepted(detail=told(self._goals.search(again, copy_of=f"goal {goal_id}")))
 

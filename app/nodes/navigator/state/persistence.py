@@ -212,5 +212,6 @@ def _request_of(search: PlannedSearch, joins: int | None) -> SavedGoal:
         joins=joins,
         attributes=list(search.goal.attributes),
         count=search.goal.count,
+        other=search.goal.other,
         levels={edit.label: edit.level.text for edit in search.edits},
     )

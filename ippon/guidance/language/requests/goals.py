@@ -118,6 +118,4 @@ def unchecked(goal: Goal) -> tuple[str, ...]:
         for place in goal.relations
         if not _is_room(place)
     ]
-    if goal.refers_to == "other":
-        notes.append(f"“other” is not used yet: the same {goal.object} may be found again")
     return tuple(notes)

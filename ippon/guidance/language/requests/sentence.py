@@ -90,6 +90,12 @@ def name_count(name: str) -> int | Literal["all"]:
     return draft(phrase).goal().count if phrase is not None and phrase.head else 1
 
 
+def name_says_other(name: str) -> bool:
+    """Return whether the name of an object asks for another one: "the other mug"."""
+    phrase = read_noun_phrase(hear(name[:MAX_OBJECT_CHARS]), 0)
+    return phrase is not None and bool(phrase.head) and draft(phrase).goal().refers_to == "other"
+
+
 def search_name(goal: Goal) -> str:
     """Return the text that a search for a goal is given: attributes stay where they may help."""
     if len(goal.display) > MAX_OBJECT_CHARS:

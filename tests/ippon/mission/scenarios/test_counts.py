@@ -1,4 +1,4 @@
-"""Several of one kind: a search goes on behind each find until so many are found."""
+"""Several of one kind: a search goes on behind each find; "the other one" is another one."""
 
 import dataclasses
 
@@ -72,6 +72,19 @@ def test_fewer_than_wanted_end_exhausted_and_say_how_many(hall):
     assert (last.state, last.outcome, last.find) == (MissionState.EXHAUSTED, "exhausted", None)
     assert sorted(places(last.counted)) == [0, 1]
     assert last.why == "plants: 2 of 3 found: everything reachable was seen"
+
+
+@pytest.mark.slow
+def test_the_other_one_is_not_the_one_that_was_found_before(hall):
+    robot = hall(1)
+    first = robot.search(200.0)[-1].snapshot
+    search = robot.mission.search
+    robot.mission.goals.set_goal(
+        dataclasses.replace(search.goal, goal_id=2, other=True), search.guidance
+    )
+    second = robot.search(200.0)[-1].snapshot
+    assert (first.state, second.state) == (MissionState.FOUND, MissionState.FOUND)
+    assert sorted(places([first.find, second.find])) == [0, 1]
 
 
 def test_all_are_found_once_nothing_is_left_to_explore(hall, make_find):
