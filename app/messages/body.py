@@ -27,4 +27,6 @@ class BodyProfile(Struct, frozen=True, kw_only=True):
 class BodyConfiguration(Struct, frozen=True, kw_only=True):
     """The part of a navigator's configuration with the body; its other fields are skipped."""
 
-    profile: BodyProfile
+    robot: str
+    profile: BodyProfile | None = None
+    """None where the configuration leaves it to the default."""

@@ -122,9 +122,7 @@ def messages_of(tick, ticks):
     """Yield (key, payload) of one tick in the order of the wire."""
     stamp = tick * 10**9 // HZ
     if tick == 0:
-        sphere = b'{"x_m":0,"y_m":0,"z_m":0.3,"radius_m":0.2}'
-        body = b'{"name":"zed","spheres":[' + sphere + b"]}"
-        yield keys.CONFIGURATION, b'{"robot":"home/3","profile":' + body + b"}"
+        yield keys.CONFIGURATION, b'{"robot":"home/3"}'
         yield keys.EVENT, encode(Event(stamp_ns=stamp, kind="goal_set", text="searching for hat"))
         yield keys.LEVELS, encode(table_of())
     if tick == 15:
