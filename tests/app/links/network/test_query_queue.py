@@ -61,7 +61,7 @@ def test_an_urgent_query_goes_before_those_that_wait_and_past_the_limit(sessions
     desk.may_answer.release(10)
     for _ in range(4):
         replies.get(timeout=10.0)
-    assert desk.answered == ["a", "stop", "b", "c"]
+    assert desk.answered[:4] == ["a", "stop", "b", "c"]
 
 
 def test_a_failure_does_not_end_the_answers(sessions, caplog):

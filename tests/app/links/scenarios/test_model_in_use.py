@@ -1,6 +1,7 @@
 """A navigator that asks a model over HTTP, from the command line, without a robot."""
 
 import json
+import time
 
 import pytest
 
@@ -94,6 +95,7 @@ def notes_of(session):
         told = decode(last_message(session, f"ippon/{keys.STATUS}", 5.0), Status)
         if told.notes:
             return told.notes
+        time.sleep(0.05)
 
 
 def table_of(session, goal_id):

@@ -102,7 +102,7 @@ def test_before_the_floor_was_in_view_it_says_how_to_hold_the_camera(hand):
 
 
 def test_a_robot_that_sends_its_pose_is_not_tracked(hand):
-    hand.intake._note_tf(b"")
+    hand.intake.has_tf = True
     pose = StampedTransform(stamp_ns=1, parent="map", child=FRAME, T_parent_child=np.eye(4))
     hand.intake.inject(keys.TF, encode_transforms([pose]))
     hand.intake.inject(keys.CAMERA_INFO, encode_camera(CAMERA, 1, FRAME))
