@@ -105,6 +105,7 @@ def table_of(session, goal_id):
         table = decode(payload, LevelTable)
         if table.goal_id == goal_id and not table.asking:
             return table
+        time.sleep(0.05)
 
 
 QUOKKA = (
