@@ -32,11 +32,7 @@ from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.planned_search import PlannedSearch
 from ippon.guidance.language.naming import ResolvedObject, resolve_object
-from ippon.guidance.language.requests.sentence import (
-    name_attributes,
-    name_count,
-    name_says_other,
-)
+from ippon.guidance.language.requests.sentence import goal_named
 from ippon.guidance.levels import BY_OPERATOR, LabelLevel, Level, LevelName
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mapping.objects.object_layers import MAX_LABELS
@@ -106,15 +102,21 @@ class GuidanceService:
         """
         resolved = self._resolve(request.object)
         guidance = self._prior.levels(resolved, request.context, self.labels)
+        named = goal_named(request.object)
+        attributes, count, other = tuple(request.attributes), request.count, request.other
+        if named is not None:
+            attributes = attributes or named.attributes
+            count = count if count != 1 else named.count
+            other = other or named.refers_to == "other"
         goal = Goal(
             goal_id=0,
             object=resolved.canonical,
             display=resolved.display,
             context=request.context,
             category=resolved.category,
-            attributes=tuple(request.attributes) or name_attributes(request.object),
-            count=request.count if request.count != 1 else name_count(request.object),
-            other=request.other or name_says_other(request.object),
+            attributes=attributes,
+            count=count,
+            other=other,
         )
         return PlannedSearch(
             goal=goal,

@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Final, Literal
+from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.languages import other_language
 from ippon.guidance.language.naming import is_instance_of, resolve_object
 from ippon.guidance.language.requests.drafts import Draft, draft
-from ippon.guidance.language.requests.goals import Attribute, Goal, Request, unchecked
+from ippon.guidance.language.requests.goals import Goal, Request, unchecked
 from ippon.guidance.language.requests.lists import is_room
 from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
 from ippon.guidance.language.requests.phrases import CODE, SAME
@@ -72,28 +72,16 @@ def is_name(text: str) -> bool:
     return plain and goal.display == text.strip()
 
 
+def goal_named(name: str) -> Goal | None:
+    """Return what the name of an object says: two and red of "two red mugs"; None without one."""
+    phrase = read_noun_phrase(hear(name[:MAX_OBJECT_CHARS]), 0)
+    return draft(phrase).goal() if phrase is not None and phrase.head else None
+
+
 def name_notes(name: str) -> tuple[str, ...]:
     """Return what the name of an object says that a search does not use yet."""
-    phrase = read_noun_phrase(hear(name[:MAX_OBJECT_CHARS]), 0)
-    return unchecked(draft(phrase).goal()) if phrase is not None and phrase.head else ()
-
-
-def name_attributes(name: str) -> tuple[Attribute, ...]:
-    """Return the attributes in the name of an object: red of "red mug"."""
-    phrase = read_noun_phrase(hear(name[:MAX_OBJECT_CHARS]), 0)
-    return draft(phrase).goal().attributes if phrase is not None and phrase.head else ()
-
-
-def name_count(name: str) -> int | Literal["all"]:
-    """Return how many the name of an object asks for: 2 of "two chairs"."""
-    phrase = read_noun_phrase(hear(name[:MAX_OBJECT_CHARS]), 0)
-    return draft(phrase).goal().count if phrase is not None and phrase.head else 1
-
-
-def name_says_other(name: str) -> bool:
-    """Return whether the name of an object asks for another one: "the other mug"."""
-    phrase = read_noun_phrase(hear(name[:MAX_OBJECT_CHARS]), 0)
-    return phrase is not None and bool(phrase.head) and draft(phrase).goal().refers_to == "other"
+    goal = goal_named(name)
+    return () if goal is None else unchecked(goal)
 
 
 def search_name(goal: Goal) -> str:

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ippon.guidance.language.requests.sentence import name_attributes
+from ippon.guidance.language.requests.sentence import goal_named
 from ippon.mission.snapshot import MissionState
 from ippon.simulation.homes.config import MUG_COLORS
 
@@ -27,7 +27,7 @@ def robot(searcher, room):
 
 def _search(robot, text):
     goal, guidance = robot.ask(text)
-    told = dataclasses.replace(goal, attributes=name_attributes(text))
+    told = dataclasses.replace(goal, attributes=goal_named(text).attributes)
     robot.mission.goals.set_goal(told, guidance)
     results = robot.search(180.0)
     return [event for one in results for event in one.snapshot.events]
