@@ -6,7 +6,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
+from playwright.sync_api import (
+    Browser,
+    BrowserContext,
+    FloatRect,
+    Locator,
+    Page,
+    expect,
+    sync_playwright,
+)
 
 from tests.browser import system_browser
 
@@ -15,6 +23,9 @@ ARGUMENTS = [
     "--use-gl=angle",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
+    # The page's layers are put together and its lines smoothed at a third of the processor's time.
+    "--disable-gpu-compositing",
+    "--webgl-antialiasing-mode=none",
     "--disable-background-networking",
     "--disable-dev-shm-usage",
 ]
@@ -59,3 +70,16 @@ def new_window(
 def new_page(browser: Browser, width: int = 1440, height: int = 900) -> Page:
     """Return an empty page of a window of its own, which closes with the browser."""
     return new_window(browser, width, height).new_page()
+
+
+def box_at_rest(locator: Locator) -> FloatRect:
+    """Return where an element is, in pixels, once it is visible and no longer moves."""
+    expect(locator).to_be_visible()
+    before = None
+    for _ in range(int(PATIENCE_MS / 100)):
+        box = locator.bounding_box()
+        if box is not None and box == before:
+            return box
+        before = box
+        locator.page.wait_for_timeout(100)
+    raise AssertionError(f"{locator} does not come to rest, last at {before}")

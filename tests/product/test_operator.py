@@ -20,7 +20,7 @@ from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.motion import decode_twist
 from tests.app.conftest import Process
-from tests.chromium import PATIENCE_MS, new_page, open_browser
+from tests.chromium import PATIENCE_MS, box_at_rest, new_page, open_browser
 
 pytestmark = [pytest.mark.browser, pytest.mark.process, pytest.mark.slow]
 
@@ -315,8 +315,7 @@ def test_help_is_one_key_away_and_the_page_fits_small_screens_light_and_dark(pag
     for width, height in ((1440, 900), (1280, 720), (820, 1180)):
         page.set_viewport_size({"width": width, "height": height})
         page.wait_for_timeout(1_500)
-        stop = page.locator("#stop").bounding_box()
-        assert stop is not None
+        stop = box_at_rest(page.locator("#stop"))
         assert stop["x"] + stop["width"] <= width, "Stop is on the screen"
         shoot(f"light-{width}x{height}")
     _the_panel_folds_below_the_map(page)
@@ -326,6 +325,6 @@ def _the_panel_folds_below_the_map(page):
     panel = view(page).locator("[data-dock-region='right']")
     for press, is_low in ((page.locator("#fold"), True), (_tab(page, "Search"), False)):
         press.click()
-        box = panel.bounding_box()
-        assert box is not None
-        assert (box["height"] < 60) is is_low
+        deadline = time.monotonic() + PATIENCE_MS / 1e3
+        while (box_at_rest(panel)["height"] < 60) is not is_low:
+            assert time.monotonic() < deadline, f"is it folded: {not is_low}"

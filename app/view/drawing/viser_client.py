@@ -38,6 +38,18 @@ _CHANGES: Final = (
         re.compile(rb"function (\w+)\((\w+),(\w+)\)\{(?=let \w+=\2\.messageQueue,)"),
         rb"\g<0>\3=globalThis.ipponMapFirst.sieve(\3,\2.messageQueue,held=>\1(\2,held));",
     ),
+    # Request of a frame, and start of a frame: both call `draw_rate.js`.
+    (
+        re.compile(
+            rb"(\w+\.current\.requestRender=\(\)=>)"
+            rb"\{\w+\.current=performance\.now\(\)\+\w+,(\w+)\(\)\}"
+        ),
+        rb"\1globalThis.ipponDrawRate.request(\2)",
+    ),
+    (
+        re.compile(rb"(\w+\(\(\)=>\{)performance\.now\(\)<\w+\.current&&(\w+)\(\)(?=\}\))"),
+        rb"\1globalThis.ipponDrawRate.drawn(\2)",
+    ),
 )
 """Patterns in the client and their replacements."""
 _BASE: Final = 88
@@ -100,7 +112,7 @@ def unpack_client(page: bytes, prefix: str) -> ClientFiles:
 
 
 def _changed(code: bytes) -> bytes:
-    """Remove the content shown before the first message, and hook in `map_first.js`."""
+    """Remove the content shown before the first message, and hook in our scripts."""
     for written, instead in _CHANGES:
         code, count = written.subn(instead, code)
         if count != 1:

@@ -14,11 +14,11 @@ from app.view.drawing.viser_client import unpack_client
 PREFIX: Final = "/assets/"
 _NAMES: Final = (
     "shell.css", "shell.js", "view.css", "icon.svg",
-    "answers.js", "base.js", "calls.js", "camera.css", "camera.js", "camera_worker.js", "drive.css",
-    "drive.js", "explain.js", "fold.js", "goals.js", "help.js", "hover.js", "introduction.css",
-    "introduction.js", "lease.css", "lease.js", "login.css", "map_first.js", "notice.js",
-    "one_layout.js", "plan.css", "plan.js", "plan_drawing.js", "robots.js", "scene_area.js",
-    "side.css", "side.js", "things.js", "walk.css", "walk.js",
+    "answers.js", "base.js", "calls.js", "camera.css", "camera.js", "camera_worker.js",
+    "draw_rate.js", "drive.css", "drive.js", "explain.js", "fold.js", "goals.js", "help.js",
+    "hover.js", "introduction.css", "introduction.js", "lease.css", "lease.js", "login.css",
+    "map_first.js", "notice.js", "one_layout.js", "plan.css", "plan.js", "plan_drawing.js",
+    "robots.js", "scene_area.js", "side.css", "side.js", "things.js", "walk.css", "walk.js",
 )  # fmt: skip
 _TYPES: Final = {
     "css": "text/css",
@@ -63,6 +63,7 @@ class Assets:
         ours = (
             f'<link rel="stylesheet" href="{PREFIX}view.css">'
             f'<script src="{PREFIX}map_first.js"></script>'
+            f'<script src="{PREFIX}draw_rate.js"></script>'
             f'<script src="{PREFIX}one_layout.js"></script>'
         ).encode()
         self._shell = shell

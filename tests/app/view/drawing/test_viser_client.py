@@ -14,12 +14,16 @@ DEFAULTS = (
     b"`data:image/jpeg;base64,AAAA`,enableDefaultLights:!0,enableDefaultLightsShadows:!0;"
     b"t.messageQueue.length=0,t.firstMessageBatch=!0;"
     b"function q(e,t){let n=e.messageQueue,r=1}"
+    b"t.current.requestRender=()=>{a.current=performance.now()+B,i()},"
+    b"qf(()=>{performance.now()<a.current&&i()})"
 )
 CHANGED = (
     b"null,enableDefaultLights:!1,enableDefaultLightsShadows:!1;"
     b"t.messageQueue.length=0,t.firstMessageBatch=!0,globalThis.ipponMapFirst.begin();"
     b"function q(e,t){t=globalThis.ipponMapFirst.sieve(t,e.messageQueue,held=>q(e,held));"
     b"let n=e.messageQueue,r=1}"
+    b"t.current.requestRender=()=>globalThis.ipponDrawRate.request(i),"
+    b"qf(()=>{globalThis.ipponDrawRate.drawn(i)})"
 )
 
 
@@ -46,6 +50,7 @@ def test_the_installed_client_unpacks_to_files_that_its_page_names(page):
     assert f'fetch("/assets/{decoder}")'.encode() in client.files[script]
     assert b"data:image/jpeg" not in client.files[script], "our own surroundings only"
     assert client.files[script].count(b"globalThis.ipponMapFirst") == 2, "the map comes first"
+    assert client.files[script].count(b"globalThis.ipponDrawRate") == 2, "frames are spaced"
     assert b"mantine" in client.files[style]
     assert client.files[decoder].startswith(b"\0asm")
     assert f'src="/assets/{script}"'.encode() in client.page

@@ -26,7 +26,7 @@ from app.messages.memory import MemoryNoteRequest
 from app.messages.perception.heatmaps import encode_heatmap
 from app.messages.status import FindReport, GoalStatus
 from ippon.observation import Heatmap
-from tests.chromium import PATIENCE_MS, new_window, open_browser
+from tests.chromium import PATIENCE_MS, box_at_rest, new_window, open_browser
 
 pytestmark = pytest.mark.browser
 
@@ -120,7 +120,7 @@ def test_the_camera_is_on_every_tab_and_one_key_enlarges_it(page, shoot):
     shoot("camera-corner", 1_500)
     page.keyboard.press("c")
     expect(camera).to_have_attribute("data-size", "full")
-    box, panel = camera.bounding_box(), _panel(page)
+    box, panel = box_at_rest(camera), _panel(page)
     assert box["x"] + box["width"] <= panel["x"] + 1, "the panel stays free"
     assert box["width"] > 0.6 * page.viewport_size["width"]
     shoot("camera-full", 1_500)
@@ -133,7 +133,7 @@ def test_the_camera_is_on_every_tab_and_one_key_enlarges_it(page, shoot):
 
 
 def _panel(page):
-    return page.frame_locator("#view").locator("[data-dock-region='right']").bounding_box()
+    return box_at_rest(page.frame_locator("#view").locator("[data-dock-region='right']"))
 
 
 def test_what_is_drawn_in_can_be_chosen(page):
@@ -218,14 +218,14 @@ def test_one_key_shows_the_plan_with_rooms_furniture_and_scale(page, shoot):
     expect(page.get_by_role("button", name="Rename the room living room")).to_be_visible()
     expect(page.locator("#plan-none")).to_be_hidden()
     shoot("plan", 3_000)
-    box, panel = plan.bounding_box(), _panel(page)
+    box, panel = box_at_rest(plan), _panel(page)
     assert box["x"] + box["width"] <= panel["x"] + 1, "the panel stays free"
 
 
 def test_two_clicks_measure_and_so_does_the_keyboard(page, shoot):
     page.keyboard.press("m")
     expect(page.locator("#plan-answer")).to_contain_text("Click two points")
-    box = page.locator("#plan-picture").bounding_box()
+    box = box_at_rest(page.locator("#plan-picture"))
     middle = box["y"] + 0.3 * box["height"]
     page.mouse.click(box["x"] + 300, middle)
     page.mouse.click(box["x"] + 500, middle)
@@ -575,7 +575,7 @@ def test_who_carries_the_camera_is_led_by_an_arrow_and_metres(page, parts, shoot
     page.set_viewport_size({"width": 390, "height": 844})
     page.wait_for_timeout(1_000)
     shoot("phone-walk", 800)
-    box, words = card.bounding_box(), do.bounding_box()
+    box, words = box_at_rest(card), box_at_rest(do)
     assert box["x"] >= 0
     assert box["x"] + box["width"] <= 390
     assert words["height"] >= 32, "readable at arm's length"
@@ -600,10 +600,11 @@ def test_camera_and_plan_fit_a_phone(page, shoot):
     page.set_viewport_size({"width": 390, "height": 844})
     page.wait_for_timeout(1_500)
     shoot("phone-corner", 1_500)
-    assert page.locator("#camera").bounding_box()["y"] < 200, "above the panel"
+    assert box_at_rest(page.locator("#camera"))["y"] < 200, "above the panel"
     for opened, key in (("plan", "p"), ("camera", "c")):
         page.keyboard.press(key)
-        box = page.locator(f"#{opened}").bounding_box()
+        expect(page.locator(f"#{opened}")).to_have_attribute("data-size", "full")
+        box = box_at_rest(page.locator(f"#{opened}"))
         assert box["x"] >= 0
         assert box["x"] + box["width"] <= 390
         for name in page.locator(f"#{opened} button:visible").all():

@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from app.messages import keys
-from tests.chromium import PATIENCE_MS, new_window, open_browser
+from tests.chromium import PATIENCE_MS, box_at_rest, new_window, open_browser
 
 pytestmark = pytest.mark.browser
 
@@ -150,9 +150,7 @@ def test_everything_of_the_search_fits_without_scrolling(home, page):
     view = _view(page)
     folder = view.get_by_text("Reasons and corrections")
     expect(folder).to_be_visible()
-    page.wait_for_timeout(1500)
-    box = folder.bounding_box()
-    assert box is not None
+    box = box_at_rest(folder)
     assert box["y"] + box["height"] < 900
 
 
@@ -405,8 +403,7 @@ def test_a_first_visit_is_introduced_and_the_next_one_is_not(shared, browser, ho
     window = new_window(browser, 390, 844, is_first_visit=True)
     page = window.new_page()
     page.goto(shared.console.url)
-    panel = _view(page).locator("[data-dock-region='right']").bounding_box()
-    assert panel is not None
+    panel = box_at_rest(_view(page).locator("[data-dock-region='right']"))
     assert (panel["x"], panel["width"]) == (0, 390), "a phone's panel is below the map"
     card = page.locator("#introduction")
     expect(card).to_contain_text("1 of 5")
@@ -432,3 +429,28 @@ def test_a_first_visit_is_introduced_and_the_next_one_is_not(shared, browser, ho
     page.keyboard.press("Escape")
     expect(card).to_be_hidden()
     window.close()
+
+
+def test_frames_for_messages_are_spaced_until_somebody_uses_the_page(shared):
+    page = shared.window.new_page()
+    page.goto(f"{shared.console.url}/assets/draw_rate.js")
+    page.add_script_tag(url="draw_rate.js")
+    frames = """async (isUsed) => {
+        let frames = 0, due = false;
+        const draw = () => { due = true; };
+        ipponDrawRate.frame_ms = 100;
+        const end = performance.now() + 1200;
+        while (performance.now() < end) {
+            ipponDrawRate.usedAt = isUsed ? performance.now() : -1e9;
+            ipponDrawRate.request(draw);
+            await new Promise((resolve) => setTimeout(resolve, 10));
+            if (!due) continue;
+            due = false;
+            frames += 1;
+            ipponDrawRate.drawn(draw);
+        }
+        return frames;
+    }"""
+    assert 1 <= page.evaluate(frames, False) <= 4, "every 400 ms"
+    assert page.evaluate(frames, True) > 10
+    page.close()
