@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 
 from app.messages.scene import FoundObject
-from app.messages.status import FindReport
+from app.messages.status import FindReport, Status
 from app.view.colors import FOUND, ORANGE, Rgb, linear
 from app.view.model.candidates import Candidate
 
@@ -46,7 +46,7 @@ class FindLayer:
         self._labels: list[Any] = []
 
     def draw(self, marks: tuple[ObjectMark, ...], visible: bool, named: bool = True) -> None:
-        """ObjectReplace the drawn marks."""
+        """Replace the drawn marks."""
         shown = marks[:_SHOWN] if visible else ()
         for n, mark in enumerate(shown):
             self._draw_mark(n, mark, named)
@@ -78,7 +78,7 @@ def marks_of(
     detections: tuple[FoundObject, ...],
     rejected: tuple[FindReport, ...] = (),
 ) -> tuple[ObjectMark, ...]:
-    """ObjectReturn marks of the find and the candidates, the most probable first.
+    """Return marks of the find and the candidates, the most probable first.
 
     Candidates inside the find and rejected ones are omitted.
     """
@@ -108,7 +108,7 @@ def marks_of(
 
 
 def places_of(candidates: tuple[Candidate, ...]) -> tuple[ObjectMark, ...]:
-    """ObjectReturn marks of the listed candidates of a search without find, with their numbers."""
+    """Return marks of the listed candidates of a search without find, with their numbers."""
     return tuple(
         ObjectMark(
             center_world=candidate.point_world,
@@ -118,6 +118,28 @@ def places_of(candidates: tuple[Candidate, ...]) -> tuple[ObjectMark, ...]:
         )
         for n, candidate in enumerate(candidates, start=1)
     )
+
+
+def found_before(status: Status) -> tuple[ObjectMark, ...]:
+    """Return marks of what the search or tour has found before its present find, by number."""
+    goals = status.tour or [goal for goal in (status.goal,) if goal is not None]
+    marks: list[ObjectMark] = []
+    for goal in goals:
+        places = list(goal.counted)
+        is_present = status.find is not None and status.find.goal_id == goal.goal_id
+        if goal.outcome == "found" and goal.position_world is not None and not is_present:
+            places.append(goal.position_world)
+        name = goal.display or goal.object.replace("_", " ")
+        marks += [
+            ObjectMark(
+                center_world=place,
+                size_m=(_PLACE_M, _PLACE_M, _PLACE_M),
+                text=name if goal.count == 1 else f"{name} {n}",
+                found=True,
+            )
+            for n, place in enumerate(places, start=1)
+        ]
+    return tuple(marks)
 
 
 def _is_ruled_out(detection: FoundObject, rejected: FindReport) -> bool:

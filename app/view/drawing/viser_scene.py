@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from app.view.drawing.derived_layers import DerivedLayers
-from app.view.drawing.find_layer import FindLayer, ObjectMark, marks_of, places_of
+from app.view.drawing.find_layer import FindLayer, ObjectMark, found_before, marks_of, places_of
 from app.view.drawing.overlay_layer import OverlayLayer
 from app.view.drawing.robot_layer import RobotLayer
 from app.view.drawing.tree_layer import TreeLayer
@@ -165,6 +165,9 @@ class ViserScene:
 
 def _marks(model: SceneModel) -> tuple[ObjectMark, ...]:
     status = model.status
-    if status is not None and status.state == "exhausted":
-        return places_of(model.candidates())
-    return marks_of(None if status is None else status.find, model.detections, model.rejected)
+    if status is None:
+        return marks_of(None, model.detections, model.rejected)
+    before = found_before(status)
+    if status.state == "exhausted":
+        return (*before, *places_of(model.candidates()))
+    return (*before, *marks_of(status.find, model.detections, model.rejected))

@@ -13,9 +13,9 @@ from app.messages import keys
 from app.messages.images import CompressedColor, StampedCamera
 from app.messages.motion import StampedPath, StampedTransform
 from app.messages.scene import FoundObject
-from app.messages.status import FarEvidenceCells, LevelRow, LevelTable
+from app.messages.status import FarEvidenceCells, GoalStatus, LevelRow, LevelTable
 from app.nodes.navigator.config import NavigatorConfig
-from app.view.drawing.find_layer import marks_of
+from app.view.drawing.find_layer import found_before, marks_of
 from app.view.drawing.viser_scene import ALL_PARTS, ViserScene
 from app.view.model.scene_model import SceneModel
 from app.view.model.scene_reader import SceneReader
@@ -222,6 +222,25 @@ def test_likely_places_are_amber_and_the_find_is_green(make):
     marks = marks_of(report, places)
     assert [(mark.text, mark.found) for mark in marks] == [("hat 90%", True), ("hat? 40%", False)]
     assert [mark.found for mark in marks_of(None, places)] == [False, False]
+
+
+def test_what_was_found_before_keeps_its_box(make):
+    two = GoalStatus(
+        goal_id=1, object="chair", count=3, outcome="active",
+        counted=[(1.0, 2.0, 0.4), (3.0, 2.0, 0.4)],
+    )  # fmt: skip
+    marks = found_before(make.status(goal=two))
+    assert [(mark.text, mark.center_world[0]) for mark in marks] == [
+        ("chair 1", 1.0),
+        ("chair 2", 3.0),
+    ]
+    assert all(mark.found for mark in marks)
+    keys, hat = (
+        GoalStatus(goal_id=n, object=name, outcome="found", position_world=(n, 0.0, 0.4))
+        for n, name in ((2, "keys"), (3, "hat"))
+    )
+    status = make.status(goal=hat, tour=[keys, hat], find=make.find(goal_id=3))
+    assert [mark.text for mark in found_before(status)] == ["keys"], "the hat is the present find"
 
 
 def test_a_rejected_find_leaves_no_box(make):
