@@ -1,14 +1,10 @@
-"""The folder of an evaluation: one file per row, the settings, and a Parquet of all rows."""
+"""The folder of an evaluation: one file per row, the settings, and all rows as JSON Lines."""
 
 import dataclasses
 import json
-import typing
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
-
-import pyarrow as pa
-import pyarrow.parquet as pq
 
 from app.evaluation.errors import EvaluationError
 from app.homes import home_key
@@ -17,15 +13,9 @@ from ippon.evaluation.episode_generation import home_file_name
 from ippon.evaluation.row import EpisodeRow, row_from
 
 RUN_FILE = "run.json"
-TABLE_FILE = "episodes.parquet"
+TABLE_FILE = "episodes.jsonl"
 SESSIONS = "sessions"
 """Folder of recorded episodes."""
-_ARROW_TYPES: dict[Any, Any] = {
-    str: pa.string(),
-    bool: pa.bool_(),
-    int: pa.int64(),
-    float: pa.float64(),
-}
 
 
 class EvaluationFolder:
@@ -163,9 +153,9 @@ class EvaluationFolder:
                 f"{self.path} holds no results; make some with `ippon eval run --out {self.path}`"
             )
         try:
-            values = pq.read_table(table).to_pylist()
-            return tuple(row_from(v) for v in values)
-        except (OSError, ValueError) as error:
+            lines = table.read_text(encoding="utf-8").splitlines()
+            return tuple(row_from(json.loads(line)) for line in lines)
+        except (OSError, ValueError, TypeError) as error:
             raise EvaluationError(f"{table} is damaged: {error}") from error
 
     def settings(self) -> dict[str, Any]:
@@ -183,15 +173,10 @@ class EvaluationFolder:
             ) from error
 
     def merge(self) -> int:
-        """Write all rows into one Parquet file; return their number."""
+        """Write all rows into one file, a line each; return their number."""
         rows = self.rows()
-        columns = {
-            f.name: [getattr(row, f.name) for row in rows] for f in dataclasses.fields(EpisodeRow)
-        }
-        table = pa.table(columns, schema=_schema())
-        content = pa.BufferOutputStream()
-        pq.write_table(table, content, compression="zstd")
-        replace_file(self.path / TABLE_FILE, content.getvalue().to_pybytes())
+        lines = (json.dumps(dataclasses.asdict(row)) + "\n" for row in rows)
+        replace_file(self.path / TABLE_FILE, "".join(lines).encode())
         return len(rows)
 
     def _rows_by_file(self) -> tuple[EpisodeRow, ...]:
@@ -210,21 +195,6 @@ def _with_configurations_of(old: dict[str, Any], new: dict[str, Any]) -> dict[st
 
 def _fit_for_a_file(name: str) -> str:
     return "".join(c if c.isalnum() or c in "_-. " else "_" for c in name)
-
-
-def _schema() -> Any:
-    """Derive the Parquet schema from the row type, so that an empty column has a type as well."""
-    hints = typing.get_type_hints(EpisodeRow)
-    fields: list[Any] = []
-    for field in dataclasses.fields(EpisodeRow):
-        kind = hints[field.name]
-        if typing.get_origin(kind) is tuple:
-            fields.append(pa.field(field.name, pa.list_(pa.float64())))
-        elif typing.get_origin(kind) is typing.Literal:
-            fields.append(pa.field(field.name, pa.string()))
-        else:
-            fields.append(pa.field(field.name, _ARROW_TYPES[kind]))
-    return pa.schema(fields)
 
 
 def _read_row(path: Path) -> EpisodeRow:

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 from fractions import Fraction
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
 
-import av
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,8 +27,14 @@ POSE_NS: Final = 100_000_000
 """Time before a picture in which the robot's poses are read."""
 SCENE_PX: Final = 720
 QUALITY: Final = "23"
+NEEDS: Final = 'videos need PyAV: pip install "ippon[video]" (100 MB)'
 
 Pictures = Iterator[tuple[float, NDArray[np.uint8]]]
+
+
+def can_write() -> bool:
+    """Return whether the package that encodes videos is installed."""
+    return find_spec("av") is not None
 
 
 def write_camera_video(
@@ -37,7 +43,7 @@ def write_camera_video(
     """Write every camera image at its time.
 
     Raises:
-        RecordingError: There is no image.
+        RecordingError: There is no image, or no package that encodes it.
     """
     if not _write(path, _camera_pictures(session), session.recording.duration_s, on_progress):
         raise RecordingError(f"{session.recording.path} has no picture of a camera")
@@ -49,7 +55,7 @@ def write_scene_video(
     """Write the growing map from above.
 
     Raises:
-        RecordingError: There is no map.
+        RecordingError: There is no map, or no package that encodes it.
     """
     _write(path, _scene_pictures(session), session.recording.duration_s, on_progress)
 
@@ -110,6 +116,10 @@ def _camera_pictures(session: SessionData) -> Pictures:
 
 def _write(path: Path, pictures: Pictures, duration_s: float, on_progress: OnProgress) -> int:
     """Encode pictures with their times; return their number."""
+    try:
+        import av  # noqa: PLC0415
+    except ImportError as error:
+        raise RecordingError(NEEDS) from error
     count, last = 0, -1
     container: Any = None
     stream: Any = None

@@ -1,5 +1,6 @@
 """`ippon export`: a recording as files for other programs."""
 
+import sys
 import time
 from collections.abc import Callable
 from functools import partial
@@ -17,7 +18,7 @@ from app.export.report import write_report
 from app.export.scene_file import write_scene
 from app.export.session_data import OnProgress, SessionData, read_session_data
 from app.export.tables import write_csv, write_finds, write_tum
-from app.export.video import write_camera_video, write_scene_video
+from app.export.video import NEEDS, can_write, write_camera_video, write_scene_video
 from app.recording.errors import RecordingError
 from ippon import extensions
 
@@ -38,6 +39,7 @@ SLOW: Final[dict[str, tuple[str, Slow]]] = {
     "map-video": ("map.mp4", write_scene_video),
 }
 """Exports that read the whole file and report progress."""
+VIDEOS: Final = ("camera", "map-video")
 
 
 def run_export(command: Export) -> int:
@@ -90,7 +92,10 @@ def _write(session: SessionData, path: Path, write: Slow, bar: Progress) -> bool
 
 def _writers(command: Export) -> dict[str, Slow]:
     known = (*COLORED, *SLOW, *PLAIN, *extensions.names(extensions.EXPORTERS))
-    wanted = known if not command.what else tuple(command.what)
+    wanted = tuple(command.what or known)
+    if not command.what and not can_write():
+        print(f"ippon: {NEEDS}; the rest is written", file=sys.stderr)
+        wanted = tuple(name for name in wanted if name not in VIDEOS)
     unknown = [name for name in wanted if name not in known]
     if unknown:
         raise UsageError(
