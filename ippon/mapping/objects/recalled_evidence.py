@@ -1,14 +1,30 @@
 """Evidence for the object of interest that comes from memory, not from images."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
-from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, NOT_MAPPED, OCCUPIED, MapArrays
+from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, FREE, NOT_MAPPED, OCCUPIED, MapArrays
 from ippon.mapping.blocks import NO_SLAB
 from ippon.mapping.objects.posterior_arithmetic import ooi_code
 from ippon.mapping.voxel_map import VoxelMap
 
 _HALF_VOXEL = 0.5
+_BESIDE = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)])
+
+
+class RecalledEvidence(NamedTuple):
+    """What memory has added to a map."""
+
+    voxels: NDArray[np.int64]
+    """(M, 3) indices."""
+    log_odds: np.float32
+    """What each has at least."""
+    before: NDArray[np.float32]
+    """(M,) log-odds before."""
+    codes: NDArray[np.uint8]
+    """(M,) codes of the posterior before."""
 
 
 def recall_evidence(
@@ -16,10 +32,11 @@ def recall_evidence(
     centre_world: NDArray[np.float64],
     size_m: NDArray[np.float64],
     log_odds: float,
-) -> NDArray[np.int64]:
+) -> RecalledEvidence:
     """Give the surface voxels in a box at least some log-odds of being the object of interest.
 
-    Images weigh in afterwards, as they do on any evidence: they confirm it or wear it off.
+    Images weigh in afterwards, as they do on any evidence: they confirm it or wear it off. Voxels
+    without free space beside them are left out, because no image would ever show them.
 
     Args:
         voxel_map: The map.
@@ -28,7 +45,7 @@ def recall_evidence(
         log_odds: Natural logarithm.
 
     Returns:
-        (M, 3) the voxels, as indices.
+        The voxels, for `posterior_of` and `withdraw_evidence`.
     """
     pools, surface = voxel_map._pools, voxel_map.surface  # noqa: SLF001 - one package
     directory = voxel_map._directory  # noqa: SLF001 - one package
@@ -47,27 +64,62 @@ def recall_evidence(
     slots = pools.slot[pools.slab[rows]]
     inside = ((centre >= low) & (centre <= high)).all(axis=2)
     inside &= (slots != 0) & (pools.state[rows] == OCCUPIED)
+    inside[inside] = _beside_free(voxel_map.arrays(), voxel[inside])
     at = slots[inside]
-    surface.log_odds[at] = np.maximum(surface.log_odds[at], np.float32(log_odds))
+    before = surface.log_odds[at].copy()
+    surface.log_odds[at] = np.maximum(before, np.float32(log_odds))
     code = np.uint8(ooi_code(np.float32(log_odds)))
     codes = pools.ooi[pools.slab[rows]]
+    codes_before = codes[inside]
     codes[inside] = np.where(codes[inside] == NOT_MAPPED, code, np.maximum(codes[inside], code))
     pools.ooi[pools.slab[rows]] = codes
     pools.best_ooi[rows] = np.where(codes == NOT_MAPPED, 0, codes).max(axis=1, initial=0)
     changed = rows[inside.any(axis=1)]
     pools.revision[changed] = pools.appearance[changed] = voxel_map.revision
-    return voxel[inside]
+    return RecalledEvidence(voxel[inside], np.float32(log_odds), before, codes_before)
+
+
+def withdraw_evidence(voxel_map: VoxelMap, recalled: RecalledEvidence) -> None:
+    """Take back what memory has added to voxels that no image has shown since."""
+    pools, surface = voxel_map._pools, voxel_map.surface  # noqa: SLF001 - one package
+    rows, column = _places(voxel_map.arrays(), recalled.voxels)
+    slabs = pools.slab[rows]
+    slots = np.where((rows >= 0) & (slabs != NO_SLAB), pools.slot[slabs, column], 0)
+    kept = (slots != 0) & (surface.log_odds[slots] == recalled.log_odds)
+    kept &= recalled.before < recalled.log_odds
+    voxel_map.revision += 1
+    surface.log_odds[slots[kept]] = recalled.before[kept]
+    pools.ooi[slabs[kept], column[kept]] = recalled.codes[kept]
+    changed = np.unique(rows[kept])
+    codes = pools.ooi[pools.slab[changed]]
+    pools.best_ooi[changed] = np.where(codes == NOT_MAPPED, 0, codes).max(axis=1, initial=0)
+    pools.revision[changed] = pools.appearance[changed] = voxel_map.revision
 
 
 def posterior_of(arrays: MapArrays, voxels: NDArray[np.int64]) -> NDArray[np.float64]:
     """Return (M,) p(v in O) of (M, 3) voxels; 0 where there is no surface or no evidence."""
+    rows, column = _places(arrays, voxels)
+    codes = arrays.ooi[arrays.slab[rows], column]
+    there = (rows >= 0) & (arrays.state[rows, column] == OCCUPIED) & (codes != NOT_MAPPED)
+    return np.where(there, codes / 254.0, 0.0)
+
+
+def _beside_free(arrays: MapArrays, voxels: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return (M,) whether one of the six neighbours of (M, 3) voxels is free."""
+    around = (voxels[:, None] + _BESIDE).reshape(-1, 3)
+    rows, column = _places(arrays, around)
+    free = (rows >= 0) & (arrays.state[rows, column] == FREE)
+    return free.reshape(-1, len(_BESIDE)).any(axis=1)
+
+
+def _places(
+    arrays: MapArrays, voxels: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return (M,) pool rows of (M, 3) voxels, -1 outside all blocks, and columns within them."""
     block = (voxels >> 3) - arrays.origin_block
     inside = ((block >= 0) & (block < arrays.directory.shape)).all(axis=1)
     rows = np.full(len(voxels), -1, np.int64)
     x, y, z = block[inside].T
     rows[inside] = arrays.directory[x, y, z]
     i, j, k = (voxels & 7).T
-    column = (i << 6) | (j << 3) | k
-    codes = arrays.ooi[arrays.slab[rows], column]
-    there = (rows >= 0) & (arrays.state[rows, column] == OCCUPIED) & (codes != NOT_MAPPED)
-    return np.where(there, codes / 254.0, 0.0)
+    return rows, (i << 6) | (j << 3) | k

@@ -5,10 +5,14 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ippon.guidance.language.naming import is_instance_of
-from ippon.mapping.objects.recalled_evidence import posterior_of, recall_evidence
+from ippon.mapping.objects.recalled_evidence import (
+    RecalledEvidence,
+    posterior_of,
+    recall_evidence,
+    withdraw_evidence,
+)
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.memory.instance import Instance, Sighting
 from ippon.memory.instance_memory import InstanceMemory
@@ -29,7 +33,10 @@ class RecollectionConfig:
     """Of the surface where a thing was last seen, when it is searched for again; above
     `PlannerConfig.ooi_threshold` the robot goes there first. More needs more images to unlearn."""
     disproved_probability: float = 0.3
-    """Below this in all its voxels a thing is not there any more; more gives it up sooner."""
+    """Below this a voxel of a thing is not there any more; more gives it up sooner."""
+    hidden_share: float = 0.2
+    """Share of its voxels that may be left, because no image shows them, when a thing is not there
+    any more; more gives it up sooner."""
     update_every_s: float = 1.0
     """Interval at which the map's things are taken into memory."""
 
@@ -41,6 +48,8 @@ class RecollectionConfig:
                 "disproved_probability lies above 0 and below recalled_probability, that below 1, "
                 f"and update_every_s is not negative; got {low}, {high}, {self.update_every_s}"
             )
+        if not 0.0 <= self.hidden_share < 1.0:
+            raise ValueError(f"hidden_share lies in 0 to below 1; got {self.hidden_share}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,8 +57,7 @@ class _Recalled:
     """A thing that the present search takes from memory."""
 
     instance_id: int
-    voxels: NDArray[np.int64]
-    """(M, 3) indices."""
+    evidence: RecalledEvidence
 
 
 class Recollection:
@@ -104,10 +112,12 @@ class Recollection:
         for one in self.memory.instances() if named is None else (named,):
             if one.source == "search" and not one.is_gone and _answers(one, search):
                 size = np.array(one.size_m) + self._map.config.voxel_size_m
-                voxels = recall_evidence(self._map, np.array(one.position_world), size, log_odds)
-                self._recalled.append(_Recalled(instance_id=one.instance_id, voxels=voxels))
-        known = (self.memory.get(one.instance_id) for one in self._recalled)
-        return tuple(one for one in known if one is not None)
+                evidence = recall_evidence(self._map, np.array(one.position_world), size, log_odds)
+                if len(evidence.voxels):
+                    known = _Recalled(instance_id=one.instance_id, evidence=evidence)
+                    self._recalled.append(known)
+        recalled = (self.memory.get(one.instance_id) for one in self._recalled)
+        return tuple(one for one in recalled if one is not None)
 
     def exclude(self, search: Search) -> None:
         """Keep a search from what a person has said that it is not.
@@ -181,11 +191,16 @@ class Recollection:
             known = self.memory.get(recalled.instance_id)
             if known is None or known.is_gone:
                 continue
-            best = float(posterior_of(arrays, recalled.voxels).max(initial=0.0))
-            seen_again = any(_is_at(find, known) for find in search.candidates)
-            if best >= self._config.disproved_probability or seen_again:
+            believed = posterior_of(arrays, recalled.evidence.voxels)
+            there = float(np.mean(believed >= self._config.disproved_probability))
+            seen_again = any(
+                _is_at(find, known) and search.image_check.confirms(find)
+                for find in search.candidates
+            )
+            if there > self._config.hidden_share or seen_again:
                 left.append(recalled)
                 continue
+            withdraw_evidence(self._map, recalled.evidence)
             instance = self.memory.mark_gone(recalled.instance_id, now_ns)
             gone += [] if instance is None else [instance]
         self._recalled = left

@@ -108,6 +108,22 @@ def test_a_thing_that_was_moved_is_unlearned_and_found_elsewhere(first_day, room
     assert hats[0].last_seen_ns < NOW_NS + DAY_NS // 2 < hats[0].gone_ns
 
 
+def test_a_thing_that_lay_on_the_floor_is_unlearned(searcher, room):
+    robot = searcher([*room(8.0, 4.0), TABLE, SOFA, hat(6.0, 2.4, 0.0)], 1.0, 1.0)
+    recollection = Recollection(robot.mission.voxel_map, InstanceMemory())
+    robot.ask("hat")
+    recollection.begin(robot.mission.search)
+    live(robot, recollection, 90.0, NOW_NS)
+    assert robot.last.state is MissionState.FOUND
+    robot.rebuild([*room(8.0, 4.0), TABLE, SOFA, ON_SOFA])
+    robot.ask("hat", goal_id=2)
+    assert len(recollection.begin(robot.mission.search)) == 1
+    gone = live(robot, recollection, 120.0, NOW_NS + DAY_NS)
+    assert [one.label for one in gone] == ["hat"]
+    assert robot.last.state is MissionState.FOUND
+    assert len(robot.last.candidates) == 1, "nothing of the remembered place is left"
+
+
 def test_moved_furniture_is_unlearned(first_day, room):
     robot, recollection = first_day
     moved = ("sofa", "sofa", (5.0, 3.2, 0.0), (6.8, 3.9, 0.5))
