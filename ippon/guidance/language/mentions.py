@@ -132,6 +132,8 @@ def _misspelt(words: list[str], index: int, knowledge: Knowledge) -> Mention | N
     word = words[index]
     if len(word) < 4 or index == 0 or word in ADJECTIVES:
         return None
+    if words[index - 1] == "its" and word.endswith("ing"):
+        return None  # "Its raining".
     if words[index - 1] not in DETERMINERS and words[index - 1] not in RELATIONS:
         return None
     kind, place = _spelt(word, knowledge.room_types)

@@ -11,7 +11,7 @@ from ippon.guidance.language.requests.drafts import Draft, Reading
 from ippon.guidance.language.requests.goals import Relation
 from ippon.guidance.language.requests.modifiers import read_modifier
 from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
-from ippon.guidance.language.requests.relation_phrase import read_relation
+from ippon.guidance.language.requests.relation_phrase import is_room, read_relation
 from ippon.guidance.language.requests.utterance import hear
 from ippon.guidance.language.words import word_set
 
@@ -19,6 +19,13 @@ _SOFT: Final = ("likes to", "like to", "used to", "supposed to", "should be", "n
 _ABOUT = word_set(
     "it it's its they they're them he he's she she's one ones left leave put forgot forgotten saw "
     "seen see had kept keep dropped placed stored hid hidden laid looked checked searched"
+)
+
+
+_RELATIVE: Final = ("which", "that", "who", "whose")
+_TIMES = word_set(
+    "yesterday morning afternoon evening night noon tonight week weekend month year ago earlier "
+    "recently monday tuesday wednesday thursday friday saturday sunday"
 )
 
 
@@ -77,7 +84,9 @@ def _begins_request(reading: Reading, index: int) -> bool:
 def state(reading: Reading, words: str, targets: list[Draft]) -> None:
     """Take what a clause says about the place of objects."""
     told = False
-    content = [word for word in hear(words).words(0, 400) if word not in ENGLISH]
+    heard = hear(words).words(0, 400)
+    content = [word for word in heard if word not in ENGLISH]
+    kept = bool(content) or bool(_TIMES & set(heard)) or (len(heard) > 1 and heard[0] in _RELATIVE)
     for goal in targets:
         ooi = resolve_object(goal.head, ()).canonical if goal.head else None
         claims = read_context(words, (), ooi=ooi).claims
@@ -93,7 +102,7 @@ def state(reading: Reading, words: str, targets: list[Draft]) -> None:
             for one in _relations_of(words):
                 told = True
                 goal.relate(one)
-        if told or claims or content:
+        if told or claims or kept:
             goal.note(words)
     if not told and content:
         reading.unused.append(words.strip())
@@ -134,6 +143,11 @@ def skip_declined(reading: Reading, index: int) -> int:
         Index after it; `index` where no such words stand.
     """
     said = reading.said
+    place = reading.match(phrases.PLACE_DECLINED, index)
+    room = read_noun_phrase(said, place) if place > index else None
+    if room is not None and is_room(room.head):
+        decline_place(reading, room.head)
+        return room.end
     start = reading.match(phrases.DECLINED, index)
     phrase = read_noun_phrase(said, start) if start > index else None
     if phrase is None:
@@ -142,4 +156,16 @@ def skip_declined(reading: Reading, index: int) -> int:
     while end < len(said) and not said.breaks(end) and said.word(end) not in ("but", "and"):
         end += 1
     reading.unused.append(said.said(index, end))
+    reading.declined = phrase
     return end
+
+
+def decline_place(reading: Reading, room: str) -> None:
+    """Take a room as the place of no object: of the list before, else of those that follow."""
+    place = Relation(relation="in", place=room, negated=True)
+    for goal in reading.drafts[reading.list_start :]:
+        goal.relate(place)
+        goal.note(place.text)
+    if not reading.drafts:
+        reading.places.append(place)
+        reading.before.append(place.text)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Final
 
 from rapidfuzz.distance import OSA
 
@@ -24,6 +25,11 @@ _SIZES = ("a3", "a4", "a5", "aa", "aaa", "xs", "xl", "xxl")
 _POSTPOSED = ("wood", "metal", "plastic", "leather", "steel")
 """Materials that follow the noun in the English of some: "a chair wood"."""
 
+_KINDS: Final[dict[str, AttributeKind]] = {
+    "colour": "colour", "color": "colour", "coloured": "colour", "colored": "colour",
+    "size": "size", "sized": "size", "shape": "shape", "shaped": "shape",
+}  # fmt: skip
+
 
 @dataclass(frozen=True, slots=True)
 class NamedHead:
@@ -40,6 +46,7 @@ def name_head(
     spoken: list[str], words: list[str], count: int | str | None, knowledge: Knowledge
 ) -> NamedHead:
     """Tell the head of a noun phrase from what describes it."""
+    words = _without_kinds(words, knowledge)
     if words[-1] in ("one", "ones"):
         attributes, nouns = _describe(words[:-1])
         attributes += [Attribute(kind="other", value=noun) for noun in nouns]
@@ -73,6 +80,18 @@ def name_head(
     crowded = crowded or any(noun in ("keys", "glasses", "shoes") for noun in nouns)
     head = " ".join([*nouns, head])
     return NamedHead(head, [*attributes, *_describe(after)[0]], known, corrected, crowded)
+
+
+def _without_kinds(words: list[str], knowledge: Knowledge) -> list[str]:
+    """Leave out what only says of which kind an attribute is: "blue colour", "round shape"."""
+    return [
+        word
+        for n, word in enumerate(words)
+        if n == 0
+        or _KINDS.get(word) is None
+        or _KINDS[word] != listed_kind(words[n - 1])
+        or knowledge.find(" ".join(words[n : n + 2])) is not None
+    ]
 
 
 def _head_start(words: list[str], knowledge: Knowledge) -> int | None:

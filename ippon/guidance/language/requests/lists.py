@@ -4,15 +4,16 @@ from dataclasses import replace
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.mentions import room_phrases
 from ippon.guidance.language.requests import phrases
-from ippon.guidance.language.requests.clauses import state
+from ippon.guidance.language.requests.clauses import decline_place, state
 from ippon.guidance.language.requests.determiners import NUMBERS
 from ippon.guidance.language.requests.drafts import Draft, Reading, draft
 from ippon.guidance.language.requests.goals import Order, Relation
 from ippon.guidance.language.requests.modifiers import read_modifier
 from ippon.guidance.language.requests.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.requests.phrases import PRONOUNS
-from ippon.guidance.language.requests.relation_phrase import read_relation
+from ippon.guidance.language.requests.relation_phrase import is_room, read_relation
 from ippon.guidance.language.requests.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
@@ -114,6 +115,10 @@ def _drop_destination(reading: Reading) -> None:
                 break
 
 
+def _is_in_room(place: Relation) -> bool:
+    return is_room(place.place) or bool(room_phrases(place.place))
+
+
 def share(reading: Reading) -> None:
     """Let the objects of one list share the place that is said at its end."""
     _replace_by_parts(reading)
@@ -126,7 +131,7 @@ def share(reading: Reading) -> None:
         return
     shared = [
         place for place in last.relations
-        if place not in reading.places and (last.phrase.shared or is_room(place.place))
+        if place not in reading.places and (last.phrase.shared or _is_in_room(place))
     ]  # fmt: skip
     if not shared:
         return
@@ -202,12 +207,18 @@ def _take(reading: Reading, phrase: NounPhrase, order: Order, asked: str) -> Non
 def _refer(reading: Reading, goal: Draft) -> None:
     """Let "the blue one" name what was asked for before."""
     before = next((one.head for one in reversed(reading.drafts) if one.head), "")
+    declined = reading.declined
+    if not before and declined is not None and declined.head:
+        before = declined.head
+        goal.attributes += [replace(one, negated=True) for one in declined.attributes]
+        reading.unused.pop()
     if not before and reading.previous:
         before = reading.previous[-1].object
         goal.reference = goal.reference or "same"
     if before:
         goal.head = before
-        goal.display = " ".join([*(one.value for one in goal.attributes), before])
+        said = [one.value for one in goal.attributes if not one.negated]
+        goal.display = " ".join([*said, before])
 
 
 def read_modifiers(reading: Reading, index: int) -> int:
@@ -280,6 +291,9 @@ def not_this(reading: Reading, index: int) -> int:
     phrase = read_noun_phrase(said, index + 1)
     if phrase is None or reading.drafts:
         return index
+    if is_room(phrase.head) and said.breaks(phrase.end):
+        decline_place(reading, phrase.head)
+        return phrase.end
     at = phrase.end + (said.word(phrase.end) in ("but", "just", "only"))
     other = read_noun_phrase(said, at)
     if other is None or (at == phrase.end and not said.breaks(at)):
@@ -314,12 +328,6 @@ def continues(reading: Reading, index: int) -> bool:
         separator(reading, index) is not None
         or read_modifier(reading.said, index, reading.drafts[-1].probe()) > index
     )
-
-
-def is_room(head: str) -> bool:
-    """Tell whether a name is that of a room and of no thing."""
-    knowledge = load_knowledge()
-    return knowledge.room(head) is not None and knowledge.find(head) is None
 
 
 def count_again(said: Utterance, index: int) -> int:

@@ -57,14 +57,22 @@ TASK: Final = re.compile(
 )
 """What shall be done with the object, which a search does not do."""
 DECLINED: Final = re.compile(
-    r"(?:don't|dont|do not|please don't|never|stop|no need to|you needn't)"
+    r"(?:(?:don't|dont|do not|please don't|never|stop|no need to|you needn't)"
     r" (?:look(?:ing)?|search(?:ing)?|find(?:ing)?|fetch(?:ing)?|bring(?:ing)?|get|locate)"
+    r"|(?:i|we) (?:don't|dont|do not|didn't|did not) (?:want|need|mean|ask for|require))"
     r"(?: for| me)*\s+(?=the |a |an |my |our |any |his |her |their |that |this )",
     re.IGNORECASE,
 )
 """What says which object not to search for."""
+PLACE_DECLINED: Final = re.compile(
+    r"(?:don't|dont|do not|no need to|you needn't|no point in|no use|skip|never mind|forget)"
+    r"(?: (?:bother|look|search|check|go|try|about)(?:ing)?)*"
+    r"(?: (?:with|in|into|on|at|to|inside|around|through))* +(?=(?:the|my|our|your|his|her) )",
+    re.IGNORECASE,
+)
+"""What says which room not to search."""
 GO: Final = re.compile(
-    r"\b(?:go|drive|navigate|walk|head|move|run|pop|nip|look|check|search|"
+    r"\b(?:go|drive|navigate|walk|head|move|run|pop|nip|look|check|search|try|"
     r"inspect|scan|explore|comb|patrol)"
     r"(?: over| down| up| straight| out| through| around)*(?: (?:in|to|into|on|at|inside|under))? "
     r"(?P<place>[^.,;!?]{2,60}?),? (?P<end>and(?: then)?|for)\b ",
@@ -80,7 +88,7 @@ TOLD: Final = re.compile(
     r"\b(?:i|we|he|she|they|i've|we've|i have|somebody|someone|(?:my|our|the) \w+(?: \w+)?|"
     r"must have|may have|might have)"
     r"(?: must have| may have| have| has| had| just| probably| also| last)*"
-    r" (?:last had|used|wore|saw|kept|was wearing|left|forgot|forgotten|put|placed|dropped|"
+    r" (?:last had|had(?: on)?(?= (?:my|our|his|her|their) )|used|wore|saw|kept|was wearing|left|forgot|forgotten|put|placed|dropped|"
     r"laid|stored|hid|took|taken|hidden|moved|stole|borrowed|lost|misplaced)\s+",
     re.IGNORECASE,
 )

@@ -16,7 +16,6 @@ from ippon.guidance.language.requests.lists import (
     continues,
     count_again,
     drop_rooms,
-    is_room,
     is_searched_inside,
     not_this,
     read_goals,
@@ -27,7 +26,7 @@ from ippon.guidance.language.requests.lists import (
 from ippon.guidance.language.requests.modifiers import read_modifier
 from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
 from ippon.guidance.language.requests.phrases import PRONOUNS
-from ippon.guidance.language.requests.relation_phrase import read_relation
+from ippon.guidance.language.requests.relation_phrase import is_room, read_relation
 from ippon.guidance.language.requests.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
@@ -154,7 +153,8 @@ class RequestReader:
             relations = [] if everywhere else [Relation(relation=relation_word, place=place.head)]
         if not relations and not everywhere:
             return index
-        self.reading.places = [
+        denied = [one for one in self.reading.places if one.negated]
+        self.reading.places = denied + [
             replace(one, negated=one.negated or looked is not None) for one in relations
         ]
         self.reading.before.append(said.said(index, end - 1))
@@ -199,8 +199,11 @@ class RequestReader:
             if asked.lower().startswith(("how many", "count")):
                 self.reading.drafts[-1].count = "all"
             return after
-        again = self.reading.match(phrases.ASKED, start) if start < len(said) else start
-        return start if again > start else index
+        if start == len(said):
+            return index
+        nested = self.reading.drafts or self.reading.match(phrases.TOLD, start) == start
+        again = self.reading.match(phrases.ASKED, start)
+        return index if nested and again == start else start
 
     def _told(self, index: int) -> int:
         """Read "I left my phone in the kitchen" as a request for the phone."""
@@ -281,12 +284,12 @@ class RequestReader:
     def _correction(self, index: int) -> int:
         """Read "no, the scarf" after an object: it takes the place of the one before."""
         said = self._said
-        if not self.reading.drafts or index == 0:
+        after = said.corrected(index, phrases.CORRECTIONS)
+        if after == index:
             return index
-        length = said.starts(index, phrases.CORRECTIONS)
-        if not length:
-            return index
-        start = self._skip_asking(index + length)
+        if not self.reading.drafts:
+            return after if after > index + 1 else index
+        start = self._skip_asking(after)
         last = self.reading.drafts[-1]
         relation = read_relation(said, start, verbs=False)
         if relation is not None:

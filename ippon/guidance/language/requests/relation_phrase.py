@@ -85,6 +85,12 @@ def read_relation(said: Utterance, start: int, *, verbs: bool = True) -> Relatio
     return None
 
 
+def is_room(head: str) -> bool:
+    """Tell whether a name is that of a room and of no thing."""
+    knowledge = load_knowledge()
+    return knowledge.room(head) is not None and knowledge.find(head) is None
+
+
 def _prepositions(said: Utterance, index: int) -> tuple[list[str], int]:
     """Return the prepositions at an index ("on or under"), and where the place begins."""
     found: list[str] = []

@@ -9,10 +9,10 @@ from ippon.guidance.language.languages import other_language
 from ippon.guidance.language.naming import is_instance_of, resolve_object
 from ippon.guidance.language.requests.drafts import Draft, draft
 from ippon.guidance.language.requests.goals import Goal, Request, unchecked
-from ippon.guidance.language.requests.lists import is_room
 from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
 from ippon.guidance.language.requests.phrases import CODE, SAME
 from ippon.guidance.language.requests.reader import RequestReader
+from ippon.guidance.language.requests.relation_phrase import is_room
 from ippon.guidance.language.requests.utterance import hear
 
 MAX_OBJECT_CHARS: Final = 80

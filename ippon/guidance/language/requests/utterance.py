@@ -8,10 +8,25 @@ from functools import lru_cache
 from rapidfuzz.distance import OSA
 
 from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.context_words import RELATIONS
 from ippon.guidance.language.languages import ENGLISH
 from ippon.guidance.language.words import ADJECTIVES, Token, plain, tokenize
 
-_FILLERS = re.compile(r"\b(?:u+h+m*|u+m+|erm?|e+h+|h+m+|m{3,}|a+h+)\b[\s,.…]*", re.IGNORECASE)
+_FILLER = r"\b(?:u+h+m*|u+m+|erm?|e+h+|h+m+|m{3,}|a+h+)\b[\s,.…]*"
+_FILLERS = re.compile(_FILLER, re.IGNORECASE)
+_RESTART = re.compile(
+    rf"\b((?:{'|'.join(sorted(RELATIONS, key=len, reverse=True))}) )"
+    rf"((?:(?:the|my|our|a|an|his|her) )?\w+(?: \w+)?),? {_FILLER}(?=\1)",
+    re.IGNORECASE,
+)
+"""A place that is said anew after a hesitation: "on the table, er, on the shelf"."""
+_WORD_SOUGHT = re.compile(
+    r"(?:\b(?:the|a|an|my)\b[\s,.…]+)?\b(?:what's|what is|whats|what do you|what d'you|how do you)"
+    r" (?:(?:it|that|its name|they|them) called|call (?:it|that|them)|say(?: it)?)\b[\s,.…?]*"
+    r"(?=(?:the|a|an|my) )",
+    re.IGNORECASE,
+)
+"""What fills the time while a word is sought: "the, what's it called, the tin opener"."""
 _REPEATED = re.compile(r"\b([a-z']+)(?:\s+\1\b)+", re.IGNORECASE)
 _THRICE = re.compile(r"\b([a-z']+)(?:\s+\1\b){2,}", re.IGNORECASE)
 _EARLY = re.compile(r"[^\W\d_]{3,}")
@@ -19,6 +34,8 @@ _VERBS = ("find", "where", "search", "looking", "bring", "fetch", "locate", "ple
 _BREAK = re.compile(r"[,.!?;:\n()\[\]…]|\s[-–—]+\s|[–—]")
 _HARD = re.compile(r"[.!?;\n…]")
 _SOUND = (
+    (re.compile(r"\b(?:teh|hte)\b", re.IGNORECASE), "the"),
+    (re.compile(r"\bout(?:t?a|ta)\b", re.IGNORECASE), "out of"),
     (re.compile(r"\bnon-(?=\w)", re.IGNORECASE), "non"),
     (re.compile(r"\b(mrs?|ms|dr|st|prof)\.", re.IGNORECASE), r"\1"),
     (re.compile(r"\s*[&+]\s*(?=\D)"), " and "),
@@ -26,7 +43,7 @@ _SOUND = (
     (re.compile(r"(?<=\d)[.,](?=\d)"), "\u2024"),
     (re.compile(r"(?<=\d)(?=(?:l|ml|cm|mm|m|kg|g|inch|litres?|liters?)\b)", re.IGNORECASE), " "),
     (
-        re.compile(r"\b(\w+)['’]s (?=(?:not|in|on|at|under|upstairs|probably)\b)", re.IGNORECASE),
+        re.compile(r"\b(\w+)['’]s (?=(?:not|in|on|at|under|upstairs|probably|gone|missing|lost)\b)", re.IGNORECASE),
         r"\1 is ",
     ),
     (
@@ -90,12 +107,22 @@ class Utterance:
         return best
 
 
+    def corrected(self, index: int, corrections: Iterable[str]) -> int:
+        """Return the index after what takes back the words before: "and no, never mind"."""
+        joined = self.word(index) in ("and", "but", "oh")
+        end = index + joined
+        while length := self.starts(end, corrections):
+            end += length
+        return index if end - index <= joined + (joined and self.word(end - 1) != "no") else end
+
+
 def hear(sentence: str) -> Utterance:
     """Take a sentence apart into words."""
     text = plain(re.sub(r"[\r\n]+", ". ", sentence))
     for sign, said in _SOUND:
         text = sign.sub(said, text)
-    text = _FILLERS.sub("", text)
+    text = _FILLERS.sub("", _RESTART.sub(r"\1\2, no, ", text))
+    text = _WORD_SOUGHT.sub("", text)
     text = _REPEATED.sub(_once, _THRICE.sub(r"\1", text))
     text = _EARLY.sub(lambda match: _verb(match.group().lower()) or match.group(), text, count=4)
     return Utterance(text, _whole_numbers(text, tokenize(text)))

@@ -94,7 +94,7 @@ def test_what_is_told_of_the_place_is_the_context(
         ("look for the thing that holds umbrellas", "may be anything"),
         ("show me the way to the bathroom", "is a room"),
         ("find the refridgerator", "corrected spelling"),
-        ("where did the quokka go after lunch", "no object"),
+        ("where did the quokka go after lunch", "not in the table"),
         ("<script>alert(1)</script>", "reads like code"),
         ("__import__('os').system('rm -rf /')", "reads like code"),
         ("find my hat {{7*7}}", "reads like code"),
