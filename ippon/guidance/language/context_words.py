@@ -211,7 +211,8 @@ ABSTRACT = word_set(
     "when who one two three next general particular order question plain sight view reach "
     "line display loan use danger trouble love january february march april may june july "
     "august september october november december spring summer autumn winter dark rain snow "
-    "sun weather colour color size shape possible best new few some many years days months weeks ago"
+    "sun weather colour color size shape possible best new few some many years days months weeks "
+    "ago"
 )
 """Nouns after a preposition that are not places in a home."""
 

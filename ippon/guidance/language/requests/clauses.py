@@ -12,7 +12,7 @@ from ippon.guidance.language.requests.goals import Relation
 from ippon.guidance.language.requests.modifiers import read_modifier
 from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
 from ippon.guidance.language.requests.relation_phrase import is_room, read_relation
-from ippon.guidance.language.requests.utterance import hear
+from ippon.guidance.language.requests.utterance import Utterance, hear
 from ippon.guidance.language.words import word_set
 
 _SOFT: Final = ("likes to", "like to", "used to", "supposed to", "should be", "not sure", "i think")
@@ -42,6 +42,15 @@ def clause_end(reading: Reading, start: int) -> int:
             break
         index += 1
     return index
+
+
+def ends_clause(said: Utterance, index: int) -> bool:
+    """Tell whether nothing more is said before a word of what stands before it."""
+    if said.breaks(index) or index >= len(said):
+        return True
+    return said.word(index) in ("and", "or", "nor", "but", "then", "because", "please") or (
+        read_relation(said, index) is not None
+    )
 
 
 def _asks_inside(reading: Reading, index: int) -> bool:

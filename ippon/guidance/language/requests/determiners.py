@@ -195,3 +195,12 @@ def may_be_noun(said: Utterance, index: int) -> bool:
     if not word or said.breaks(index) or " ".join(said.words(index, index + 2)) in PREPOSITIONS:
         return False
     return word == "of" or (word not in STOP and word not in PREPOSITIONS) or word in _LEADING
+
+
+def count_again(said: Utterance, index: int) -> int:
+    """Return the number of words of "four of them" or "two" that count what was named before."""
+    if said.word(index) not in NUMBERS:
+        return 0
+    if said.words(index + 1, index + 3) == ["of", "them"]:
+        return 3
+    return 1 if said.ends(index + 1) else 0

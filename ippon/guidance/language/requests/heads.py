@@ -78,7 +78,10 @@ def name_head(
     attributes, nouns = _describe(words[:start])
     crowded = sum(knowledge.find(noun) is not None for noun in nouns) > 1
     crowded = crowded or any(noun in ("keys", "glasses", "shoes") for noun in nouns)
-    head = " ".join([*nouns, head])
+    if known and not corrected and nouns:
+        head, corrected = _respelt_compound(nouns, head, knowledge)
+    else:
+        head = " ".join([*nouns, head])
     return NamedHead(head, [*attributes, *_describe(after)[0]], known, corrected, crowded)
 
 
@@ -144,6 +147,19 @@ def _respelt(words: list[str]) -> tuple[int | None, str]:
             return start, meant
     meant = _respelt_phrase(words[-1])
     return (len(words) - 1, meant) if meant else (None, "")
+
+
+def _respelt_compound(nouns: list[str], head: str, knowledge: Knowledge) -> tuple[str, bool]:
+    """Return a compound, and whether its spelling was corrected: "coffe mug"."""
+    whole = " ".join([*nouns, head])
+    misspelt = [noun for noun in nouns if len(noun) > 4 and knowledge.find(noun) is None]
+    if not misspelt or knowledge.find(whole) is not None:
+        return whole, False
+    near = [
+        name for name in knowledge.phrases
+        if name.endswith(f" {head}") and name[0] == whole[0] and OSA.distance(name, whole) == 1
+    ]  # fmt: skip
+    return (near[0], True) if near else (whole, False)
 
 
 def _single(words: Sequence[str], count: int | str | None, knowledge: Knowledge) -> str:

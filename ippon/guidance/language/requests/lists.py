@@ -6,19 +6,18 @@ from typing import Final
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.mentions import room_phrases
 from ippon.guidance.language.requests import phrases
+from ippon.guidance.language.requests.attributes import listed_kind
 from ippon.guidance.language.requests.clauses import decline_place, state
-from ippon.guidance.language.requests.determiners import NUMBERS
 from ippon.guidance.language.requests.drafts import Draft, Reading, draft
 from ippon.guidance.language.requests.goals import Order, Relation
 from ippon.guidance.language.requests.modifiers import read_modifier
 from ippon.guidance.language.requests.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.requests.phrases import PRONOUNS
 from ippon.guidance.language.requests.relation_phrase import is_room, read_relation
-from ippon.guidance.language.requests.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
 MAX_DRAFTS: Final = 60
-_BE = word_set("is are was were has have had will would can could should must might may says said")
+BE = word_set("is are was were has have had will would can could should must might may says said")
 
 _FOLLOWING = word_set(
     "and or then but with without that which please not pls it i they he she what called made "
@@ -26,12 +25,6 @@ _FOLLOWING = word_set(
     "of also again asap too except after next"
 )
 """Words that may follow an object which stands without a verb."""
-
-_OPENED = word_set(
-    "fridge refrigerator freezer cupboard cabinet drawer wardrobe closet bag box oven dishwasher "
-    "toolbox backpack suitcase basket bin car bathtub sink shed safe"
-)
-"""Places that are searched inside."""
 
 
 def separator(reading: Reading, index: int) -> tuple[Order, int, NounPhrase] | None:
@@ -77,7 +70,7 @@ def _is_item(reading: Reading, start: int, phrase: NounPhrase, *, lone: bool) ->
         return False
     if not phrase.head and not phrase.determined:
         return False
-    verb = following in _BE and not said.breaks(phrase.end)
+    verb = following in BE and not said.breaks(phrase.end)
     if verb and reading.match(phrases.GONE, phrase.end) == phrase.end:
         relation = read_relation(said, phrase.end)
         if relation is None:
@@ -150,10 +143,12 @@ def read_goals(reading: Reading, start: int, asked: str) -> int:
     if phrase is None:
         return start
     reading.list_start = len(reading.drafts)
+    apposed = False
     while True:
-        _take(reading, phrase, order, asked)
+        _take(reading, phrase, order, asked, apposed=apposed)
         index = read_modifiers(reading, phrase.end)
         following = separator(reading, index)
+        apposed = said.breaks(index) and said.word(index) in ("the", "my", "our", "his", "her")
         if following is None or len(reading.drafts) >= MAX_DRAFTS:
             break
         order, index, phrase = following
@@ -172,7 +167,9 @@ def _object_at(reading: Reading, index: int) -> NounPhrase | None:
     return read_noun_phrase(said, index)
 
 
-def _take(reading: Reading, phrase: NounPhrase, order: Order, asked: str) -> None:
+def _take(
+    reading: Reading, phrase: NounPhrase, order: Order, asked: str, *, apposed: bool = False
+) -> None:
     goal = draft(phrase, order if reading.drafts else "and", asked)
     told = next(
         (one for one in reading.drafts if one.head == goal.head and one.trigger == "told"),
@@ -183,7 +180,7 @@ def _take(reading: Reading, phrase: NounPhrase, order: Order, asked: str) -> Non
         reading.drafts.append(told)
         return
     last = reading.drafts[-1] if reading.drafts else None
-    if last is not None and not phrase.head and last.trigger.lower().startswith("there"):
+    if last is not None and not phrase.head and not last.attributes and _selects(last, asked):
         # "There are two umbrellas, I need the black one."
         for one in phrase.attributes:
             last.add(one)
@@ -195,13 +192,23 @@ def _take(reading: Reading, phrase: NounPhrase, order: Order, asked: str) -> Non
         state(reading, words, [goal])
     for place in reading.places:
         goal.relate(place)
-    if reading.drafts and not reading.drafts[-1].head and goal.head:
-        empty = reading.drafts[-1]
-        empty.head = goal.head
-        empty.display = " ".join([*(one.value for one in empty.attributes), goal.head])
+    if last is not None and not last.head and goal.head:
+        last.head = goal.head
+        last.display = " ".join([*(one.value for one in last.attributes), goal.head])
+        if goal.order == "and" and phrase.determined and not last.phrase.attributes and apposed:
+            # "The one with the lid, the big pot."
+            for one in goal.attributes:
+                last.add(one)
+            return
     reading.drafts.append(goal)
     # The next object of a list shares a place that was said first; what was told is used up.
     reading.before = []
+
+
+def _selects(last: Draft, asked: str) -> bool:
+    """Tell whether "I want the black one" selects from what was told before."""
+    wanted = asked.lower().startswith(("i ", "we ", "i'd", "we'd"))
+    return last.trigger.lower().startswith("there") or (wanted and last.trigger != asked)
 
 
 def _refer(reading: Reading, goal: Draft) -> None:
@@ -215,6 +222,11 @@ def _refer(reading: Reading, goal: Draft) -> None:
     if not before and reading.previous:
         before = reading.previous[-1].object
         goal.reference = goal.reference or "same"
+    nouns = [one for one in goal.attributes if one.kind == "other" and not listed_kind(one.value)]
+    if len(before.split()) > 1 and nouns and load_knowledge().find(before.split()[-1]) is not None:
+        # "An HDMI cable or a VGA one."
+        before = " ".join([*(one.value for one in nouns), before.split()[-1]])
+        goal.attributes = [one for one in goal.attributes if one not in nouns]
     if before:
         goal.head = before
         said = [one.value for one in goal.attributes if not one.negated]
@@ -328,17 +340,3 @@ def continues(reading: Reading, index: int) -> bool:
         separator(reading, index) is not None
         or read_modifier(reading.said, index, reading.drafts[-1].probe()) > index
     )
-
-
-def count_again(said: Utterance, index: int) -> int:
-    """Return the number of words of "four of them" or "two" that count what was named before."""
-    if said.word(index) not in NUMBERS:
-        return 0
-    if said.words(index + 1, index + 3) == ["of", "them"]:
-        return 3
-    return 1 if said.ends(index + 1) else 0
-
-
-def is_searched_inside(head: str) -> bool:
-    """Tell whether a place to search is a room or something with an inside."""
-    return is_room(head) or head.rsplit(maxsplit=1)[-1] in _OPENED

@@ -62,6 +62,8 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
     words = [word for word in said.words(index, end) if word not in ("and", "or")]
     if said.word(index) in PRONOUNS or not words:
         return None
+    if begun.reference and words in (["thing"], ["object"], ["item"], ["things"]):
+        words = ["one"]  # "The same thing".
     named = name_head(said.words(index, end), words, begun.count, knowledge)
     attributes = [*(begun.owners or []), *named.attributes]
     display = said.said(index, end)

@@ -88,7 +88,8 @@ TOLD: Final = re.compile(
     r"\b(?:i|we|he|she|they|i've|we've|i have|somebody|someone|(?:my|our|the) \w+(?: \w+)?|"
     r"must have|may have|might have)"
     r"(?: must have| may have| have| has| had| just| probably| also| last)*"
-    r" (?:last had|had(?: on)?(?= (?:my|our|his|her|their) )|used|wore|saw|kept|was wearing|left|forgot|forgotten|put|placed|dropped|"
+    r" (?:last had|had(?: on)?(?= (?:my|our|his|her|their) )|used|wore|saw|kept|was wearing|left|"
+    r"forgot|forgotten|put|placed|dropped|"
     r"laid|stored|hid|took|taken|hidden|moved|stole|borrowed|lost|misplaced)\s+",
     re.IGNORECASE,
 )

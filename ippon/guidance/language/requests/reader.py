@@ -2,21 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import RELATIONS
-from ippon.guidance.language.requests import phrases
+from ippon.guidance.language.requests import clauses, phrases
 from ippon.guidance.language.requests.attributes import listed_kind
-from ippon.guidance.language.requests.clauses import clause_end, skip_declined, state
-from ippon.guidance.language.requests.determiners import NUMBERS
+from ippon.guidance.language.requests.determiners import NUMBERS, count_again
 from ippon.guidance.language.requests.drafts import Reading
 from ippon.guidance.language.requests.goals import ALL, Goal, Relation
 from ippon.guidance.language.requests.lists import (
+    BE,
+    MAX_DRAFTS,
     continues,
-    count_again,
     drop_rooms,
-    is_searched_inside,
     not_this,
     read_goals,
     read_modifiers,
@@ -26,12 +24,14 @@ from ippon.guidance.language.requests.lists import (
 from ippon.guidance.language.requests.modifiers import read_modifier
 from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
 from ippon.guidance.language.requests.phrases import PRONOUNS
-from ippon.guidance.language.requests.relation_phrase import is_room, read_relation
+from ippon.guidance.language.requests.relation_phrase import (
+    is_room,
+    is_searched_inside,
+    read_relation,
+)
 from ippon.guidance.language.requests.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
-MAX_DRAFTS: Final = 60
-_BE = word_set("is are was were has have had will would can could should must might may says said")
 _SUBJECTS = word_set(
     "it its it's they they're them he she he's she's i i'm i've we we've you somebody someone mum "
     "mom dad my the there that this which who because since as when while after before so but "
@@ -99,7 +99,7 @@ class RequestReader:
         return self._context(index)
 
     def _declined(self, index: int) -> int:
-        return skip_declined(self.reading, index)
+        return clauses.skip_declined(self.reading, index)
 
     def _ordering(self, index: int) -> int:
         length = self._said.starts(index, phrases.FIRST)
@@ -229,7 +229,7 @@ class RequestReader:
             self.reading.drafts[self.reading.list_start :] if subject else self.reading.drafts[-1:]
         )
         relation = read_relation(said, index)
-        if relation is not None and not self._is_clause_end(relation.end):
+        if relation is not None and not clauses.ends_clause(said, relation.end):
             return index  # More is said, which the context tells.
         end = read_modifier(said, index, targets[-1])
         if end > index:
@@ -237,14 +237,6 @@ class RequestReader:
                 read_modifier(said, index, target)
             return read_modifiers(self.reading, end)
         return index
-
-    def _is_clause_end(self, index: int) -> bool:
-        said = self._said
-        if said.breaks(index) or index >= len(said):
-            return True
-        return said.word(index) in ("and", "or", "nor", "but", "then", "because", "please") or (
-            read_relation(said, index) is not None
-        )
 
     # -- lists ---------------------------------------------------------------------------------
 
@@ -297,7 +289,7 @@ class RequestReader:
             last.context = [said.said(start, relation.end)]
             return relation.end
         phrase = read_noun_phrase(said, start)
-        if phrase is None or (said.word(phrase.end) in _BE and not said.breaks(phrase.end)):
+        if phrase is None or (said.word(phrase.end) in BE and not said.breaks(phrase.end)):
             return index
         place = read_relation(said, phrase.end) if not said.breaks(phrase.end) else None
         if not phrase.head and place is not None and not phrase.attributes:
@@ -330,7 +322,7 @@ class RequestReader:
     def _context(self, index: int) -> int:
         """Take a clause as told beside the request."""
         said = self._said
-        end = clause_end(self.reading, index)
+        end = clauses.clause_end(self.reading, index)
         words = said.said(index, end)
         if all(word in PRONOUNS or word in ("and", "but", "so") for word in said.words(index, end)):
             return end
@@ -345,7 +337,7 @@ class RequestReader:
             return end
         clause = said.words(index, end)
         many = bool({"they", "they're", "them", "both"} & set(clause))
-        state(
+        clauses.state(
             self.reading,
             words,
             self.reading.drafts[self.reading.list_start :] if many else self.reading.drafts[-1:],

@@ -36,6 +36,11 @@ _DENYING = ("away from", "far from")
 _ONLY_PLACES = word_set("where to through along until about")
 _OWN_ROOMS = word_set("room bedroom office study room's bathroom studio flat house place apartment")
 _SPOTS = word_set("corner middle side back front end edge center centre top bottom")
+_OPENED = word_set(
+    "fridge refrigerator freezer cupboard cabinet drawer wardrobe closet bag box oven dishwasher "
+    "toolbox backpack suitcase basket bin car bathtub sink shed safe"
+)
+"""Places that are searched inside."""
 _MAX_PLACES = 6
 
 
@@ -89,6 +94,11 @@ def is_room(head: str) -> bool:
     """Tell whether a name is that of a room and of no thing."""
     knowledge = load_knowledge()
     return knowledge.room(head) is not None and knowledge.find(head) is None
+
+
+def is_searched_inside(head: str) -> bool:
+    """Tell whether a place to search is a room or something with an inside."""
+    return is_room(head) or head.rsplit(maxsplit=1)[-1] in _OPENED
 
 
 def _prepositions(said: Utterance, index: int) -> tuple[list[str], int]:

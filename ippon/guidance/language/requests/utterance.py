@@ -43,7 +43,10 @@ _SOUND = (
     (re.compile(r"(?<=\d)[.,](?=\d)"), "\u2024"),
     (re.compile(r"(?<=\d)(?=(?:l|ml|cm|mm|m|kg|g|inch|litres?|liters?)\b)", re.IGNORECASE), " "),
     (
-        re.compile(r"\b(\w+)['’]s (?=(?:not|in|on|at|under|upstairs|probably|gone|missing|lost)\b)", re.IGNORECASE),
+        re.compile(
+            r"\b(\w+)['’]s (?=(?:not|in|on|at|under|upstairs|probably|gone|missing|lost)\b)",
+            re.IGNORECASE,
+        ),
         r"\1 is ",
     ),
     (
@@ -105,7 +108,6 @@ class Utterance:
             if len(parts) > best and self.words(index, index + len(parts)) == parts:
                 best = len(parts)
         return best
-
 
     def corrected(self, index: int, corrections: Iterable[str]) -> int:
         """Return the index after what takes back the words before: "and no, never mind"."""

@@ -31,6 +31,7 @@ SETS = [
     "sentences_seventh.yaml",
     "sentences_eighth.yaml",
     "sentences_ninth.yaml",
+    "sentences_tenth.yaml",
 ]
 CONTEXTS = [
     ("find my hat, I think I left it on the sofa", "hat", "I think I left it on the sofa"),
