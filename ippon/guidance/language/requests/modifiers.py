@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from ippon.guidance.knowledge import load_knowledge
-from ippon.guidance.language.context_words import BELIEFS, DOUBTS, HABITS, NEGATIONS
+from ippon.guidance.language.context_words import NEGATIONS
 from ippon.guidance.language.naming import same_object
 from ippon.guidance.language.requests import phrases
 from ippon.guidance.language.requests.attributes import is_intensity, is_part, is_shade, listed_kind
@@ -11,7 +11,7 @@ from ippon.guidance.language.requests.drafts import Draft
 from ippon.guidance.language.requests.goals import Attribute, Relation
 from ippon.guidance.language.requests.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.requests.phrases import PREPOSITIONS
-from ippon.guidance.language.requests.relation_phrase import read_relation
+from ippon.guidance.language.requests.relation_phrase import is_guessed, read_relation
 from ippon.guidance.language.requests.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
@@ -24,8 +24,6 @@ _COVERS = word_set("frame cover sleeve binding wrapping")
 """Of these, "in a wooden frame" tells what a thing looks like, not where it is."""
 _PEOPLE = word_set("me us him her them you my mine")
 _MISSING = word_set("missing lost gone")
-_GUESSES = word_set("think believe guess suppose probably likely maybe perhaps possibly")
-"""Of a sentence before the object: "could" and "might" ask there."""
 
 
 def read_modifier(said: Utterance, index: int, goal: Draft) -> int:
@@ -171,6 +169,8 @@ def _is_noun(said: Utterance, index: int) -> bool:
 def _feature(said: Utterance, start: int, goal: Draft) -> int:
     """Read "with wheels", "and has a dinosaur on it", "without a handle"."""
     index = start
+    if said.word(index) == "whose":
+        return _whose(said, index, goal)
     index += said.word(index) in ("and", "but")
     index += said.word(index) in _SUBJECTS
     lacking = said.starts(index, phrases.LACKING)
@@ -187,6 +187,18 @@ def _feature(said: Utterance, start: int, goal: Draft) -> int:
         end += 2
     value = said.said(index, phrase.end)
     goal.add(Attribute(kind="feature", value=_without_article(value), negated=bool(lacking)))
+    return end
+
+
+def _whose(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "whose leg is broken"."""
+    phrase = read_noun_phrase(said, start + 1)
+    if phrase is None or said.word(phrase.end) not in _BE:
+        return start
+    end = phrase.end + 1
+    while end < len(said) and not said.breaks(end) and said.word(end) not in ("and", "or"):
+        end += 1
+    goal.add(Attribute(kind="feature", value=said.said(start + 1, end)))
     return end
 
 
@@ -263,27 +275,13 @@ def _relation(said: Utterance, start: int, goal: Draft) -> int:
     if phrase.relations[0].place in _COVERS:
         goal.add(Attribute(kind="feature", value=said.said(phrase.begin, phrase.end)))
         return phrase.end
-    guessed = phrase.soft or _is_soft(said, phrase.begin, phrase.end, goal)
+    guessed = phrase.soft or is_guessed(said, phrase, goal.phrase.end)
     for place in phrase.relations:
         # "It should be in the hall, but not on the floor": what is denied is certain.
         if not guessed or (place.negated and not phrase.soft):
             goal.relate(place)
     goal.note(said.said(phrase.begin, phrase.end))
     return phrase.end
-
-
-def _is_soft(said: Utterance, begin: int, end: int, goal: Draft) -> bool:
-    """Tell whether the sentence around a relation says that it is a guess or a habit."""
-    first, last = begin, end
-    while first > 0 and not said.ends(first):
-        first -= 1
-    while not said.ends(last):
-        last += 1
-    after = min(max(first, goal.phrase.end), begin)
-    doubts = BELIEFS | DOUBTS | HABITS
-    return bool(doubts & set(said.words(after, last))) or bool(
-        (doubts & _GUESSES) & set(said.words(first, after))
-    )
 
 
 def _topic(said: Utterance, start: int, goal: Draft) -> int:

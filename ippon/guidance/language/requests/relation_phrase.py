@@ -7,7 +7,14 @@ from typing import Final
 from rapidfuzz.distance import OSA
 
 from ippon.guidance.knowledge import load_knowledge
-from ippon.guidance.language.context_words import ABSTRACT, NEGATIONS, PARTS
+from ippon.guidance.language.context_words import (
+    ABSTRACT,
+    BELIEFS,
+    DOUBTS,
+    HABITS,
+    NEGATIONS,
+    PARTS,
+)
 from ippon.guidance.language.requests.determiners import NUMBERS
 from ippon.guidance.language.requests.goals import ALL, Relation
 from ippon.guidance.language.requests.noun_phrase import NounPhrase, read_noun_phrase
@@ -28,6 +35,8 @@ _SOFT = word_set(
     "probably maybe perhaps possibly likely presumably usually normally often sometimes might "
     "could should supposedly apparently mostly prob probs i'd guess generally typically"
 )
+_GUESSES = word_set("think believe guess suppose probably likely maybe perhaps possibly")
+"""Of a sentence before the object: "could" and "might" ask there."""
 _STOREYS: Final = {
     "upstairs": "upstairs", "downstairs": "downstairs", "outdoors": "outdoors",
     "outside": "outdoors", "indoors": "indoors",
@@ -88,6 +97,26 @@ def read_relation(said: Utterance, start: int, *, verbs: bool = True) -> Relatio
             return None
         index += 1
     return None
+
+
+def is_guessed(said: Utterance, phrase: RelationPhrase, object_end: int) -> bool:
+    """Tell whether the sentence around a relation of an object says that it is a guess or a habit.
+
+    Args:
+        said: The sentence.
+        phrase: The relation.
+        object_end: Index after the object.
+    """
+    first, last = phrase.begin, phrase.end
+    while first > 0 and not said.ends(first):
+        first -= 1
+    while not said.ends(last):
+        last += 1
+    after = min(max(first, object_end), phrase.begin)
+    doubts = BELIEFS | DOUBTS | HABITS
+    return bool(doubts & set(said.words(after, last))) or bool(
+        (doubts & _GUESSES) & set(said.words(first, after))
+    )
 
 
 def is_room(head: str) -> bool:

@@ -29,12 +29,22 @@ _WORD_SOUGHT = re.compile(
 """What fills the time while a word is sought: "the, what's it called, the tin opener"."""
 _REPEATED = re.compile(r"\b([a-z']+)(?:\s+\1\b)+", re.IGNORECASE)
 _THRICE = re.compile(r"\b([a-z']+)(?:\s+\1\b){2,}", re.IGNORECASE)
+_CORRECTING = r"(?:(?:no|wait|sorry|i mean|actually|or rather|make that|hang on|hold on)\b,? )+"
+_DETERMINER = r"(?:the|my|our|his|her|their|a|an|some|another)"
+_NUMBER = r"(?:\d+|one|two|three|four|five|six|seven|eight|nine|ten|eleven|twelve)"
+_TAKEN_BACK = re.compile(
+    rf"\b(?:{_DETERMINER},? {_CORRECTING}(?={_DETERMINER}\b)"
+    rf"|{_NUMBER},? {_CORRECTING}(?={_NUMBER}\b))",
+    re.IGNORECASE,
+)
+"""A determiner or a number that is said anew: "my, no wait, the other", "two, no, three"."""
 _EARLY = re.compile(r"[^\W\d_]{3,}")
 _VERBS = ("find", "where", "search", "looking", "bring", "fetch", "locate", "please", "look")
 _BREAK = re.compile(r"[,.!?;:\n()\[\]…]|\s[-–—]+\s|[–—]")
 _HARD = re.compile(r"[.!?;\n…]")
 _SOUND = (
     (re.compile(r"\b(?:teh|hte)\b", re.IGNORECASE), "the"),
+    (re.compile(r"\bwere (?=(?:is|are|did|have|do|can)\b)", re.IGNORECASE), "where "),
     (re.compile(r"\bout(?:t?a|ta)\b", re.IGNORECASE), "out of"),
     (re.compile(r"\bnon-(?=\w)", re.IGNORECASE), "non"),
     (re.compile(r"\b(mrs?|ms|dr|st|prof)\.", re.IGNORECASE), r"\1"),
@@ -124,7 +134,7 @@ def hear(sentence: str) -> Utterance:
     for sign, said in _SOUND:
         text = sign.sub(said, text)
     text = _FILLERS.sub("", _RESTART.sub(r"\1\2, no, ", text))
-    text = _WORD_SOUGHT.sub("", text)
+    text = _TAKEN_BACK.sub("", _WORD_SOUGHT.sub("", text))
     text = _REPEATED.sub(_once, _THRICE.sub(r"\1", text))
     text = _EARLY.sub(lambda match: _verb(match.group().lower()) or match.group(), text, count=4)
     return Utterance(text, _whole_numbers(text, tokenize(text)))
