@@ -152,6 +152,9 @@ def _respelt(words: list[str]) -> tuple[int | None, str]:
 def _respelt_compound(nouns: list[str], head: str, knowledge: Knowledge) -> tuple[str, bool]:
     """Return a compound, and whether its spelling was corrected: "coffe mug"."""
     whole = " ".join([*nouns, head])
+    singles = " ".join([*(noun.removesuffix("s") for noun in nouns), head])
+    if knowledge.find(whole) is None and knowledge.find(singles) is not None:
+        return singles, False  # "The cats bed".
     misspelt = [noun for noun in nouns if len(noun) > 4 and knowledge.find(noun) is None]
     if not misspelt or knowledge.find(whole) is not None:
         return whole, False

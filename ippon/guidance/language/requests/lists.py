@@ -122,9 +122,10 @@ def share(reading: Reading) -> None:
     last = listed[-1]
     if any(one.relations for one in listed[:-1]):
         return
+    together = last.phrase.shared or last.trigger == "told"
     shared = [
         place for place in last.relations
-        if place not in reading.places and (last.phrase.shared or _is_in_room(place))
+        if place not in reading.places and (together or _is_in_room(place))
     ]  # fmt: skip
     if not shared:
         return
@@ -237,6 +238,8 @@ def read_modifiers(reading: Reading, index: int) -> int:
     """Read all that follows an object and describes it."""
     said, goal = reading.said, reading.drafts[-1]
     while index < len(said):
+        if said.word(index) in ("they", "they're") and len(reading.drafts) > reading.list_start + 1:
+            break  # Said of the whole list.
         task = reading.match(phrases.TASK, index)
         if task > index and goal.trigger != "told" and reading.match(phrases.PADDING, index) < task:
             reading.unused.append(said.said(index, task))

@@ -23,6 +23,7 @@ _CONTRACTED = word_set("it's its they're he's she's that's")
 _COVERS = word_set("frame cover sleeve binding wrapping")
 """Of these, "in a wooden frame" tells what a thing looks like, not where it is."""
 _PEOPLE = word_set("me us him her them you my mine")
+_IDIOMS = word_set("life sake goodness")
 _MISSING = word_set("missing lost gone")
 
 
@@ -56,6 +57,11 @@ def _exclusion(said: Utterance, start: int, goal: Draft) -> int:
     bare = index
     while listed_kind(said.word(bare)) is not None and not said.breaks(bare):
         bare += 1
+    owner = said.word(index)
+    if owner.endswith("'s") and (said.breaks(index + 1) or index + 1 == len(said)):
+        value = said.said(index, index + 1)[:-2]
+        goal.add(Attribute(kind="owner", value=value, negated=True))
+        return index + 1
     phrase = read_noun_phrase(said, index)
     if phrase is not None and phrase.head in ("", goal.head):
         place = goal.relations[-1] if goal.relations else None
@@ -313,6 +319,8 @@ def _purpose(said: Utterance, start: int, goal: Draft) -> int:
     phrase = read_noun_phrase(said, start + 1)
     if phrase is None or not phrase.head:
         return start
+    if phrase.head.split()[-1] in _IDIOMS:
+        return phrase.end  # "For the life of me".
     goal.add(Attribute(kind="feature", value=said.said(start, phrase.end)))
     return phrase.end
 

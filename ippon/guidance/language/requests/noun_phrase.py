@@ -15,6 +15,8 @@ from ippon.guidance.language.words import word_set
 
 MAX_WORDS: Final = 9
 _POSSESSIVES: Final = {"mine": "", "yours": "", "ours": "", "hers": "her", "theirs": "their"}
+_PARTICLES = word_set("down aside up off out over back")
+"""They belong to the verb: "I put my pipe down"."""
 _CONTAINERS = word_set("bottle cup glass bowl jar can carton mug jug tin pot bag plate")
 
 
@@ -116,6 +118,8 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             index += length
             continue
         if word in PRONOUNS:
+            break
+        if word in _PARTICLES and index > start and not may_be_noun(said, index + 1):
             break
         if word in ("first", "next") and index > start and said.breaks(index + 1):
             break

@@ -105,6 +105,11 @@ class RequestReader:
         length = self._said.starts(index, phrases.FIRST)
         if length and not self.reading.drafts and self._said.word(index + length) != "aid":
             return index + length
+        length = self._said.starts(index, ("in that order", "in this order", "in order"))
+        if length and self._said.ends(index + length):
+            for goal in self.reading.drafts[self.reading.list_start + 1 :]:
+                goal.order = "then"
+            return index + length
         length = self._said.starts(index, phrases.THEN)
         if length and self.reading.drafts:
             self.reading.order = "then"

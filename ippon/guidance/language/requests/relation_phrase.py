@@ -245,7 +245,7 @@ def _is_abstract(said: Utterance, index: int, phrase: NounPhrase) -> bool:
         return False
     if load_knowledge().room(phrase.head) is not None or _is_own_room(phrase):
         return False
-    if last in _OWN_ROOMS and phrase.attributes:
+    if last in _OWN_ROOMS and phrase.attributes and phrase.head:
         return False
     if last in ("case", "line") and said.word(index) in ("a", "an", "the", "its", "my"):
         return False
