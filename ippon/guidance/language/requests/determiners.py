@@ -81,7 +81,12 @@ _LEADING = [
 ]
 _AT_LEAST = (["at", "least"], ["at", "most"], ["up", "to"], ["more", "than"])
 _OWNERS = word_set("his her their")
-_PLURAL_OWNERS = word_set("kids childrens mens womens ladies boys girls babys mans")
+_PLURAL_OWNERS = word_set(
+    "kids childrens mens womens ladies boys girls babys mans mums moms mothers mommys mummys dads "
+    "daddys fathers grandmas grandpas grannys grandads granddads grandmothers grandfathers sisters "
+    "brothers daughters sons wifes husbands partners aunts aunties uncles cousins nieces nephews "
+    "friends neighbours neighbors"
+)
 """Owners that are written without their apostrophe."""
 _NO_OWNERS = word_set(
     "it's that's what's where's there's here's who's let's he's she's how's when's one's"

@@ -292,7 +292,7 @@ def stands_alone(reading: Reading, index: int, phrase: NounPhrase) -> bool:
     end = phrase.end
     if end >= len(said) or said.breaks(end) or not phrase.head:
         return True
-    if said.word(end) in _FOLLOWING:
+    if said.word(end) in _FOLLOWING or said.corrected(end, phrases.CORRECTIONS) > end:
         return True
     if reading.match(phrases.TAIL, end) > end or reading.match(phrases.GONE, end) > end:
         return True

@@ -59,7 +59,8 @@ TASK: Final = re.compile(
 DECLINED: Final = re.compile(
     r"(?:(?:don't|dont|do not|please don't|never|stop|no need to|you needn't)"
     r" (?:look(?:ing)?|search(?:ing)?|find(?:ing)?|fetch(?:ing)?|bring(?:ing)?|get|locate)"
-    r"|(?:i|we) (?:don't|dont|do not|didn't|did not) (?:want|need|mean|ask for|require))"
+    r"|(?:i|we) (?:don't|dont|do not|didn't|did not) (?:want|need|mean|ask for|require)"
+    r"|never mind|nevermind|forget(?: about)?|skip|ignore|leave out)"
     r"(?: for| me)*\s+(?=the |a |an |my |our |any |his |her |their |that |this )",
     re.IGNORECASE,
 )
@@ -88,7 +89,8 @@ TOLD: Final = re.compile(
     r"\b(?:i|we|he|she|they|i've|we've|i have|somebody|someone|(?:my|our|the) \w+(?: \w+)?|"
     r"must have|may have|might have)"
     r"(?: must have| may have| have| has| had| just| probably| also| last)*"
-    r" (?:last had|had(?: on)?(?= (?:my|our|his|her|their) )|used|wore|saw|kept|was wearing|left|"
+    r" (?:last had|had(?= (?:my|our|his|her|their) "
+    r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|used|wore|saw|kept|was wearing|left|"
     r"forgot|forgotten|put|placed|dropped|"
     r"laid|stored|hid|took|taken|hidden|moved|stole|borrowed|lost|misplaced)\s+",
     re.IGNORECASE,

@@ -285,7 +285,7 @@ class RequestReader:
         if after == index:
             return index
         if not self.reading.drafts:
-            return after if after > index + 1 else index
+            return max(self._declined(index), index if after == index + 1 else after)
         start = self._skip_asking(after)
         last = self.reading.drafts[-1]
         relation = read_relation(said, start, verbs=False)

@@ -133,7 +133,7 @@ def hear(sentence: str) -> Utterance:
     text = plain(re.sub(r"[\r\n]+", ". ", sentence))
     for sign, said in _SOUND:
         text = sign.sub(said, text)
-    text = _FILLERS.sub("", _RESTART.sub(r"\1\2, no, ", text))
+    text = _FILLERS.sub("", _RESTART.sub(_restart, text))
     text = _TAKEN_BACK.sub("", _WORD_SOUGHT.sub("", text))
     text = _REPEATED.sub(_once, _THRICE.sub(r"\1", text))
     text = _EARLY.sub(lambda match: _verb(match.group().lower()) or match.group(), text, count=4)
@@ -143,6 +143,12 @@ def hear(sentence: str) -> Utterance:
 def _once(match: re.Match[str]) -> str:
     word = match.group(1).lower()
     return match.group(1) if word in ENGLISH and word not in ADJECTIVES else match.group()
+
+
+def _restart(match: re.Match[str]) -> str:
+    place = match.group(2).lower().removeprefix("the ")
+    narrows = load_knowledge().room(place) is not None  # "In the kitchen, um, in the drawer".
+    return match.group() if narrows else f"{match.group(1)}{match.group(2)}, no, "
 
 
 @lru_cache(maxsize=1024)

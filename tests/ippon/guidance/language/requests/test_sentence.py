@@ -33,6 +33,8 @@ SETS = [
     "sentences_ninth.yaml",
     "sentences_tenth.yaml",
 ]
+DIFFICULT = ["sentences_eleventh.yaml"]
+"""Sets that the rules do not read to 95 %: what they read wrongly, they must mark."""
 CONTEXTS = [
     ("find my hat, I think I left it on the sofa", "hat", "I think I left it on the sofa"),
     ("where did I put my keys? I came home an hour ago", "keys", "I came home an hour ago"),
@@ -59,9 +61,16 @@ def test_sentences_as_people_say_them(name: str) -> None:
     wrong = {case.sentence: text for case, read in readings(name)
              if (text := differences(case, read))}  # fmt: skip
     assert len(wrong) <= 0.05 * len(readings(name)), wrong
-    unmarked = [case.sentence for case, read in readings(name)
-                if case.sentence in wrong and not read.doubtful and not read.unused]  # fmt: skip
-    assert unmarked == []
+
+
+@pytest.mark.parametrize("name", SETS + DIFFICULT)
+def test_nothing_is_read_wrongly_without_a_mark(name: str) -> None:
+    unmarked = {
+        case.sentence: text
+        for case, read in readings(name)
+        if (text := differences(case, read)) and not (read.doubtful or read.unused)
+    }
+    assert unmarked == {}
 
 
 @pytest.mark.parametrize("name", SETS)
@@ -263,3 +272,65 @@ def test_an_object_not_to_be_searched_for_is_no_goal(sentence, objects, declined
     request = read_request(sentence)
     assert [goal.object for goal in request.goals] == objects
     assert declined in request.unused
+
+
+@pytest.mark.parametrize(
+    ("sentence", "object_", "attributes"),
+    [
+        ("the ball no not that one the big one", "ball", ["big"]),
+        ("find my hat, no, never mind, find the keys", "keys", []),
+        ("scratch that, look for the vacuum instead", "vacuum", []),
+        ("I don't want the blue mug, I want the white one", "mug", ["white", "-blue"]),
+        ("the one with the lid, the big pot", "pot", ["lid", "big"]),
+        ("the blue colour bag", "bag", ["blue"]),
+        ("the mugs, except Anna's", "mug", ["-Anna"]),
+        ("the chair whose leg is broken", "chair", ["leg is broken"]),
+        ("find my mums glasses", "glasses", ["my mums"]),
+        ("I put my hat down", "hat", []),
+    ],
+)
+def test_one_object_is_left(sentence: str, object_: str, attributes: list[str]) -> None:
+    (goal,) = read_request(sentence).goals
+    said = [("-" if one.negated else "") + one.value for one in goal.attributes]
+    assert (goal.object, said) == (object_, attributes)
+
+
+@pytest.mark.parametrize(
+    ("sentence", "places"),
+    [
+        ("the book on the table er on the shelf", ["on shelf"]),
+        ("not the kitchen, look in the bathroom for my hat", ["not in kitchen", "in bathroom"]),
+        ("don't bother with the bedroom, my hat can't be there", ["not in bedroom"]),
+        ("get my umbrella its raining", []),
+    ],
+)
+def test_places_that_are_ruled_out_or_said_anew(sentence: str, places: list[str]) -> None:
+    (goal,) = read_request(sentence).goals
+    assert [place.text for place in goal.relations] == places
+
+
+@pytest.mark.parametrize(
+    ("sentence", "goals"),
+    [
+        ("socks, shoes, hat, in that order", [("sock", "and"), ("shoes", "then"), ("hat", "then")]),
+        ("an HDMI cable or a VGA one", [("hdmi cable", "and"), ("vga cable", "or")]),
+        ("my keys, and don't forget the hat", [("keys", "and"), ("hat", "and")]),
+    ],
+)
+def test_lists(sentence: str, goals: list[tuple[str, str]]) -> None:
+    assert [(goal.object, goal.order) for goal in read_request(sentence).goals] == goals
+
+
+def test_objects_told_together_share_their_place() -> None:
+    for sentence in (
+        "I left my glasses and two mugs under the sink",
+        "find the cup and the hat, they're under the sink",
+    ):
+        goals = read_request(sentence).goals
+        assert [goal.relations[0].text for goal in goals] == ["under sink"] * 2
+
+
+def test_when_it_was_there_is_kept() -> None:
+    (goal,) = read_request("my hat was on the hook this morning").goals
+    assert goal.relations[0].text == "on hook"
+    assert "this morning" in goal.context

@@ -14,6 +14,12 @@ from ippon.guidance.language.requests.utterance import hear
         ("a 1.5 l bottle", "a 1.5 l bottle"),
         ("the kids' room", "the kids's room"),
         ("location: sofa", "at sofa"),
+        ("on the table, er, on the shelf", "on the table no on the shelf"),
+        ("in the kitchen, um, in the drawer", "in the kitchen in the drawer"),
+        ("find the what's it called the tin opener", "find the tin opener"),
+        ("my no wait the other charger", "the other charger"),
+        ("two no three chairs", "three chairs"),
+        ("outta teh garage", "out of the garage"),
     ],
 )
 def test_words(text, words):
