@@ -7,6 +7,8 @@ from app.nodes.replay.datasets import open_dataset, read_color, read_depth
 from ippon.tracking.camera_tracker import CameraTracker, TrackerConfig
 from tests.locations import SHARED
 
+pytestmark = pytest.mark.slow
+
 KITCHEN = SHARED / "rgbd" / "redkitchen_a"
 
 
@@ -63,7 +65,6 @@ def test_nothing_in_view_at_first_is_no_loss(walk):
     assert tracker.track(*walk.frames[0]).T_world_camera is not None
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(not KITCHEN.exists(), reason="the recorded kitchen is not in ../shared")
 def test_a_recorded_kitchen_is_tracked_without_a_loss():
     dataset = open_dataset(KITCHEN)

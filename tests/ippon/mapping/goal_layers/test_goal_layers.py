@@ -80,6 +80,7 @@ def codes_of(voxel_map):
     return codes, row
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("before", [0, 3])
 @pytest.mark.parametrize(
     ("fusion", "kind"),

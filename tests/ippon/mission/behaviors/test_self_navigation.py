@@ -11,6 +11,8 @@ from ippon.mission.config import MissionConfig
 from ippon.mission.snapshot import MissionState
 from ippon.robot import ZED
 
+pytestmark = pytest.mark.slow
+
 ROBOT = dataclasses.replace(ZED, takes_goals=True, takes_velocities=False)
 CHAIR = ("chair", "chair", (4.0, 2.5, 0.0), (4.5, 3.0, 0.8))
 

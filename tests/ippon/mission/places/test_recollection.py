@@ -9,6 +9,8 @@ from ippon.memory.instance_memory import InstanceMemory
 from ippon.mission.places.recollection import Recollection, RecollectionConfig
 from ippon.mission.snapshot import MissionState
 
+pytestmark = pytest.mark.slow
+
 DAY_NS = 86_400_000_000_000
 NOW_NS = 1_700_000_000_000_000_000
 TABLE = ("table", "table", (6.6, 0.6, 0.0), (7.6, 1.4, 0.7))
