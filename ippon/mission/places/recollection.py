@@ -113,9 +113,7 @@ class Recollection:
             if one.source == "search" and not one.is_gone and _answers(one, search):
                 size = np.array(one.size_m) + self._map.config.voxel_size_m
                 evidence = recall_evidence(self._map, np.array(one.position_world), size, log_odds)
-                if len(evidence.voxels):
-                    known = _Recalled(instance_id=one.instance_id, evidence=evidence)
-                    self._recalled.append(known)
+                self._recalled.append(_Recalled(instance_id=one.instance_id, evidence=evidence))
         recalled = (self.memory.get(one.instance_id) for one in self._recalled)
         return tuple(one for one in recalled if one is not None)
 
@@ -192,12 +190,12 @@ class Recollection:
             if known is None or known.is_gone:
                 continue
             believed = posterior_of(arrays, recalled.evidence.voxels)
-            there = float(np.mean(believed >= self._config.disproved_probability))
+            there = np.count_nonzero(believed >= self._config.disproved_probability)
             seen_again = any(
                 _is_at(find, known) and search.image_check.confirms(find)
                 for find in search.candidates
             )
-            if there > self._config.hidden_share or seen_again:
+            if there > self._config.hidden_share * len(believed) or seen_again:
                 left.append(recalled)
                 continue
             withdraw_evidence(self._map, recalled.evidence)
