@@ -14,6 +14,7 @@ from app.cli.options.commands import Command
 from app.cli.options.evaluation import Eval, EvalRun
 from app.cli.options.recognition import Calibrate, Recognise
 from app.cli.options.ros2 import Ros2
+from app.cli.options.viewers import Foxglove, Rerun
 from app.errors import UsageError
 from app.process.environment import prepare_process
 
@@ -75,6 +76,14 @@ def _dispatch(command: Command) -> int:
             from app.cli.tools.calibrate import run_calibrate
 
             return run_calibrate(command)
+        case Foxglove():
+            from app.cli.nodes.foxglove import run_foxglove_command
+
+            return run_foxglove_command(command)
+        case Rerun():
+            from app.cli.nodes.rerun import run_rerun_command
+
+            return run_rerun_command(command)
         case Ros2():
             from app.cli.nodes.ros2 import run_ros2
 
