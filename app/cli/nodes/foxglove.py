@@ -24,7 +24,13 @@ def run_foxglove_command(command: Foxglove) -> int:
 
     connect, robot = resolve_address(command.connect, command.robot)
     try:
-        config = FoxgloveConfig(connect=connect, robot=robot, host=command.host, port=command.port)
+        config = FoxgloveConfig(
+            connect=connect,
+            robot=robot,
+            host=command.host,
+            port=command.port,
+            ceiling_m=command.ceiling_m,
+        )
         if command.layout is not None:
             command.layout.write_text(layout_json(robot) + "\n", "utf-8")
             print(f"{command.layout}: in Foxglove, Layouts, Import from file")

@@ -19,7 +19,15 @@ def run_rerun_command(command: Rerun) -> int:
 
     connect, robot = resolve_address(command.connect, command.robot)
     try:
-        run_rerun(RerunConfig(connect=connect, robot=robot, url=command.url, save=command.save))
+        run_rerun(
+            RerunConfig(
+                connect=connect,
+                robot=robot,
+                url=command.url,
+                save=command.save,
+                ceiling_m=command.ceiling_m,
+            )
+        )
     except (ValueError, ViewerError) as error:
         raise UsageError(str(error)) from error
     return 0

@@ -24,6 +24,8 @@ class Foxglove:
     layout: Path | None = None
     """Write a layout for this robot's topics to this file and exit; in Foxglove: Layouts, Import
     from file."""
+    ceiling_m: float = 1.4
+    """Height above which the map is hidden, so that one looks into rooms from above."""
     parent_pid: int | None = None
     """Exit when this process has ended."""
 
@@ -44,5 +46,7 @@ class Rerun:
     """Viewer that runs already, such as rerun+http://192.168.1.20:9876/proxy."""
     save: Path | None = None
     """Write to this file (.rrd) instead of a viewer."""
+    ceiling_m: float = 1.4
+    """Height above which the map is hidden, so that one looks into rooms from above."""
     parent_pid: int | None = None
     """Exit when this process has ended."""

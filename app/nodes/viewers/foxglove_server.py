@@ -31,7 +31,7 @@ from app.nodes.viewers.foxglove_topics import (
     depth_image,
     whole_map,
 )
-from app.nodes.viewers.live_robot import LinkState, LiveRobot, clock_ns
+from app.nodes.viewers.live_robot import CEILING_M, LinkState, LiveRobot, clock_ns
 from app.process.stop_signal import ProcessStopSignal
 from app.recording.channels import MARKERS_KEY, ros_name, ros_schema
 from app.recording.writing.markers import encode_body, encode_markers
@@ -58,6 +58,8 @@ class FoxgloveConfig:
     host: str = "127.0.0.1"
     port: int = 8765
     """0 selects any free port."""
+    ceiling_m: float = CEILING_M
+    """Height above which no voxel is served."""
 
 
 class FoxgloveServer(ServerListener):
@@ -88,6 +90,7 @@ class FoxgloveServer(ServerListener):
         }
         self._log = LogChannel(names[LOG_KEY], context=context)
         self._keys = {name: key for key, name in names.items()}
+        self._ceiling_m = config.ceiling_m
         self._kept: dict[str, bytes] = {}
         self._asked: deque[str] = deque()
         """Keys that clients subscribed to, from the server's threads."""
@@ -194,7 +197,7 @@ class FoxgloveServer(ServerListener):
         for key in sorted(self._stale):
             if not self._channels[key].has_sinks() or not self._is_due(key, MAP_S):
                 continue
-            cloud = whole_map(scene, CLOUDS[key], self._now_ns)
+            cloud = whole_map(scene, CLOUDS[key], self._ceiling_m, self._now_ns)
             if cloud is not None:
                 self._stale.discard(key)
                 self._send(key, cloud)

@@ -49,12 +49,16 @@ KEPT: Final = frozenset(
 """Topics whose last message a client gets that subscribes later."""
 
 
-def whole_map(scene: SceneModel, mode: AttributeColor, stamp_ns: int) -> bytes | None:
-    """Write all surface voxels, coloured by a mode; None before the first status."""
+def whole_map(
+    scene: SceneModel, mode: AttributeColor, ceiling_m: float, stamp_ns: int
+) -> bytes | None:
+    """Write the surface voxels below a ceiling; None before the first status."""
     voxel_m = scene.voxel_size_m
     if voxel_m is None:
         return None
     indices, attributes = scene.voxels.all_voxels()
+    shown = indices[:, 2] < round(ceiling_m / voxel_m)
+    indices, attributes = indices[shown], attributes[shown]
     return encode_voxels(
         VoxelCloud(
             stamp_ns=stamp_ns,

@@ -25,6 +25,8 @@ EVERY: Final = (keys.MAP_VOXELS, keys.MAP_KEYFRAME, keys.EVENT, keys.TF, keys.TF
 IMAGES: Final = (keys.DEPTH, keys.DEPTH_RAW)
 """Topics that are shown and are no part of the scene."""
 DRAW_S: Final = 0.05
+CEILING_M: Final = 1.4
+"""Height above which viewers hide the map by default, as the console does."""
 LIVE_S: Final = 2.0
 """Silence after which a navigator counts as silent."""
 _RETRY_S: Final = 0.5

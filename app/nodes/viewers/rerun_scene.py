@@ -53,15 +53,22 @@ _SHADE: Final = 0.3
 class RerunScene:
     """One recording; a scene is drawn into it as far as it changed since the last call."""
 
-    def __init__(self, stream: rr.RecordingStream) -> None:
+    def __init__(self, stream: rr.RecordingStream, ceiling_m: float) -> None:
+        """Begin a recording.
+
+        Args:
+            stream: Where it goes.
+            ceiling_m: Height above which no voxel is drawn.
+        """
         self._stream = stream
+        self._ceiling_m = ceiling_m
         self._revision = 0
         self._body: Any = None
         self._last_event: Event | None = None
         stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
 
     def draw(self, scene: SceneModel, changed: frozenset[Part]) -> None:
-        """Draw everything that changed but the map."""
+        """Draw everything that changed but map and trail."""
         self._at(clock_ns(scene))
         if "pose" in changed:
             self._draw_poses(scene)
@@ -87,15 +94,18 @@ class RerunScene:
             self._draw_events(scene)
         if "image" in changed and scene.image is not None:
             self._at(scene.image.stamp_ns)
-            self._stream.log(COLOR, rr.EncodedImage(contents=scene.image.encoded))
+            encoded = scene.image.encoded
+            kind = "image/jpeg" if encoded.startswith(b"\xff\xd8") else "image/png"
+            self._stream.log(COLOR, rr.EncodedImage(contents=encoded, media_type=kind))
 
     def draw_map(self, scene: SceneModel) -> None:
-        """Draw the columns of the map that changed; they hold 16 x 16 voxels each."""
+        """Draw the trail, and the columns of the map that changed: 16 x 16 voxels each."""
+        self._at(clock_ns(scene))
+        self._log_line(TRAIL, np.array(scene.trail_world).reshape(-1, 3), ROBOT, 0.015)
         voxel_m = scene.voxel_size_m
         if voxel_m is None:
             return
         columns, self._revision = scene.voxels.changed_since(self._revision)
-        self._at(clock_ns(scene))
         for column in columns:
             self._draw_column(scene, column, voxel_m)
 
@@ -127,8 +137,6 @@ class RerunScene:
             self._stream.log(ROBOT_BODY, _transform(scene.T_world_base))
         if scene.T_world_camera is not None:
             self._stream.log(CAMERA, _transform(scene.T_world_camera))
-        if scene.trail_world:
-            self._log_line(TRAIL, np.array(scene.trail_world), ROBOT, 0.015)
         if scene.body is not self._body and scene.body is not None:
             self._body = scene.body
             spheres = scene.body.spheres
@@ -183,7 +191,7 @@ class RerunScene:
         self._last_event = events[-1] if events else None
 
     def _draw_column(self, scene: SceneModel, column: Column, voxel_m: float) -> None:
-        voxels = scene.voxels.column(column)
+        voxels = scene.voxels.column(column, below=round(self._ceiling_m / voxel_m))
         corner = np.array([column[0] * COLUMN, column[1] * COLUMN, 0], np.int64)
         indices = voxels.local + corner
         centers = ((indices + 0.5) * voxel_m).astype(np.float32)

@@ -12,7 +12,7 @@ import rerun as rr
 
 from app.messages.cdr import MessageError
 from app.nodes.viewers.errors import ViewerError
-from app.nodes.viewers.live_robot import IMAGES, LinkState, LiveRobot
+from app.nodes.viewers.live_robot import CEILING_M, IMAGES, LinkState, LiveRobot
 from app.nodes.viewers.rerun_blueprint import blueprint
 from app.nodes.viewers.rerun_scene import RerunScene
 from app.process.stop_signal import ProcessStopSignal
@@ -47,6 +47,8 @@ class RerunConfig:
     """Viewer that runs already; None starts one on this machine."""
     save: Path | None = None
     """File instead of a viewer."""
+    ceiling_m: float = CEILING_M
+    """Height above which no voxel is drawn."""
 
     def __post_init__(self) -> None:
         """Refuse what contradicts itself."""
@@ -88,6 +90,7 @@ class RerunViewer:
         """
         self._robot = config.robot
         self._save = config.save
+        self._ceiling_m = config.ceiling_m
         self._starts = config.url is None and config.save is None
         """Whether this program started the viewer."""
         self._url = config.url or f"rerun+http://127.0.0.1:{PORT}/proxy"
@@ -149,7 +152,7 @@ class RerunViewer:
             raise ViewerError(f"{path} cannot be written: {error.strerror}") from error
         self._stream = self._new_stream()
         self._stream.save(path, default_blueprint=blueprint())
-        self._scene = RerunScene(self._stream)
+        self._scene = RerunScene(self._stream, self._ceiling_m)
 
     def _try_to_open(self, now: float) -> bool:
         self._tried_at = now
@@ -160,7 +163,7 @@ class RerunViewer:
             return False
         stream = self._stream = self._new_stream()
         stream.connect_grpc(self._url, default_blueprint=blueprint())
-        self._scene = RerunScene(stream)
+        self._scene = RerunScene(stream, self._ceiling_m)
         self._was_open, self._told = True, False
         self._checked_at = self._received_at = now
         logger.info("drawing into the viewer at %s", self._url)
