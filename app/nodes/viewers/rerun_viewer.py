@@ -25,6 +25,8 @@ PORT: Final = 9876
 """Rerun's own default."""
 MAP_S: Final = 1.0
 """Interval between two drawings of the changed parts of the map."""
+DEPTH_S: Final = 0.5
+"""Interval between two depth images: five times the bytes of the colour images."""
 CHECK_S: Final = 2.0
 """Interval between two checks whether the viewer still receives."""
 STALLED_S: Final = 20.0
@@ -98,7 +100,7 @@ class RerunViewer:
         self._stream: rr.RecordingStream | None = None
         self._was_open = self._told = False
         self._began_at = time.monotonic()
-        self._tried_at = self._checked_at = self._mapped_at = 0.0
+        self._tried_at = self._checked_at = self._mapped_at = self._deep_at = 0.0
         self._received_at = 0.0
         self.closed = False
         """Whether the viewer that this program started was closed."""
@@ -109,8 +111,10 @@ class RerunViewer:
 
     def take(self, key: str, payload: bytes) -> None:
         """Draw depth images; all else is drawn with the scene."""
-        if self._scene is None or key not in IMAGES:
+        now = time.monotonic()
+        if self._scene is None or key not in IMAGES or now - self._deep_at < DEPTH_S:
             return
+        self._deep_at = now
         try:
             self._scene.draw_depth(key, payload)
         except MessageError as error:

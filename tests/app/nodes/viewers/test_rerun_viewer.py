@@ -74,8 +74,9 @@ class Rrd:
 
 
 @pytest.fixture
-def saved(tmp_path, start_home, show, wait):
+def saved(tmp_path, start_home, show, wait, monkeypatch):
     """A home that was saved for a few seconds: its last map, and the recording."""
+    monkeypatch.setattr(rerun_viewer, "DEPTH_S", 0.0)
     path = tmp_path / "robot.rrd"
     viewer = RerunViewer(RerunConfig(save=path))
     home = start_home()
