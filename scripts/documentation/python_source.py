@@ -3,7 +3,8 @@
 import ast
 import re
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from html import escape
 from pathlib import Path
 from typing import Final
 
@@ -48,11 +49,22 @@ def field_table(rows: list[tuple[str, str, str, str]]) -> str:
     """Return fields as a Markdown table."""
     if not rows:
         return ""
-    lines = ["| field | type | default | meaning |", "| --- | --- | --- | --- |"]
-    for name, kind, default, text in rows:
-        shown = f"`{_cell(default)}`" if default else ""
-        lines.append(f"| `{name}` | `{_cell(kind)}` | {shown} | {_cell(text)} |")
-    return "\n".join(lines) + "\n"
+    cells = [
+        (as_code(name), as_code(kind), as_code(default) if default else "", text)
+        for name, kind, default, text in rows
+    ]
+    return table(("field", "type", "default", "meaning"), cells)
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a Markdown table."""
+    lines = [head, ["---"] * len(head), *([_cell(cell) for cell in row] for row in rows)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
+
+
+def as_code(text: str) -> str:
+    """Return code for a cell of a table, in which no Markdown escapes a bar."""
+    return f"<code>{escape(' '.join(text.split()), quote=False).replace('|', '&#124;')}</code>"
 
 
 def describe_module(path: Path, name: str) -> str:

@@ -10,15 +10,17 @@ from typing import Any, Final, get_args
 
 from app.cli.main import run
 from app.cli.options.commands import Command
-from app.cli.options.evaluation import Eval
 from app.messages import keys
+from scripts.documentation.command_options import describe_command
 from scripts.documentation.python_source import (
+    as_code,
     classes_of,
     describe_module,
     documented_values,
     field_table,
     fields_of,
     read_module,
+    table,
 )
 
 WIDTH: Final = 100
@@ -65,22 +67,24 @@ def write_reference(root: Path) -> dict[str, str]:
 
 
 def command_line() -> str:
-    """Return what `--help` prints, for every command."""
-    parts = ["# Command line", "What `ippon COMMAND --help` prints."]
-    for words in commands():
-        text = _printed([*words, "--help"])
-        parts += [f"## ippon {' '.join(words)}", f"```text\n{text.rstrip()}\n```"]
+    """Return every command with its options, as `--help` explains them."""
+    parts = [
+        "# Command line",
+        "What `ippon COMMAND --help` says; options in capitals take a value.",
+    ]
+    for words, kind in commands():
+        parts += [f"## ippon {words}", describe_command(kind)]
     return "\n\n".join(parts) + "\n"
 
 
-def commands() -> Iterator[list[str]]:
-    """Yield the words of every command."""
+def commands() -> Iterator[tuple[str, Any]]:
+    """Yield words and dataclass of every command."""
     for name, kind in _names(Command):
-        yield [name]
-        if kind is Eval:
-            command = Eval.__dataclass_fields__["command"].type
-            for inner, _ in _names(command):
-                yield [name, inner]
+        inner = kind.__dataclass_fields__.get("command")
+        if inner is None:
+            yield name, kind
+        else:
+            yield from ((f"{name} {word}", one) for word, one in _names(inner.type))
 
 
 def configuration_fields() -> str:
@@ -122,13 +126,13 @@ def python_interface(root: Path) -> str:
 
 
 def _key_table(path: Path) -> str:
-    lines = ["| key | ROS 2 type, else JSON | |", "| --- | --- | --- |"]
+    rows: list[tuple[str, str, str]] = []
     for statement, text in documented_values(read_module(path).body):
         value = statement.value
         if isinstance(value, ast.Constant) and isinstance(value.value, str):
             kind = keys.ROS_TYPES.get(value.value, "")
-            lines.append(f"| `{value.value}` | {f'`{kind}`' if kind else ''} | {text} |")
-    return "\n".join(lines)
+            rows.append((as_code(value.value), as_code(kind) if kind else "JSON", text))
+    return table(("key", "type", "meaning"), rows)
 
 
 def _names(union: Any) -> Iterator[tuple[str, Any]]:
