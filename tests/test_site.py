@@ -54,7 +54,8 @@ def test_the_options_of_the_reference_are_those_of_help(words, capsys, monkeypat
 
 def _options_of(text):
     """The left column of a help text."""
-    return "\n".join(line for line in text.splitlines() if re.match(r"[│ ]{0,4}--?\w", line))
+    lines = [line.strip("│ ") for line in text.splitlines() if re.match(r"[│ ]{0,4}--?\w", line)]
+    return "\n".join(re.split(r"\s{2,}", line)[0] for line in lines)
 
 
 def test_every_field_of_the_configuration_is_in_the_reference():

@@ -70,7 +70,7 @@ def command_line() -> str:
     """Return every command with its options, as `--help` explains them."""
     parts = [
         "# Command line",
-        "What `ippon COMMAND --help` says; options in capitals take a value.",
+        "What `ippon COMMAND --help` says; words in capitals stand for values.",
     ]
     for words, kind in commands():
         parts += [f"## ippon {words}", describe_command(kind)]
