@@ -32,7 +32,7 @@ def run_foxglove_command(command: Foxglove) -> int:
             ceiling_m=command.ceiling_m,
         )
         if command.layout is not None:
-            command.layout.write_text(layout_json(robot) + "\n", "utf-8")
+            command.layout.write_text(layout_json() + "\n", "utf-8")
             print(f"{command.layout}: in Foxglove, Layouts, Import from file")
             return 0
         run_foxglove(config)

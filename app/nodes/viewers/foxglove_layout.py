@@ -1,7 +1,6 @@
 """The layout of Foxglove's panels, as the file that its menu “Import from file” reads."""
 
 import json
-from collections.abc import Callable
 from typing import Any, Final
 
 import foxglove.layouts as fl
@@ -16,24 +15,18 @@ VOXEL_M: Final = 0.1
 """Edge of a drawn voxel: the navigator's default."""
 DEPTH_RANGE_M: Final = 5.0
 
-Topic = Callable[[str], str]
 
-
-def layout_json(robot: str) -> str:
-    """Return the layout for a robot's topics: two maps, images, plot, status and log."""
-
-    def topic(key: str) -> str:
-        return ros_name(f"{robot}/{key}")
-
+def layout_json() -> str:
+    """Return the layout: maps, images, plot, status and log."""
     configs: dict[str, Any] = {
-        "3D!probability": _scene(topic, "map/probability"),
-        "3D!proximity": _scene(topic, "map/proximity"),
-        "3D!colors": _scene(topic, "map/colors"),
-        "Image!color": _image(topic(keys.COLOR), topic(keys.CAMERA_INFO)),
-        "Image!depth": _image(topic(keys.DEPTH_RAW), topic(keys.CAMERA_INFO), depth=True),
-        "Plot!search": _plot(topic(keys.STATUS)),
-        "RawMessages!status": fl.RawMessagesConfig(topic_path=topic(keys.STATUS)),
-        "RosOut!log": fl.LogConfig(topic_to_render=topic(LOG_KEY)),
+        "3D!probability": _scene("map/probability"),
+        "3D!proximity": _scene("map/proximity"),
+        "3D!colors": _scene("map/colors"),
+        "Image!color": _image(ros_name(keys.COLOR), ros_name(keys.CAMERA_INFO)),
+        "Image!depth": _image(ros_name(keys.DEPTH_RAW), ros_name(keys.CAMERA_INFO), depth=True),
+        "Plot!search": _plot(ros_name(keys.STATUS)),
+        "RawMessages!status": fl.RawMessagesConfig(topic_path=ros_name(keys.STATUS)),
+        "RosOut!log": fl.LogConfig(topic_to_render=ros_name(LOG_KEY)),
         "Tab!maps": {
             "activeTabIdx": 0,
             "tabs": [
@@ -58,7 +51,7 @@ def layout_json(robot: str) -> str:
     )
 
 
-def _scene(topic: Topic, cloud: str) -> fl.ThreeDeeConfig:
+def _scene(cloud: str) -> fl.ThreeDeeConfig:
     voxels = fl.BaseRendererPointCloudTopicSettings(
         visible=True,
         color_mode="rgb",
@@ -75,13 +68,13 @@ def _scene(topic: Topic, cloud: str) -> fl.ThreeDeeConfig:
             f"frame:{BASE_FRAME}": fl.BaseRendererLayerSettingsTransform(visible=True),
         },
         topics={
-            topic(cloud): voxels,
-            topic(MARKERS_KEY): fl.BaseRendererRosMarkerTopicSettings(visible=True),
-            topic(BODY_KEY): fl.BaseRendererRosMarkerTopicSettings(visible=True),
-            topic(keys.PLAN_PATH): fl.BaseRendererPosesTopicSettings(
+            ros_name(cloud): voxels,
+            ros_name(MARKERS_KEY): fl.BaseRendererRosMarkerTopicSettings(visible=True),
+            ros_name(BODY_KEY): fl.BaseRendererRosMarkerTopicSettings(visible=True),
+            ros_name(keys.PLAN_PATH): fl.BaseRendererPosesTopicSettings(
                 visible=True, type="line", line_width=0.05, gradient=(hex_of(PATH), hex_of(PATH))
             ),
-            topic(keys.CAMERA_INFO): fl.BaseRendererCameraTopicSettings(visible=True),
+            ros_name(keys.CAMERA_INFO): fl.BaseRendererCameraTopicSettings(visible=True),
         },
     )
 

@@ -72,7 +72,8 @@ class FoxgloveServer(ServerListener):
             ViewerError: The address cannot be listened on.
         """
         context = self._context = foxglove.Context()
-        names = {key: ros_name(f"{config.robot}/{key}") for key in (*ROS_TYPES, *JSON, LOG_KEY)}
+        # Without the robot's prefix, so that one layout fits every robot.
+        names = {key: ros_name(key) for key in (*ROS_TYPES, *JSON, LOG_KEY)}
         self._channels = {
             key: foxglove.Channel(
                 names[key],

@@ -20,8 +20,8 @@ def test_without_the_package_it_says_what_to_install(monkeypatch, capsys):
 def test_the_layout_is_written(tmp_path, capsys):
     pytest.importorskip("foxglove", reason="needs the extra foxglove")
     path = tmp_path / "layout.json"
-    assert run(["foxglove", "--robot", "lab/r2", "--layout", str(path)]) == 0
-    assert "/lab/r2/status" in path.read_text("utf-8")
+    assert run(["foxglove", "--layout", str(path)]) == 0
+    assert "/status" in path.read_text("utf-8")
     assert json.loads(path.read_text("utf-8"))["layout"]
     assert "Import from file" in capsys.readouterr().out
     assert run(["foxglove", "--robot", "r", "--layout", str(tmp_path)]) == 2
@@ -35,7 +35,7 @@ def test_the_process_serves_and_ends_with_a_signal(launch, free_endpoint):
     process.wait_for_log("no navigator at")
     port = int(process.log().split("ws://127.0.0.1:")[1].split()[0])
     client = FoxgloveClient(port)
-    client.wait(lambda c: "/r/status" in c.channels)
+    client.wait(lambda c: "/status" in c.channels)
     client.close()
     process.child.terminate()
     assert process.finish()[0] == 0

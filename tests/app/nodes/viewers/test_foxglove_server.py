@@ -25,9 +25,9 @@ from tests.app.relay import Relay
 
 pytestmark = pytest.mark.process
 
-MAPS = tuple(f"/ippon/{key}" for key in CLOUDS)
-PROBABILITY = "/ippon/map/probability"
-STATUS = "/ippon/status"
+MAPS = tuple(f"/{key}" for key in CLOUDS)
+PROBABILITY = "/map/probability"
+STATUS = "/status"
 
 
 @pytest.fixture
@@ -65,18 +65,18 @@ def test_every_topic_of_a_running_robot_comes_decodable(server, connect, start_h
         home.put(keys.EVENT, encode(Event(stamp_ns=5, kind="contact", text="a bump")))
         depth = np.full((20, 30), 1.25, np.float32)
         home.put(keys.DEPTH, encode_depth(depth, 7, "camera"))
-        client.wait(lambda c: "/ippon/camera/depth/image_raw" in c.messages)
-        client.wait(lambda c: any(b"a bump" in line for line in c.messages["/ippon/log"]))
+        client.wait(lambda c: "/camera/depth/image_raw" in c.messages)
+        client.wait(lambda c: any(b"a bump" in line for line in c.messages["/log"]))
         last = {topic: payloads[-1] for topic, payloads in client.messages.items()}
     assert client.capabilities == ["time"], "clients send no commands"
     assert json.loads(last[STATUS])["goal"]["object"] == "hat"
-    assert json.loads(last["/ippon/event"])["text"] == "a bump"
-    assert decode_color(last["/ippon/camera/color/image_raw/compressed"]).encoded
-    assert decode_depth_raw(last["/ippon/camera/depth/image_raw"]).depth == pytest.approx(depth)
-    assert next(link.child for link in decode_transforms(last["/ippon/tf"])) == "base_link"
-    assert len(decode_tree(last["/ippon/plan/tree"])[1].parents) > 20
-    assert len(decode_path(last["/ippon/plan/path"]).points_world) == 2
-    markers = decode(last["/ippon/plan/markers"], MARKERS_TYPE).markers
+    assert json.loads(last["/event"])["text"] == "a bump"
+    assert decode_color(last["/camera/color/image_raw/compressed"]).encoded
+    assert decode_depth_raw(last["/camera/depth/image_raw"]).depth == pytest.approx(depth)
+    assert next(link.child for link in decode_transforms(last["/tf"])) == "base_link"
+    assert len(decode_tree(last["/plan/tree"])[1].parents) > 20
+    assert len(decode_path(last["/plan/path"]).points_world) == 2
+    markers = decode(last["/plan/markers"], MARKERS_TYPE).markers
     assert markers[0].ns == "tree"
     channel = client.channels[PROBABILITY]
     assert (channel["schemaName"], channel["encoding"]) == ("sensor_msgs/msg/PointCloud2", "cdr")
@@ -110,7 +110,7 @@ def test_a_client_that_comes_later_gets_what_was_published_before(
     with show(server) as robot:
         wait(lambda: robot.model.voxels.count > 0 and robot.model.proximity is not None)
         home.frozen = True
-        client = connect("/ippon/guidance/levels", "/ippon/plan/path", PROBABILITY)
+        client = connect("/guidance/levels", "/plan/path", PROBABILITY)
         client.wait(lambda c: len(c.messages) == 3)
 
 
@@ -152,23 +152,23 @@ def test_transforms_of_another_day_are_moved_into_the_frame_of_the_map(
 ):
     home = start_home()
     with show(server):
-        client = connect("/ippon/tf")
-        client.wait(lambda c: "/ippon/tf" in c.messages)
+        client = connect("/tf")
+        client.wait(lambda c: "/tf" in c.messages)
         home.put(keys.MAP_ALIGNMENT, encode(MapAlignment(position_map=(50, 0, 0), yaw_rad=0.0)))
         client.wait(lambda c: _x(c) > 40.0)
-        base, camera = decode_transforms(client.messages["/ippon/tf"][-1])
+        base, camera = decode_transforms(client.messages["/tf"][-1])
     assert (base.parent, camera.parent) == ("map", "base_link")
     assert abs(camera.T_parent_child[0, 3]) < 1.0, "only links from the world move"
 
 
 def _x(client):
-    return decode_transforms(client.messages["/ippon/tf"][-1])[0].T_parent_child[0, 3]
+    return decode_transforms(client.messages["/tf"][-1])[0].T_parent_child[0, 3]
 
 
 def test_damaged_messages_are_skipped(server, connect, start_home, show):
     home = start_home()
     with show(server):
-        client = connect(STATUS, "/ippon/camera/depth/image_raw")
+        client = connect(STATUS, "/camera/depth/image_raw")
         client.wait(lambda c: STATUS in c.messages)
         for key in (keys.STATUS, keys.EVENT, keys.DEPTH, keys.TF, keys.MAP_VOXELS):
             home.put(key, b"damaged")

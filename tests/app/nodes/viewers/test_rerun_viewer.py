@@ -84,9 +84,14 @@ def saved(tmp_path, start_home, show, wait, monkeypatch):
         wait(lambda: robot.model.voxels.count > 3000)
         home.put(keys.EVENT, encode(Event(stamp_ns=home.stamp_ns, kind="contact", text="a bump")))
         depth = np.full((20, 30), 1.25, np.float32)
-        home.put(keys.DEPTH, encode_depth(depth, home.stamp_ns, "camera"))
-        home.put(keys.DEPTH_RAW, encode_depth_raw(depth, home.stamp_ns + 1, "camera"))
-        home.put(keys.DEPTH, b"damaged")
+        for key, payload in (
+            (keys.DEPTH, encode_depth(depth, home.stamp_ns, "camera")),
+            (keys.DEPTH_RAW, encode_depth_raw(depth, home.stamp_ns + 1, "camera")),
+            (keys.DEPTH, b"damaged"),
+        ):
+            before = viewer._deep_at
+            home.put(key, payload)
+            wait(lambda before=before: viewer._deep_at > before)
         wait(lambda: robot.model.events)
         home.frozen = True
         drawn = viewer._mapped_at
