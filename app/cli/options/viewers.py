@@ -22,7 +22,7 @@ class Foxglove:
     port: int = 8765
     """Port to listen on; 0 selects any free port."""
     layout: Path | None = None
-    """Write the layout of the panels to this file and exit; in Foxglove: Layouts, Import from file."""
+    """Write the layout of panels to this file and exit. In Foxglove: Layouts, Import from file."""
     ceiling_m: float = 1.4
     """Height above which the map is hidden, so that one looks into rooms from above."""
     parent_pid: int | None = None
