@@ -43,6 +43,7 @@ logger = logging.getLogger(__name__)
 MAP_S: Final = 1.0
 """Interval between two whole maps."""
 MARKERS_S: Final = 1.0
+LOOPBACK: Final = ("127.0.0.1", "localhost", "::1")
 _LINK: Final = "link"
 _WARNINGS: Final = frozenset({"contact", "stream_lost", "bad_message", "map_full"})
 _BACK_NS: Final = 1_000_000_000
@@ -259,6 +260,12 @@ def run_foxglove(config: FoxgloveConfig) -> None:
     robot = LiveRobot(config.connect, config.robot)
     server = FoxgloveServer(config)
     logger.info("Foxglove: open a connection to ws://%s:%d", config.host, server.port)
+    if config.host not in LOOPBACK:
+        logger.warning(
+            "whoever reaches %s:%d sees the robot's camera: Foxglove's protocol has no login",
+            config.host,
+            server.port,
+        )
     try:
         robot.run(server, ProcessStopSignal())
     finally:

@@ -96,7 +96,9 @@ class LiveRobot:
                     viewer.draw(self.model, self.model.take_changes())
         finally:
             ended.set()
-            thread.join(timeout=10.0)
+            # Ends a query that waits; a session that is just being opened is closed after it.
+            self._listener.close()
+            thread.join(timeout=5.0)
             self._listener.close()
 
     def _read(self, viewer: Viewer) -> None:

@@ -1,7 +1,10 @@
 """Streams a running robot to a viewer of Rerun, or into a file of it."""
 
 import logging
+import os
 import socket
+import subprocess
+import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,8 +34,6 @@ CHECK_S: Final = 2.0
 """Interval between two checks whether the viewer still receives."""
 STALLED_S: Final = 20.0
 """How long a viewer may not keep up before it counts as lost."""
-START_S: Final = 30.0
-"""How long a viewer that this program started may take to answer."""
 _RETRY_S: Final = 1.0
 _CONNECT_S: Final = 1.0
 _FLUSH_S: Final = 1.0
@@ -93,21 +94,20 @@ class RerunViewer:
         self._robot = config.robot
         self._save = config.save
         self._ceiling_m = config.ceiling_m
-        self._starts = config.url is None and config.save is None
-        """Whether this program started the viewer."""
+        self._process: subprocess.Popen[bytes] | None = None
+        """The viewer that this program started."""
         self._url = config.url or f"rerun+http://127.0.0.1:{PORT}/proxy"
         self._scene: RerunScene | None = None
         self._stream: rr.RecordingStream | None = None
-        self._was_open = self._told = False
-        self._began_at = time.monotonic()
+        self._told = False
         self._tried_at = self._checked_at = self._mapped_at = self._deep_at = 0.0
         self._received_at = 0.0
         self.closed = False
         """Whether the viewer that this program started was closed."""
         if config.save is not None:
             self._open_file(config.save)
-        elif self._starts:
-            _start_viewer()
+        elif config.url is None and not _answers(self._url):
+            self._process = start_viewer()
 
     def take(self, key: str, payload: bytes) -> None:
         """Draw depth images; all else is drawn with the scene."""
@@ -160,28 +160,23 @@ class RerunViewer:
 
     def _try_to_open(self, now: float) -> bool:
         self._tried_at = now
-        try:
-            socket.create_connection(address_of(self._url), _CONNECT_S).close()
-        except OSError as error:
-            self._tell_absence(now, error.strerror or str(error))
+        if not _answers(self._url):
+            if self._process is not None and self._process.poll() is not None:
+                raise ViewerError(
+                    "Rerun's viewer was started and has ended. Without a display, use --save "
+                    "FILE.rrd, or --url for a viewer on another machine"
+                )
+            if not self._told:
+                self._told = True
+                logger.info("no viewer at %s; waiting", self._url)
             return False
         stream = self._stream = self._new_stream()
         stream.connect_grpc(self._url, default_blueprint=blueprint())
         self._scene = RerunScene(stream, self._ceiling_m)
-        self._was_open, self._told = True, False
+        self._told = False
         self._checked_at = self._received_at = now
         logger.info("drawing into the viewer at %s", self._url)
         return True
-
-    def _tell_absence(self, now: float, reason: str) -> None:
-        if self._starts and not self._was_open and now - self._began_at > START_S:
-            raise ViewerError(
-                "Rerun's viewer was started and does not answer. Without a display, use --save "
-                "FILE.rrd, or --url for a viewer on another machine"
-            )
-        if not self._told:
-            self._told = True
-            logger.info("no viewer at %s (%s); waiting", self._url, reason)
 
     def _new_stream(self) -> rr.RecordingStream:
         stream = rr.RecordingStream(APPLICATION)
@@ -200,16 +195,32 @@ class RerunViewer:
                 return
             logger.warning("the viewer at %s does not receive any more: %s", self._url, error)
             self.close()
-            self.closed = self._starts
+            self.closed = self._process is not None
             return
         self._received_at = now
 
 
-def _start_viewer() -> None:
+def start_viewer() -> subprocess.Popen[bytes]:
+    """Start Rerun's viewer, which stays when this program ends.
+
+    The SDK's own function lets the viewer listen on every network; this one is for this machine.
+    """
+    command = [sys.executable, "-m", "rerun_cli", "--port", str(PORT), "--bind", "127.0.0.1"]
+    environment = {**os.environ, "RERUN_APP_ONLY": "true"}
+    return subprocess.Popen(  # noqa: S603 - our own arguments
+        [*command, "--expect-data-soon"],
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+
+
+def _answers(url: str) -> bool:
     try:
-        rr.spawn(port=PORT, connect=False)
-    except RuntimeError as error:
-        raise ViewerError(f"Rerun's viewer cannot be started: {error}") from error
+        socket.create_connection(address_of(url), _CONNECT_S).close()
+    except OSError:
+        return False
+    return True
 
 
 class _StopOrClosed:

@@ -225,14 +225,12 @@ def test_an_address_of_no_viewer_is_refused(url):
         RerunConfig(url=url)
 
 
-def test_a_viewer_that_was_started_and_does_not_answer_is_an_error(
-    start_home, show, wait, free_port, monkeypatch
-):
+def test_a_viewer_that_cannot_be_shown_is_an_error(free_port, monkeypatch):
     monkeypatch.setattr(rerun_viewer, "PORT", free_port)
-    monkeypatch.setattr(rerun_viewer, "START_S", 0.0)
-    monkeypatch.setattr(rerun_viewer, "_start_viewer", lambda: None)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"):
+        monkeypatch.delenv(name, raising=False)
     viewer = RerunViewer(RerunConfig())
-    with pytest.raises(ViewerError, match="Without a display, use --save"):
+    with pytest.raises(ViewerError, match=r"has ended\. Without a display"):
         LiveRobot(f"tcp/127.0.0.1:{free_port}", "ippon").run(viewer, threading.Event())
 
 
@@ -242,9 +240,21 @@ def test_closing_the_viewer_that_was_started_ends_the_command(
     monkeypatch.setattr(rerun_viewer, "PORT", free_port)
     monkeypatch.setattr(rerun_viewer, "CHECK_S", 0.2)
     started = []
-    monkeypatch.setattr(rerun_viewer, "_start_viewer", lambda: started.append(serve(free_port)))
+    start = lambda: started.append(serve(free_port)) or started[-1]  # noqa: E731
+    monkeypatch.setattr(rerun_viewer, "start_viewer", start)
     viewer = RerunViewer(RerunConfig())
     with show(viewer):
         wait(lambda: viewer._scene is not None)
         started[0].kill()
         wait(lambda: viewer.closed)
+
+
+def test_a_viewer_that_runs_already_is_used(serve, show, wait, free_port, monkeypatch):
+    monkeypatch.setattr(rerun_viewer, "PORT", free_port)
+    serve(free_port)
+    wait(lambda: rerun_viewer._answers(f"rerun+http://127.0.0.1:{free_port}/proxy"))
+    viewer = RerunViewer(RerunConfig())
+    assert viewer._process is None
+    with show(viewer):
+        wait(lambda: viewer._scene is not None)
+    viewer.close()
