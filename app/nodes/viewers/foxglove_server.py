@@ -18,11 +18,12 @@ from app.messages.memory import MapAlignment
 from app.messages.scene import FoundObject
 from app.messages.status import Event, FindReport
 from app.nodes.viewers.errors import ViewerError
+from app.nodes.viewers.foxglove_schema import schema_of
 from app.nodes.viewers.foxglove_topics import (
     BODY_KEY,
     CLOUDS,
     FORWARDED,
-    JSON,
+    JSON_TYPES,
     KEPT,
     LOG_KEY,
     ROS_TYPES,
@@ -74,7 +75,7 @@ class FoxgloveServer(ServerListener):
         """
         context = self._context = foxglove.Context()
         # Without the robot's prefix, so that one layout fits every robot.
-        names = {key: ros_name(key) for key in (*ROS_TYPES, *JSON, LOG_KEY)}
+        names = {key: ros_name(key) for key in (*ROS_TYPES, *JSON_TYPES, LOG_KEY)}
         self._channels = {
             key: foxglove.Channel(
                 names[key],
@@ -87,8 +88,8 @@ class FoxgloveServer(ServerListener):
             for key, kind in ROS_TYPES.items()
         }
         self._channels |= {
-            key: foxglove.Channel(names[key], message_encoding="json", context=context)
-            for key in JSON
+            key: foxglove.Channel(names[key], schema=schema_of(kind), context=context)
+            for key, kind in JSON_TYPES.items()
         }
         self._log = LogChannel(names[LOG_KEY], context=context)
         self._keys = {name: key for key, name in names.items()}
@@ -134,7 +135,7 @@ class FoxgloveServer(ServerListener):
             self._say(msgspec.json.decode(payload, type=Event))
         elif key == keys.CONFIGURATION:
             self._kept.pop(BODY_KEY, None)
-        if key in JSON:
+        if key in JSON_TYPES:
             self._send(key, payload)
         elif key == keys.MAP_ALIGNMENT:
             self._T_map_world = alignment_of(msgspec.json.decode(payload, type=MapAlignment))

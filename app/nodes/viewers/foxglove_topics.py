@@ -2,12 +2,16 @@
 
 from typing import Final
 
+import msgspec
 import numpy as np
 
-from app.messages import keys
+from app.messages import keys, status
+from app.messages.body import BodyConfiguration
+from app.messages.driving import PaintedRegions
 from app.messages.images import decode_depth, encode_depth_raw
 from app.messages.memory import MapAlignment
 from app.messages.motion import StampedTransform, decode_transforms, encode_transforms
+from app.messages.recording import RecordingStatus
 from app.messages.scene import VoxelCloud, encode_voxels
 from app.recording.channels import MARKERS_KEY, MARKERS_TYPE
 from app.view.model.attribute_colors import AttributeColor, attribute_colors
@@ -28,10 +32,15 @@ FORWARDED: Final = (
     keys.DETECTIONS,
 )  # fmt: skip
 """ROS messages that are passed on as received."""
-JSON: Final = (
-    keys.STATUS, keys.EVENT, keys.LEVELS, keys.FAR_EVIDENCE, keys.PAINTED, keys.CONFIGURATION,
-    keys.RECORDING,
-)  # fmt: skip
+JSON_TYPES: Final[dict[str, type[msgspec.Struct]]] = {
+    keys.STATUS: status.Status,
+    keys.EVENT: status.Event,
+    keys.LEVELS: status.LevelTable,
+    keys.FAR_EVIDENCE: status.FarEvidenceCells,
+    keys.PAINTED: PaintedRegions,
+    keys.CONFIGURATION: BodyConfiguration,
+    keys.RECORDING: RecordingStatus,
+}
 """JSON messages that are passed on as received."""
 ROS_TYPES: Final[dict[str, str]] = {
     **{key: keys.ROS_TYPES[key] for key in (*FORWARDED, keys.DEPTH_RAW)},
@@ -43,7 +52,7 @@ ROS_TYPES: Final[dict[str, str]] = {
 KEPT: Final = frozenset(
     {
         keys.CAMERA_INFO, keys.TF_STATIC, keys.PLAN_PATH, keys.PLAN_TREE, keys.DETECTIONS,
-        *JSON, BODY_KEY,
+        *JSON_TYPES, BODY_KEY,
     }
 ) - {keys.EVENT}  # fmt: skip
 """Topics whose last message a client gets that subscribes later."""

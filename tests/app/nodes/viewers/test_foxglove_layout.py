@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("foxglove", reason="needs the extra foxglove")
 
 from app.nodes.viewers.foxglove_layout import layout_json
-from app.nodes.viewers.foxglove_topics import JSON, LOG_KEY, ROS_TYPES
+from app.nodes.viewers.foxglove_topics import JSON_TYPES, LOG_KEY, ROS_TYPES
 
 
 @pytest.fixture
@@ -18,7 +18,7 @@ def layout():
 
 
 def test_every_topic_of_the_layout_is_served(layout):
-    served = {f"/{key}" for key in (*ROS_TYPES, *JSON, LOG_KEY)}
+    served = {f"/{key}" for key in (*ROS_TYPES, *JSON_TYPES, LOG_KEY)}
     named = set(re.findall(r'"(/[a-z][^".]+)', json.dumps(layout)))
     assert len(named) > 8
     assert named <= served

@@ -81,6 +81,9 @@ def test_every_topic_of_a_running_robot_comes_decodable(server, connect, start_h
     channel = client.channels[PROBABILITY]
     assert (channel["schemaName"], channel["encoding"]) == ("sensor_msgs/msg/PointCloud2", "cdr")
     assert "PointField[] fields" in channel["schema"]
+    channel = client.channels[STATUS]
+    assert (channel["schemaName"], channel["encoding"]) == ("Status", "json")
+    assert json.loads(channel["schema"])["properties"]["best_ooi"] == {"type": "number"}
     assert client.times_ns[-1] >= 10_000_000_000, "the robot's clock"
     assert set(client.log_times_ns[-20:]) <= set(client.times_ns)
 
