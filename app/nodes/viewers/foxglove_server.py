@@ -30,7 +30,7 @@ from app.nodes.viewers.foxglove_topics import (
     aligned_transforms,
     alignment_of,
     depth_image,
-    whole_map,
+    whole_maps,
 )
 from app.nodes.viewers.live_robot import CEILING_M, LinkState, LiveRobot, clock_ns
 from app.process.stop_signal import ProcessStopSignal
@@ -197,13 +197,14 @@ class FoxgloveServer(ServerListener):
                 self._channels[key].log(self._kept[key], log_time=self._now_ns)
 
     def _send_map(self, scene: SceneModel) -> None:
-        for key in sorted(self._stale):
-            if not self._channels[key].has_sinks() or not self._is_due(key, MAP_S):
-                continue
-            cloud = whole_map(scene, CLOUDS[key], self._ceiling_m, self._now_ns)
-            if cloud is not None:
-                self._stale.discard(key)
-                self._send(key, cloud)
+        wanted = [key for key in sorted(self._stale) if self._channels[key].has_sinks()]
+        due = [key for key in wanted if self._is_due(key, MAP_S)]
+        if not due:
+            return
+        clouds = whole_maps(scene, due, self._ceiling_m, self._now_ns)
+        for key, cloud in clouds.items():
+            self._stale.discard(key)
+            self._send(key, cloud)
 
     def _send_depth(self, payload: bytes) -> None:
         try:

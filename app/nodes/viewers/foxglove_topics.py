@@ -1,5 +1,7 @@
 """What Foxglove is served: the topics of a recording, with JSON as JSON and the whole map."""
 
+from collections.abc import Iterable
+from dataclasses import replace
 from typing import Final
 
 import msgspec
@@ -58,29 +60,33 @@ KEPT: Final = frozenset(
 """Topics whose last message a client gets that subscribes later."""
 
 
-def whole_map(
-    scene: SceneModel, mode: AttributeColor, ceiling_m: float, stamp_ns: int
-) -> bytes | None:
-    """Write the surface voxels below a ceiling; None before the first status."""
+def whole_maps(
+    scene: SceneModel, shown: Iterable[str], ceiling_m: float, stamp_ns: int
+) -> dict[str, bytes]:
+    """Write the surface voxels below a ceiling, for some of `CLOUDS`; none before a status."""
     voxel_m = scene.voxel_size_m
     if voxel_m is None:
-        return None
+        return {}
     indices, attributes = scene.voxels.all_voxels()
-    shown = indices[:, 2] < round(ceiling_m / voxel_m)
-    indices, attributes = indices[shown], attributes[shown]
-    return encode_voxels(
-        VoxelCloud(
-            stamp_ns=stamp_ns,
-            centers_world=((indices + 0.5) * voxel_m).astype(np.float32),
-            color=attribute_colors(indices, attributes, voxel_m, mode),
-            ooi=attributes[:, 3],
-            proximity=attributes[:, 4],
-            level=attributes[:, 5],
-            label=attributes[:, 6],
-            confidence=attributes[:, 7],
-            removed=np.zeros(len(indices), np.bool_),
-        )
+    low = indices[:, 2] < round(ceiling_m / voxel_m)
+    indices, attributes = indices[low], attributes[low]
+    cloud = VoxelCloud(
+        stamp_ns=stamp_ns,
+        centers_world=((indices + 0.5) * voxel_m).astype(np.float32),
+        color=attributes[:, :3],
+        ooi=attributes[:, 3],
+        proximity=attributes[:, 4],
+        level=attributes[:, 5],
+        label=attributes[:, 6],
+        confidence=attributes[:, 7],
+        removed=np.zeros(len(indices), np.bool_),
     )
+    return {
+        key: encode_voxels(
+            replace(cloud, color=attribute_colors(indices, attributes, voxel_m, CLOUDS[key]))
+        )
+        for key in shown
+    }
 
 
 def depth_image(payload: bytes) -> bytes:
