@@ -1,10 +1,12 @@
-"""The documents: every link and every path that they name exists, and the README stays short."""
+"""The documents: links, paths and commands that they name exist; the README stays short."""
 
 import re
+import shlex
 from pathlib import Path
 
 import pytest
 
+from app.cli.main import parse
 from ippon.evaluation.methods.method_table import METHODS
 from tests.locations import ROOT
 
@@ -84,3 +86,19 @@ def test_the_methods_of_the_guide_are_those_of_the_evaluation():
     text = (ROOT / "docs" / "guides" / "researcher.md").read_text("utf-8")
     section = text.split("## Methods")[1].split("\n## ")[0]
     assert set(re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE)) == set(METHODS)
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=name)
+def test_commands_that_are_shown_are_understood(document, capsys):
+    """Every `ippon` line of a block for the shell, up to the first operator of the shell."""
+    wrong = []
+    for block in re.findall(r"```(?:sh|bash)\n(.*?)```", document.read_text("utf-8"), re.DOTALL):
+        for line in block.replace("\\\n", " ").splitlines():
+            if not line.startswith("ippon ") or "$" in line:
+                continue
+            command = re.split(r" (?:&&|[|>;]) ?", line)[0]
+            try:
+                parse(shlex.split(command, comments=True)[1:])
+            except SystemExit as ended:
+                wrong += [(line, capsys.readouterr().err)] if ended.code else []
+    assert wrong == []

@@ -46,5 +46,5 @@ def test_it_has_the_command_and_names_its_extras(wheel):
     info = {name.rpartition("/")[2]: text.decode() for name, text in wheel.items()
             if ".dist-info/" in name}  # fmt: skip
     assert "ippon = app.__main__:main" in info["entry_points.txt"]
-    for extra in ("segmentation", "detector", "ray", "dev"):
+    for extra in ("segmentation", "detector", "ray", "foxglove", "rerun", "docs", "dev"):
         assert f"Provides-Extra: {extra}" in info["METADATA"]

@@ -14,6 +14,7 @@ from app.cli.options.commands import Command
 from app.cli.options.evaluation import Eval, EvalRun
 from app.cli.options.recognition import Calibrate, Recognise
 from app.cli.options.ros2 import Ros2
+from app.cli.options.viewers import Foxglove, Rerun
 from app.errors import UsageError
 from app.process.environment import prepare_process
 
@@ -21,7 +22,7 @@ from app.process.environment import prepare_process
 def run(arguments: Sequence[str]) -> int:
     """Run one command and return its exit status."""
     try:
-        command = _parse(arguments)
+        command = parse(arguments)
         prepare_process()
         return _dispatch(_with_config_file(command, arguments))
     except UsageError as error:
@@ -31,7 +32,8 @@ def run(arguments: Sequence[str]) -> int:
         return EXIT_INTERRUPTED
 
 
-def _parse(arguments: Sequence[str], default: Command | None = None) -> Command:
+def parse(arguments: Sequence[str], default: Command | None = None) -> Command:
+    """Return the command that the arguments name, with their values over those of a default."""
     return tyro.cli(
         Command,  # pyright: ignore[reportArgumentType]
         args=list(arguments),
@@ -54,9 +56,9 @@ def _with_config_file(command: Command, arguments: Sequence[str]) -> Command:
 
     match command:
         case nodes.Navigate() | nodes.Demo():
-            return _parse(arguments, with_file(command))
+            return parse(arguments, with_file(command))
         case Eval(command=EvalRun() as run):
-            return _parse(arguments, replace(command, command=with_file(run)))
+            return parse(arguments, replace(command, command=with_file(run)))
         case _:
             return command
 
@@ -75,6 +77,14 @@ def _dispatch(command: Command) -> int:
             from app.cli.tools.calibrate import run_calibrate
 
             return run_calibrate(command)
+        case Foxglove():
+            from app.cli.nodes.foxglove import run_foxglove_command
+
+            return run_foxglove_command(command)
+        case Rerun():
+            from app.cli.nodes.rerun import run_rerun_command
+
+            return run_rerun_command(command)
         case Ros2():
             from app.cli.nodes.ros2 import run_ros2
 

@@ -1,18 +1,15 @@
 """The map as a point cloud or as voxel faces, with the colours of the page."""
 
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
 from app.export.session_data import SessionData, need_map
-from app.view.colors import voxel_colors
+from app.view.model.attribute_colors import AttributeColor, attribute_colors
 
-ExportColor = Literal["camera", "ooi", "proximity", "height"]
-TOP_M: Final = 3.0
-"""Upper end of the height ramp."""
 # For each of the six sides: outward direction, and corners counter-clockwise from outside.
 _SIDES: Final = (
     ((1, 0, 0), ((1, 0, 0), (1, 1, 0), (1, 1, 1), (1, 0, 1))),
@@ -24,37 +21,19 @@ _SIDES: Final = (
 )
 
 
-def colors_of(
-    indices: NDArray[np.int64], attributes: NDArray[np.uint8], voxel_m: float, mode: ExportColor
-) -> NDArray[np.uint8]:
-    """Return (N, 3) RGB of voxels."""
-    ooi = attributes[:, 3]
-    return voxel_colors(
-        mode,
-        rgb=attributes[:, :3],
-        ooi=ooi,
-        level=attributes[:, 5],
-        height_m=((indices[:, 2] + 0.5) * voxel_m).astype(np.float32),
-        top_m=TOP_M,
-        # Unused by the colour modes of a file.
-        thing=ooi,
-        gain=ooi,
-    )
-
-
-def write_points(session: SessionData, path: Path, mode: ExportColor) -> None:
+def write_points(session: SessionData, path: Path, mode: AttributeColor) -> None:
     """Write the centres of the surface voxels as a PLY.
 
     Raises:
         RecordingError: There is no map.
     """
     indices, attributes, voxel_m = need_map(session)
-    colors = colors_of(indices, attributes, voxel_m, mode)
+    colors = attribute_colors(indices, attributes, voxel_m, mode)
     cloud: Any = trimesh.PointCloud((indices + 0.5) * voxel_m, colors=colors)
     path.write_bytes(cloud.export(file_type="ply"))
 
 
-def write_faces(session: SessionData, path: Path, mode: ExportColor) -> None:
+def write_faces(session: SessionData, path: Path, mode: AttributeColor) -> None:
     """Write the outer faces of the surface voxels as a GLB.
 
     Raises:
@@ -64,14 +43,14 @@ def write_faces(session: SessionData, path: Path, mode: ExportColor) -> None:
     path.write_bytes(mesh.export(file_type="glb"))
 
 
-def voxel_faces(session: SessionData, mode: ExportColor) -> Any:
+def voxel_faces(session: SessionData, mode: AttributeColor) -> Any:
     """Return the outer faces of surface voxels, with the colours of the voxels.
 
     Raises:
         RecordingError: There is no map.
     """
     indices, attributes, voxel_m = need_map(session)
-    colors = colors_of(indices, attributes, voxel_m, mode)
+    colors = attribute_colors(indices, attributes, voxel_m, mode)
     low = indices.min(axis=0) - 1
     solid = np.zeros(indices.max(axis=0) - low + 2, np.bool_)
     cells = indices - low

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from app.export.geometry import ExportColor, colors_of
 from app.messages.scene import FoundObject
 from app.view.colors import FOUND, ORANGE, ROBOT
+from app.view.model.attribute_colors import AttributeColor, attribute_colors
 from app.view.model.scene_model import SceneModel
 from app.view.model.voxel_store import ATTRIBUTES
 
@@ -56,7 +56,7 @@ class MapFromAbove:
         indices: NDArray[np.int64],
         voxel_m: float,
         frame: PictureExtent,
-        mode: ExportColor = "camera",
+        mode: AttributeColor = "camera",
     ) -> None:
         """Create an empty picture.
 
@@ -67,7 +67,7 @@ class MapFromAbove:
             mode: Colour mode.
         """
         self._voxel_m, self._frame = voxel_m, frame
-        self._mode: ExportColor = mode
+        self._mode: AttributeColor = mode
         self._low = indices.min(axis=0)
         size = indices.max(axis=0) - self._low + 1
         below = math.ceil(CEILING_M / voxel_m - 0.5) - int(self._low[2])
@@ -110,7 +110,7 @@ class MapFromAbove:
         i, j = i[filled], j[filled]
         top = columns.shape[1] - 1 - np.argmax(columns[filled, ::-1], axis=1)
         indices = np.stack([i, j, top], axis=1) + self._low
-        colors = colors_of(indices, self._attributes[i, j, top], self._voxel_m, self._mode)
+        colors = attribute_colors(indices, self._attributes[i, j, top], self._voxel_m, self._mode)
         # Higher voxels are lighter, so that furniture contrasts with the floor.
         rise = np.clip((indices[:, 2:] + 1) * (self._voxel_m / CEILING_M), 0.0, 1.0)
         self._cells[j, i] = (colors * (0.72 + 0.28 * rise)).astype(np.uint8)
@@ -128,7 +128,7 @@ class MapFromAbove:
 
 
 def draw_map(
-    scene: SceneModel, frame: PictureExtent, mode: ExportColor = "camera"
+    scene: SceneModel, frame: PictureExtent, mode: AttributeColor = "camera"
 ) -> NDArray[np.uint8]:
     """Return the scene from above, (H, W, 3)."""
     image = Image.new("RGB", frame.size, GROUND)

@@ -149,19 +149,28 @@ def decode_depth(payload: bytes) -> DepthImage:
     Raises:
         MessageError: Not such a message, damaged, or of another type.
     """
+    stamp_ns, frame_id, png = depth_png(payload)
+    millimetres = read_png(png, modes=GREY_16, expected="depth is a 16-bit grey PNG")
+    return DepthImage(
+        stamp_ns=stamp_ns,
+        frame_id=frame_id,
+        depth=millimetres.astype(np.float32) * np.float32(1e-3),
+    )
+
+
+def depth_png(payload: bytes) -> tuple[int, str, bytes]:
+    """Return stamp in nanoseconds, frame and PNG of a compressedDepth image of type 16UC1.
+
+    Raises:
+        MessageError: Not such a message, empty, or of another type.
+    """
     message = decode(payload, _COMPRESSED)
     if not message.format.startswith("16UC1"):
         raise MessageError(f"compressed depth is 16UC1; got format {message.format[:40]!r}")
     data = message.data.tobytes()
     if len(data) <= len(_DEPTH_HEADER):
         raise MessageError(f"compressed depth of {len(data)} bytes holds no image")
-    png = data[len(_DEPTH_HEADER) :]
-    millimetres = read_png(png, modes=GREY_16, expected="depth is a 16-bit grey PNG")
-    return DepthImage(
-        stamp_ns=stamp_ns_of(message.header),
-        frame_id=message.header.frame_id,
-        depth=millimetres.astype(np.float32) * np.float32(1e-3),
-    )
+    return stamp_ns_of(message.header), message.header.frame_id, data[len(_DEPTH_HEADER) :]
 
 
 def encode_depth_raw(depth: NDArray[np.float32], stamp_ns: int, frame_id: str) -> bytes:

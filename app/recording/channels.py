@@ -51,15 +51,19 @@ class Topic:
 def topic_of(robot: str, key: str) -> Topic:
     """Return how a key is recorded."""
     kind = MARKERS_TYPE if key == MARKERS_KEY else keys.ROS_TYPES.get(key, STRING)
-    schema, _ = typestore().generate_msgdef(kind, ros_version=_ROS_VERSION)
     return Topic(
         key=key,
         name=ros_name(f"{robot}/{key}"),
         type=kind,
-        schema=schema,
+        schema=ros_schema(kind),
         type_hash=typestore().hash_rihs01(kind),
         latched=key in LATCHED,
     )
+
+
+def ros_schema(kind: str) -> str:
+    """Return the ROS definition of a type and of all types that it contains."""
+    return typestore().generate_msgdef(kind, ros_version=_ROS_VERSION)[0]
 
 
 def ros_name(path: str) -> str:

@@ -29,6 +29,7 @@ from app.cli.options.tools import (
     Read,
     User,
 )
+from app.cli.options.viewers import Foxglove, Rerun
 
 Command = (
     Annotated[Demo, subcommand("demo")]
@@ -41,6 +42,8 @@ Command = (
     | Annotated[Review, subcommand("review")]
     | Annotated[Export, subcommand("export")]
     | Annotated[Replay, subcommand("replay")]
+    | Annotated[Foxglove, subcommand("foxglove")]
+    | Annotated[Rerun, subcommand("rerun")]
     | Annotated[Recognise, subcommand("recognise")]
     | Annotated[Calibrate, subcommand("calibrate")]
     | Annotated[Ask, subcommand("ask")]

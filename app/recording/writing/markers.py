@@ -1,9 +1,10 @@
-"""The viewpoint tree and the finds as markers, for viewers without this program's types."""
+"""Viewpoint tree, finds and the robot's body as markers, for viewers without our types."""
 
 from typing import Any, Final
 
 import numpy as np
 
+from app.messages.body import BodyProfile
 from app.messages.cdr import encode, header, make
 from app.messages.scene import FoundObject
 from app.recording.channels import MARKERS_TYPE
@@ -11,14 +12,20 @@ from ippon.planning.plan import TreeView
 
 _LINES: Final = 5
 _CUBE: Final = 1
+_SPHERE: Final = 2
+_TEXT: Final = 9
 _ADD: Final = 0
 _LIFT_M: Final = 0.1
 _WAY: Final = (0.35, 0.5, 0.95)
 _FIND: Final = (0.0, 0.62, 0.45)
+_ROBOT: Final = (0.34, 0.71, 0.91)
+_LIFETIME_S: Final = 3
+"""A marker expires after it if the next message has fewer."""
+_NAME_M: Final = 0.2
 
 
 def encode_markers(tree: TreeView | None, finds: tuple[FoundObject, ...], stamp_ns: int) -> bytes:
-    """Write the edges of the tree as lines and each find as a box.
+    """Write the edges of the tree as lines and each find as a box with its name.
 
     Args:
         tree: The tree; None before the first.
@@ -27,6 +34,32 @@ def encode_markers(tree: TreeView | None, finds: tuple[FoundObject, ...], stamp_
     """
     markers = [] if tree is None else [_edges(tree, stamp_ns)]
     markers += [_box(n, find, stamp_ns) for n, find in enumerate(finds)]
+    markers += [_name(n, find, stamp_ns) for n, find in enumerate(finds)]
+    return encode(MARKERS_TYPE, markers=markers)
+
+
+def encode_body(body: BodyProfile, frame_id: str, stamp_ns: int) -> bytes:
+    """Write the spheres of a robot's body.
+
+    Args:
+        body: The body.
+        frame_id: Frame of its base, in which viewers keep it.
+        stamp_ns: Robot time.
+    """
+    markers = [
+        _marker(
+            "body",
+            n,
+            _SPHERE,
+            stamp_ns,
+            at=(sphere.x_m, sphere.y_m, sphere.z_m),
+            scale=(2 * sphere.radius_m, 2 * sphere.radius_m, 2 * sphere.radius_m),
+            rgb=_ROBOT,
+            frame_id=frame_id,
+            lifetime_s=0,
+        )
+        for n, sphere in enumerate(body.spheres)
+    ]
     return encode(MARKERS_TYPE, markers=markers)
 
 
@@ -43,6 +76,20 @@ def _box(number: int, find: FoundObject, stamp_ns: int) -> Any:
     )
 
 
+def _name(number: int, find: FoundObject, stamp_ns: int) -> Any:
+    x, y, z = find.center_world
+    return _marker(
+        "names",
+        number,
+        _TEXT,
+        stamp_ns,
+        at=(x, y, z + 0.5 * find.size_m[2] + _NAME_M),
+        scale=(0.0, 0.0, _NAME_M),
+        rgb=_FIND,
+        text=f"{find.label.replace('_', ' ')} {find.probability:.0%}",
+    )
+
+
 def _marker(
     namespace: str,
     number: int,
@@ -53,6 +100,9 @@ def _marker(
     rgb: tuple[float, float, float],
     at: tuple[float, float, float] = (0.0, 0.0, 0.0),
     points: list[Any] | None = None,
+    text: str = "",
+    frame_id: str = "map",
+    lifetime_s: int = _LIFETIME_S,
 ) -> Any:
     r, g, b = rgb
     pose = make(
@@ -62,7 +112,7 @@ def _marker(
     )
     return make(
         "visualization_msgs/msg/Marker",
-        header=header(stamp_ns, "map"),
+        header=header(stamp_ns, frame_id),
         ns=namespace,
         id=number,
         type=kind,
@@ -70,9 +120,8 @@ def _marker(
         pose=pose,
         scale=make("geometry_msgs/msg/Vector3", x=scale[0], y=scale[1], z=scale[2]),
         color=make("std_msgs/msg/ColorRGBA", r=r, g=g, b=b, a=0.8),
-        # Expires if the next message has fewer markers.
-        lifetime=make("builtin_interfaces/msg/Duration", sec=3, nanosec=0),
-        frame_locked=False,
+        lifetime=make("builtin_interfaces/msg/Duration", sec=lifetime_s, nanosec=0),
+        frame_locked=frame_id != "map",
         points=points or [],
         colors=[],
         texture_resource="",
@@ -83,7 +132,7 @@ def _marker(
             data=np.empty(0, np.uint8),
         ),
         uv_coordinates=[],
-        text="",
+        text=text,
         mesh_resource="",
         mesh_file=make("visualization_msgs/msg/MeshFile", filename="", data=np.empty(0, np.uint8)),
         mesh_use_embedded_materials=False,

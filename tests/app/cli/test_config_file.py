@@ -1,7 +1,7 @@
 import pytest
 
 from app.cli.config_file import beyond_flags, read_config
-from app.cli.main import _parse, _with_config_file, run
+from app.cli.main import _with_config_file, parse, run
 from app.cli.options.nodes import Navigate
 from app.errors import UsageError
 
@@ -17,7 +17,7 @@ def file(tmp_path):
 
 
 def _command(*arguments):
-    return _with_config_file(_parse(arguments), arguments)
+    return _with_config_file(parse(arguments), arguments)
 
 
 def test_the_file_s_values_stand_below_the_flags(file):

@@ -5,15 +5,15 @@ import itertools
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Final
 
 import msgspec
 import zenoh
 
-from app.links.network.requests import RequestRefusedError, ask, last_message
+from app.links.network.requests import RequestRefusedError, ask
 from app.links.network.session import LinkError, open_client
-from app.links.network.subscription import on_token_lost, subscribe
+from app.links.network.topic_listener import CONNECT_S, TopicListener
 from app.messages import keys
 from app.messages.control import Accepted, ControlReply, ControlRequest, M, encode
 from app.messages.driving import DriveModeName, DriveRequest, DriveStatus, TeleopTag
@@ -35,29 +35,10 @@ from ippon.control.drive_mode import TeleopInput
 
 logger = logging.getLogger(__name__)
 
-LATCHED: Final = (
-    keys.STATUS,
-    keys.LEVELS,
-    keys.PLAN_TREE,
-    keys.PLAN_PATH,
-    keys.DETECTIONS,
-    keys.FAR_EVIDENCE,
-    keys.PAINTED,
-    keys.SEARCHES_SAVED,
-    keys.MAP_ALIGNMENT,
-    keys.CONFIGURATION,
-    keys.CAMERA_INFO,
-    keys.TF_STATIC,
-)
-"""Topics that answer a query with their last message."""
-
-SILENT_S: Final = 4.0
-"""Silence after which the listening session is reopened."""
 REPLY_S: Final = 2.0
 STOP_S: Final = 5.0
 """How long a Stop is retried while the navigator cannot be reached."""
 _STOP_PAUSE_S: Final = 0.1
-_CONNECT_S: Final = 1.5
 _RETRY_S: Final = 0.5
 
 
@@ -79,23 +60,14 @@ class NavigatorLink(PanelRequests):
         self.robot = robot
         self.problem = ""
         """Why the sessions could not be opened."""
-        self.openings = 0
-        """How often the link was opened or broke; each time, messages may have been missed."""
         self.drive_status = DriveStatus()
         """Last drive status from the navigator, with the top speeds for manual drive."""
         self.lease_status = LeaseStatus()
         """Last control lease from the navigator."""
-        self._missed = False
-        """The link broke, and what was published meanwhile has not been fetched yet."""
         self._input_seq = itertools.count()
         self._input_publisher: zenoh.Publisher | None = None
-        self._topics = tuple(topics)
-        self._inbox = inbox
-        self._listening: zenoh.Session | None = None
+        self._listener = TopicListener(endpoint, robot, topics, inbox.put)
         self._commanding: zenoh.Session | None = None
-        self._heard_at = self._opened_at = time.monotonic()
-        self._silence_told_of: float | None = None
-        """Time of the last message before the silence that was logged."""
         self._stop = threading.Event()
         self._thread = critical_thread("link", self._keep_open, on_failure)
 
@@ -112,22 +84,20 @@ class NavigatorLink(PanelRequests):
     @property
     def is_open(self) -> bool:
         """Whether a router answers at the endpoint."""
-        return self._listening is not None
+        return self._listener.is_open
+
+    @property
+    def openings(self) -> int:
+        """How often the link was opened or broke; each time, messages may have been missed."""
+        return self._listener.openings
 
     def silence_s(self) -> float:
         """Return how long ago the navigator was heard last, or the console was started."""
-        return time.monotonic() - self._heard_at
+        return self._listener.silence_s()
 
     def query(self, topic: str, timeout_s: float = REPLY_S) -> bytes | None:
         """Ask for the last message of a topic; None when nobody answers."""
-        session = self._listening
-        if session is None:
-            return None
-        try:
-            return last_message(session, self._key(topic), timeout_s)
-        except zenoh.ZError as error:
-            logger.debug("query of %s: %s", topic, error)
-            return None
+        return self._listener.query(topic, timeout_s)
 
     # Methods of `Controller` and `Actions`:
 
@@ -249,18 +219,7 @@ class NavigatorLink(PanelRequests):
         try:
             if self._commanding is None or not _has_router(self._commanding):
                 self._open_commanding()
-            quiet_s = time.monotonic() - max(self._heard_at, self._opened_at)
-            if self._listening is not None and quiet_s > SILENT_S:
-                if self._silence_told_of != self._heard_at:
-                    logger.info("no data from the navigator at %s: reconnecting", self.endpoint)
-                    self._silence_told_of = self._heard_at
-                self._listening = _closed(self._listening)
-            if self._listening is None:
-                self._open_listening()
-            elif self._missed:
-                self._missed = False
-                if not self._fetch_latched():
-                    self._missed = True
+            self._listener.check()
             self.problem = ""
         except (LinkError, zenoh.ZError) as error:
             self.problem = str(error)
@@ -268,7 +227,7 @@ class NavigatorLink(PanelRequests):
     def _open_commanding(self) -> None:
         self._input_publisher = None
         self._commanding = _closed(self._commanding)
-        self._commanding = open_client(self.endpoint, _CONNECT_S)
+        self._commanding = open_client(self.endpoint, CONNECT_S)
         self._input_publisher = self._commanding.declare_publisher(
             self._key(keys.TELEOP),
             priority=zenoh.Priority.REAL_TIME,
@@ -276,48 +235,9 @@ class NavigatorLink(PanelRequests):
             express=True,
         )
 
-    def _open_listening(self) -> None:
-        listening = open_client(self.endpoint, _CONNECT_S)
-        try:
-            for topic in self._topics:
-                kept = topic == keys.TF_STATIC
-                subscribe(listening, self._key(topic), self._receiver(topic), kept=kept)
-            on_token_lost(listening, self._key(keys.NAVIGATOR_ALIVE), self._note_break)
-        except zenoh.ZError:
-            _closed(listening)
-            raise
-        self._listening = listening
-        self._opened_at = time.monotonic()
-        self.openings += 1
-        self._fetch_latched()
-
-    def _note_break(self) -> None:
-        self.openings += 1
-        self._missed = True
-
-    def _fetch_latched(self) -> bool:
-        """Fetch the last message of each latched topic; return False without an answer."""
-        answers = 0
-        for topic in LATCHED:
-            payload = self.query(topic, 1.0)
-            if payload is not None:
-                answers += 1
-                self._inbox.put(topic, payload)
-        return answers > 0
-
-    def _receiver(self, topic: str) -> Callable[[bytes], None]:
-        is_status = topic == keys.STATUS
-
-        def receive(payload: bytes) -> None:
-            self._inbox.put(topic, payload)
-            if is_status:
-                self._heard_at = time.monotonic()
-
-        return receive
-
     def _close_sessions(self) -> None:
         self._input_publisher = None
-        self._listening = _closed(self._listening)
+        self._listener.close()
         self._commanding = _closed(self._commanding)
 
 

@@ -93,7 +93,7 @@ def test_markers_have_an_edge_for_every_node_but_the_root(made_up):
     markers = decode(
         encode_markers(made_up.tree_of(7), (find,), 5), "visualization_msgs/msg/MarkerArray"
     ).markers
-    assert [marker.ns for marker in markers] == ["tree", "finds"]
+    assert [marker.ns for marker in markers] == ["tree", "finds", "names"]
     assert len(markers[0].points) == 12
     assert decode(encode_markers(None, (), 5), "visualization_msgs/msg/MarkerArray").markers == []
 

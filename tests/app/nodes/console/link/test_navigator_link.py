@@ -5,6 +5,7 @@ import time
 
 import pytest
 
+from app.links.network import topic_listener
 from app.messages import keys
 from app.messages.control import ControlRequest
 from app.nodes.console.link import navigator_link as link_module
@@ -102,7 +103,7 @@ def test_a_stop_without_a_navigator_is_given_up_with_a_reason(link, monkeypatch)
 
 
 def test_silence_does_not_close_the_line_for_commands(start_home, link, monkeypatch):
-    monkeypatch.setattr(link_module, "SILENT_S", 0.2)
+    monkeypatch.setattr(topic_listener, "SILENT_S", 0.2)
     home = start_home()
     _wait(lambda: link.is_open)
     commanding = link._commanding
@@ -118,13 +119,13 @@ def test_a_break_that_zenoh_mends_by_itself_is_noticed(start_home, relay, connec
     start_home()
     link = connect(relay.port)
     _wait(lambda: link.openings == 1 and link.silence_s() < 0.5)
-    listening = link._listening
+    listening = link._listener.session
     _wait(lambda: list(listening.liveliness().get(f"ippon/{keys.NAVIGATOR_ALIVE}")))
     relay.cut()
     cut_at = time.monotonic()
     _wait(lambda: link.openings == 2)
     _wait(lambda: link.silence_s() < time.monotonic() - cut_at)
-    assert link._listening is listening, "no word would have been missed otherwise"
+    assert link._listener.session is listening, "no word would have been missed otherwise"
 
 
 def test_what_nobody_expected_is_told(link, failures, monkeypatch):

@@ -1,0 +1,153 @@
+"""Receives a robot's topics, reconnects after silence, and fetches what was missed."""
+
+import logging
+import time
+from collections.abc import Callable, Iterable
+from typing import Final
+
+import zenoh
+
+from app.links.network.requests import last_message
+from app.links.network.session import open_client
+from app.links.network.subscription import on_token_lost, subscribe
+from app.messages import keys
+
+logger = logging.getLogger(__name__)
+
+LATCHED: Final = (
+    keys.STATUS,
+    keys.LEVELS,
+    keys.PLAN_TREE,
+    keys.PLAN_PATH,
+    keys.DETECTIONS,
+    keys.FAR_EVIDENCE,
+    keys.PAINTED,
+    keys.SEARCHES_SAVED,
+    keys.MAP_ALIGNMENT,
+    keys.CONFIGURATION,
+    keys.CAMERA_INFO,
+    keys.TF_STATIC,
+)
+"""Topics that answer a query with their last message."""
+
+SILENT_S: Final = 4.0
+"""Silence after which the session is reopened."""
+CONNECT_S: Final = 1.5
+_QUERY_S: Final = 2.0
+
+
+class TopicListener:
+    """One zenoh session that listens; the thread that calls `check` keeps it open."""
+
+    def __init__(
+        self, endpoint: str, robot: str, topics: Iterable[str], put: Callable[[str, bytes], None]
+    ) -> None:
+        """Prepare a listener; `check` opens it.
+
+        Args:
+            endpoint: zenoh endpoint of the navigator.
+            robot: Key prefix.
+            topics: Keys to subscribe to.
+            put: Called with each message in zenoh's network thread, and with fetched ones in the
+                thread of `check`: it must return at once.
+        """
+        self.endpoint = endpoint
+        self.robot = robot
+        self.openings = 0
+        """How often the link was opened or broke; each time, messages may have been missed."""
+        self.session: zenoh.Session | None = None
+        self._missed = False
+        """The link broke, and what was published meanwhile has not been fetched yet."""
+        self._topics = tuple(topics)
+        self._put = put
+        self._heard_at = self._opened_at = time.monotonic()
+        self._silence_told_of: float | None = None
+        """Time of the last message before the silence that was logged."""
+
+    @property
+    def is_open(self) -> bool:
+        """Whether a router answers at the endpoint."""
+        return self.session is not None
+
+    def silence_s(self) -> float:
+        """Return how long ago the navigator was heard last, or the listener was made."""
+        return time.monotonic() - self._heard_at
+
+    def query(self, topic: str, timeout_s: float = _QUERY_S) -> bytes | None:
+        """Ask for the last message of a topic; None when nobody answers."""
+        session = self.session
+        if session is None:
+            return None
+        try:
+            return last_message(session, self._key(topic), timeout_s)
+        except zenoh.ZError as error:
+            logger.debug("query of %s: %s", topic, error)
+            return None
+
+    def check(self) -> None:
+        """Open the session, open it again after silence, and fetch what was missed.
+
+        Raises:
+            LinkError: No router answers.
+            zenoh.ZError: The session cannot be used.
+        """
+        quiet_s = time.monotonic() - max(self._heard_at, self._opened_at)
+        if self.session is not None and quiet_s > SILENT_S:
+            if self._silence_told_of != self._heard_at:
+                logger.info("no data from the navigator at %s: reconnecting", self.endpoint)
+                self._silence_told_of = self._heard_at
+            self.close()
+        if self.session is None:
+            self._open()
+        elif self._missed:
+            self._missed = False
+            if not self._fetch_latched():
+                self._missed = True
+
+    def close(self) -> None:
+        """Close the session."""
+        session, self.session = self.session, None
+        if session is not None:
+            session.close()  # pyright: ignore[reportUnknownMemberType]
+
+    def _open(self) -> None:
+        session = open_client(self.endpoint, CONNECT_S)
+        try:
+            for topic in self._topics:
+                kept = topic == keys.TF_STATIC
+                subscribe(session, self._key(topic), self._receiver(topic), kept=kept)
+            on_token_lost(session, self._key(keys.NAVIGATOR_ALIVE), self._note_break)
+        except zenoh.ZError:
+            session.close()  # pyright: ignore[reportUnknownMemberType]
+            raise
+        self.session = session
+        self._opened_at = time.monotonic()
+        self.openings += 1
+        self._fetch_latched()
+
+    def _note_break(self) -> None:
+        self.openings += 1
+        self._missed = True
+
+    def _fetch_latched(self) -> bool:
+        """Fetch the last message of each latched topic; return False without an answer."""
+        answers = 0
+        for topic in LATCHED:
+            payload = self.query(topic, 1.0)
+            if payload is not None:
+                answers += 1
+                self._put(topic, payload)
+        return answers > 0
+
+    def _receiver(self, topic: str) -> Callable[[bytes], None]:
+        is_status = topic == keys.STATUS
+
+        def receive(payload: bytes) -> None:
+            self._put(topic, payload)
+            if is_status:
+                self._heard_at = time.monotonic()
+
+        return receive
+
+    def _key(self, topic: str) -> str:
+        return f"{self.robot}/{topic}"

@@ -1,0 +1,1 @@
+"""Live views in other programs: `live_robot` receives, the Foxglove and Rerun modules show."""
