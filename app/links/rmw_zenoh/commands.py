@@ -27,14 +27,13 @@ def encode_velocity(kind: str, linear_m_s: float, yaw_rate_rad_s: float, stamp_n
     return encode(TWIST_STAMPED, header=header(stamp_ns, "base_link"), twist=make(TWIST, **twist))
 
 
-def encode_tilt(kind: str, tilt_rad: float, topic: Topic, stamp_ns: int) -> bytes:
+def encode_tilt(kind: str, tilt_rad: float, topic: Topic) -> bytes:
     """Write a Float64, or a JointTrajectory of one point.
 
     Args:
         kind: ROS 2 type.
         tilt_rad: Above the horizon.
-        topic: Names joint and sign of a trajectory.
-        stamp_ns: By the robot's clock.
+        topic: Names joint and sign of a trajectory, which is to begin at once (stamp 0).
     """
     if kind == FLOAT:
         return encode_number(tilt_rad)
@@ -49,7 +48,7 @@ def encode_tilt(kind: str, tilt_rad: float, topic: Topic, stamp_ns: int) -> byte
             "builtin_interfaces/msg/Duration", sec=0, nanosec=int(1e9 * TILT_REACH_S)
         ),
     )
-    return encode(kind, header=header(stamp_ns, ""), joint_names=[topic.joint], points=[point])
+    return encode(kind, header=header(0, ""), joint_names=[topic.joint], points=[point])
 
 
 def _vector(x: float, z: float) -> object:

@@ -48,6 +48,7 @@ def claim(session: zenoh.Session, robot: str) -> Any:
              if reply.ok is not None]  # fmt: skip
     first = min([*found, mine])
     if first != mine:
+        token.undeclare()
         host, pid = first.rsplit("/", 1)[-1].split("-", 1)[-1].rsplit("-", 1)
         raise Ros2Error(
             f"another bridge serves the robot {robot!r} already (process {pid} on {host}): end it, "

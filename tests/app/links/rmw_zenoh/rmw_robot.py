@@ -1,0 +1,156 @@
+"""A stand-in for a robot whose nodes have rmw_zenoh; it shares no code with what it tests.
+
+Keys, tokens and attachments follow the examples of rmw_zenoh's design document, publishers and
+subscriptions are declared as it declares them: advanced ones of zenoh, with a cache for transient
+local topics. A message without a valid attachment is dropped.
+"""
+
+import struct
+import threading
+import time
+
+import zenoh
+import zenoh.ext
+
+HASHES = {
+    "sensor_msgs::msg::dds_::Image_": (
+        "RIHS01_d31d41a9a4c4bc8eae9be757b0beed306564f7526c88ea6a4588fb9582527d47"
+    ),
+    "sensor_msgs::msg::dds_::CompressedImage_": (
+        "RIHS01_15640771531571185e2efc8a100baf923961a4d15d5569652e6cb6691e8e371a"
+    ),
+    "sensor_msgs::msg::dds_::CameraInfo_": (
+        "RIHS01_b3dfd68ff46c9d56c80fd3bd4ed22c7a4ddce8c8348f2f59c299e73118e7e275"
+    ),
+    "tf2_msgs::msg::dds_::TFMessage_": (
+        "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087"
+    ),
+    "geometry_msgs::msg::dds_::Twist_": (
+        "RIHS01_9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a"
+    ),
+    "geometry_msgs::msg::dds_::TwistStamped_": (
+        "RIHS01_5f0fcd4f81d5d06ad9b4c4c63e3ea51b82d6ae4d0558f1d475229b1121db6f64"
+    ),
+    "geometry_msgs::msg::dds_::PoseStamped_": (
+        "RIHS01_10f3786d7d40fd2b54367835614bff85d4ad3b5dab62bf8bca0cc232d73b4cd8"
+    ),
+    "std_msgs::msg::dds_::Float64_": (
+        "RIHS01_705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a"
+    ),
+    "trajectory_msgs::msg::dds_::JointTrajectory_": (
+        "RIHS01_179b33eba59d676f6d967ac71fe35e7ca2f64b2f3928f4a018cec115e213796e"
+    ),
+}
+"""As the packages of ROS 2 Kilted have them; a constant for tf2_msgs, which is not on PyPI."""
+RELIABLE, SENSOR, LATCHED = "::,10:,:,:,,", "2::,5:,:,:,,", ":1:,1:,:,:,,"
+
+
+class Received:
+    """Messages of a subscription, with their attachments."""
+
+    def __init__(self):
+        self.messages = []
+        self._changed = threading.Condition()
+
+    def add(self, payload, attachment):
+        with self._changed:
+            self.messages.append((payload, attachment))
+            self._changed.notify_all()
+
+    def wait_for(self, test, timeout_s=20.0):
+        """Return the messages as soon as a test of them holds."""
+        with self._changed:
+            assert self._changed.wait_for(lambda: test(self.messages), timeout_s), self.messages
+            return list(self.messages)
+
+
+class RmwRobot:
+    """One node with publishers and subscriptions.
+
+    Args:
+        session: zenoh session of the node.
+        domain: ROS domain.
+        humble: Keys have no hash.
+    """
+
+    def __init__(self, session, domain=0, node="scout", humble=False):
+        self.session, self.domain, self.humble = session, domain, humble
+        self._node = f"@ros2_lv/{domain}/{session.zid()}/0/"
+        self._name = f"%/%/{node}"
+        self._count = 0
+        self.tokens = [self._declare(f"{self._node}0/NN/{self._name}")]
+        self.graph = set()
+        self._changed = threading.Condition()
+        self._watch = session.liveliness().declare_subscriber(
+            f"@ros2_lv/{domain}/**", self._see, history=True
+        )
+
+    def publisher(self, topic, dds_type, qos=RELIABLE, type_hash=None):
+        """Declare a publisher; return what publishes a payload."""
+        key, gid = self._endpoint("MP", topic, dds_type, qos, type_hash)
+        options = {"congestion_control": zenoh.CongestionControl.DROP}
+        if qos.split(":")[1] == "1":
+            options |= {
+                "cache": zenoh.ext.CacheConfig(max_samples=1),
+                "publisher_detection": True,
+                "sample_miss_detection": zenoh.ext.MissDetectionConfig(
+                    heartbeat=None, sporadic_heartbeat=0.5
+                ),
+            }
+        publisher = zenoh.ext.declare_advanced_publisher(self.session, key, **options)
+        numbers = iter(range(1, 1_000_000))
+
+        def put(payload):
+            attachment = struct.pack("<qqB16s", next(numbers), time.time_ns(), 16, gid)
+            publisher.put(payload, attachment=attachment)
+
+        put.declared, put.numbers = publisher, numbers
+        return put
+
+    def subscription(self, topic, dds_type, qos=RELIABLE, type_hash=None):
+        """Declare a subscription; return what it receives."""
+        key, _ = self._endpoint("MS", topic, dds_type, qos, type_hash)
+        received = Received()
+
+        def take(sample):
+            if sample.attachment is None or len(sample.attachment.to_bytes()) != 33:
+                return
+            number, stamp_ns, length, gid = struct.unpack("<qqB16s", sample.attachment.to_bytes())
+            assert length == 16
+            received.add(sample.payload.to_bytes(), (number, stamp_ns, gid))
+
+        self.tokens.append(zenoh.ext.declare_advanced_subscriber(self.session, key, take))
+        return received
+
+    def sees(self, part, timeout_s=20.0):
+        """Wait until the graph has a token with these characters; return it."""
+        with self._changed:
+            there = lambda: next((t for t in self.graph if part in t), None)  # noqa: E731
+            assert self._changed.wait_for(there, timeout_s), (part, self.graph)
+            return there()
+
+    def misses(self, part, timeout_s=20.0):
+        """Wait until the graph has no token with these characters."""
+        with self._changed:
+            assert self._changed.wait_for(
+                lambda: not any(part in token for token in self.graph), timeout_s
+            )
+
+    def _endpoint(self, kind, topic, dds_type, qos, type_hash):
+        self._count += 1
+        type_hash = type_hash or ("TypeHashNotSupported" if self.humble else HASHES[dds_type])
+        mangled = topic.replace("/", "%")
+        token = (
+            f"{self._node}{self._count}/{kind}/{self._name}/{mangled}/{dds_type}/{type_hash}/{qos}"
+        )
+        self.tokens.append(self._declare(token))
+        return f"{self.domain}{topic}/{dds_type}/{type_hash}", bytes([self._count] * 16)
+
+    def _declare(self, token):
+        return self.session.liveliness().declare_token(token)
+
+    def _see(self, sample):
+        with self._changed:
+            change = self.graph.add if sample.kind == zenoh.SampleKind.PUT else self.graph.discard
+            change(str(sample.key_expr))
+            self._changed.notify_all()
