@@ -107,8 +107,8 @@ class RmwRobot:
         put.declared, put.numbers = publisher, numbers
         return put
 
-    def subscription(self, topic, dds_type, qos=RELIABLE, type_hash=None):
-        """Declare a subscription; return what it receives."""
+    def subscription(self, topic, dds_type, qos=RELIABLE, type_hash=None, hear=None):
+        """Declare a subscription; return what it receives, and pass each payload to `hear`."""
         key, _ = self._endpoint("MS", topic, dds_type, qos, type_hash)
         received = Received()
 
@@ -118,6 +118,8 @@ class RmwRobot:
             number, stamp_ns, length, gid = struct.unpack("<qqB16s", sample.attachment.to_bytes())
             assert length == 16
             received.add(sample.payload.to_bytes(), (number, stamp_ns, gid))
+            if hear is not None:
+                hear(sample.payload.to_bytes())
 
         self.tokens.append(zenoh.ext.declare_advanced_subscriber(self.session, key, take))
         return received
