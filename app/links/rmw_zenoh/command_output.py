@@ -10,11 +10,11 @@ from app.links.network.sender import Sender
 from app.links.rmw_zenoh.commands import encode_tilt, encode_velocity
 from app.links.rmw_zenoh.matching import Match, match_topic
 from app.links.rmw_zenoh.participant import Endpoint, Participant
-from app.links.rmw_zenoh.tokens import Entity
+from app.links.rmw_zenoh.protocol.tokens import Entity
 from app.messages.cdr import MessageError
 from app.messages.motion import decode_number
 from app.ros2.ippon_ros2.driver import Driver
-from app.ros2.ippon_ros2.settings import COMMANDS, FLOAT, Settings
+from app.ros2.ippon_ros2.settings import COMMANDS, FLOAT, NAVIGATE, Settings
 
 logger = logging.getLogger(__name__)
 
@@ -23,7 +23,7 @@ TILT_STEP_RAD: Final = 0.01
 
 
 class CommandOutput:
-    """Publishes velocities and tilt where somebody subscribes to them.
+    """Publishes velocities, tilt and goals where somebody subscribes to them.
 
     Velocities are limited, and zero when the navigator falls silent (`driver`).
 
@@ -34,7 +34,11 @@ class CommandOutput:
 
     def __init__(self, participant: Participant, settings: Settings) -> None:
         self._participant, self._domain = participant, settings.domain
-        self._topics = {key: t for key, t in settings.topics.items() if key in COMMANDS}
+        self._topics = {
+            key: topic
+            for key, topic in settings.topics.items()
+            if key in COMMANDS and NAVIGATE not in COMMANDS[key][1]
+        }
         self._sender = Sender()
         self._endpoints: dict[str, Endpoint] = {}
         self._tilt: float | None = None
@@ -68,11 +72,13 @@ class CommandOutput:
         self._image = stamp_s, at_s
         self.driver.saw_image(stamp_s, at_s)
 
-    def put(self, key: str, payload: bytes) -> None:
-        """Publish a message of a topic that somebody subscribes to; the latest one only."""
+    def put(self, key: str, payload: bytes) -> bool:
+        """Publish a message, the latest one only; return False where nobody subscribes."""
         endpoint = self._endpoints.get(key)
-        if endpoint is not None:
-            self._sender.put_latest(key, partial(endpoint.put, payload))
+        if endpoint is None:
+            return False
+        self._sender.put_latest(key, partial(endpoint.put, payload))
+        return True
 
     def take_velocity(self, payload: bytes) -> None:
         """Pass on a TwistStamped of the navigator."""

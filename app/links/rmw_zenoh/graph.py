@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import zenoh
 
-from app.links.rmw_zenoh.tokens import SPACE, Entity, read_token
+from app.links.rmw_zenoh.protocol.tokens import SPACE, Entity, read_token
 
 logger = logging.getLogger(__name__)
 

@@ -3,7 +3,7 @@
 import threading
 from typing import Final
 
-from app.links.rmw_zenoh.attachment import Attachment
+from app.links.rmw_zenoh.protocol.attachment import Attachment
 
 MOST_PUBLISHERS: Final = 100
 LONGEST_GAP: Final = 10_000

@@ -4,8 +4,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Final, Literal
 
-from app.links.rmw_zenoh.names import NO_HASH, topic_key, type_hash
-from app.links.rmw_zenoh.tokens import Entity, Qos
+from app.links.rmw_zenoh.protocol.names import NO_HASH, topic_key, type_hash
+from app.links.rmw_zenoh.protocol.tokens import Entity, Qos
 from app.ros2.ippon_ros2.settings import KEPT, Topic
 
 _DIGITS: Final = 15

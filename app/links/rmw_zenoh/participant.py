@@ -9,13 +9,13 @@ from typing import Any, Final
 import zenoh
 import zenoh.ext
 
-from app.links.rmw_zenoh.attachment import (
+from app.links.rmw_zenoh.protocol.attachment import (
     Attachment,
     decode_attachment,
     encode_attachment,
     gid_of,
 )
-from app.links.rmw_zenoh.tokens import Entity, Kind, Qos, token_of
+from app.links.rmw_zenoh.protocol.tokens import Entity, Kind, Qos, token_of
 from app.messages.cdr import MessageError
 
 NODE: Final = "ippon"
@@ -59,7 +59,8 @@ class Participant:
     """
 
     def __init__(self, session: zenoh.Session, domain: int, namespace: str = "/") -> None:
-        self._session, self._domain, self._namespace = session, domain, namespace
+        self.session = session
+        self._domain, self._namespace = domain, namespace
         self._zid = str(session.info.zid())
         self._numbers = itertools.count(1)
         self._token: Any = self._declare_token(self._entity("NN", 0))
@@ -69,7 +70,7 @@ class Participant:
         """Declare a publisher of commands."""
         entity = self._entity("MP", next(self._numbers), topic, kind, type_hash, COMMANDS)
         # As rmw_zenoh does for reliable publishers: a command that cannot leave is obsolete.
-        declared = self._session.declare_publisher(
+        declared = self.session.declare_publisher(
             entity.key,
             congestion_control=zenoh.CongestionControl.DROP,
             priority=zenoh.Priority.REAL_TIME,
@@ -100,12 +101,17 @@ class Participant:
 
         handler: Any = zenoh.handlers.Callback(receive, indirect=False)
         if not qos.transient_local:
-            return self._add(entity, self._session.declare_subscriber(entity.key, handler))
+            return self._add(entity, self.session.declare_subscriber(entity.key, handler))
         history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=MOST_KEPT)
         declared = zenoh.ext.declare_advanced_subscriber(
-            self._session, entity.key, handler, history=history, subscriber_detection=True
+            self.session, entity.key, handler, history=history, subscriber_detection=True
         )
         return self._add(entity, declared)
+
+    def client(self, name: str, kind: str, type_hash: str, qos: Qos) -> tuple[Entity, Any]:
+        """Declare the client of a service; return it with its token."""
+        entity = self._entity("SC", next(self._numbers), name, kind, type_hash, qos)
+        return entity, self._declare_token(entity)
 
     def withdraw(self, endpoint: Endpoint) -> None:
         """Close one endpoint."""
@@ -125,7 +131,7 @@ class Participant:
         return endpoint
 
     def _declare_token(self, entity: Entity) -> Any:
-        return self._session.liveliness().declare_token(token_of(entity))
+        return self.session.liveliness().declare_token(token_of(entity))
 
     def _entity(
         self,

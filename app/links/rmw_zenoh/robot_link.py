@@ -11,12 +11,16 @@ import zenoh
 from app.links.network.session import LinkError, open_client
 from app.links.network.subscription import subscribe
 from app.links.rmw_zenoh.command_output import CommandOutput
+from app.links.rmw_zenoh.goal_action import GoalAction
+from app.links.rmw_zenoh.goal_topic import GoalTopic
 from app.links.rmw_zenoh.graph import Graph
 from app.links.rmw_zenoh.matching import Match
 from app.links.rmw_zenoh.participant import Participant
 from app.links.rmw_zenoh.streams import Streams
 from app.messages import keys
-from app.ros2.ippon_ros2.settings import Ros2Error, Settings
+from app.ros2.ippon_ros2.goals import Goals
+from app.ros2.ippon_ros2.serialized import goal_status
+from app.ros2.ippon_ros2.settings import GOALS, Ros2Error, Settings
 from app.ros2.ippon_ros2.zenoh_side import claim
 
 logger = logging.getLogger(__name__)
@@ -58,6 +62,7 @@ class RobotLink:
         self._started = time.monotonic()
         self._losses_at = self._started
         self._commands: CommandOutput | None = None
+        self._goals: Goals | None = None
         self._thread = threading.Thread(target=self._run, name="robot link", daemon=True)
         self._thread.start()
         self._watchdog = threading.Thread(target=self._watch, name="watchdog", daemon=True)
@@ -84,12 +89,19 @@ class RobotLink:
         graph = Graph(robot_session, settings.domain)
         self._commands = commands = CommandOutput(participant, settings)
         streams = Streams(participant, self._session, self._robot, settings, commands.saw_image)
+        action = self._find_navigation(participant, commands)
         self._subscribe(commands)
         while not self._ended.is_set():
             entities = graph.entities()
             self._report(commands.follow(entities) | streams.follow(entities))
+            if action is not None:
+                self._report({"navigate": Match(problem=action.follow(entities))})
             self._count_losses(streams)
             self._ended.wait(DISCOVER_S)
+        if self._goals is not None:
+            self._goals.stop()
+        if action is not None:
+            action.close()
         commands.close()
         streams.close()
         graph.close()
@@ -129,8 +141,39 @@ class RobotLink:
                 return True
         return False
 
+    def _find_navigation(
+        self, participant: Participant, commands: CommandOutput
+    ) -> GoalAction | None:
+        """Pass goals on to a robot that navigates by itself; return its action if it has one."""
+        topics = self._settings.topics
+        key = next((key for key in GOALS if key in topics), None)
+        if key is None:
+            return None
+        status = self._session.declare_publisher(f"{self._robot}/{keys.NAVIGATION_STATUS}")
+
+        def ended(goal: bytes, code: int) -> None:
+            goals.ended(goal, code)
+
+        action = GoalAction(participant, topics[key], ended) if key == "navigate" else None
+        navigation = action or GoalTopic(commands, topics[key], ended)
+        goals = Goals(navigation, lambda stamp, code: status.put(goal_status(stamp, code)))
+        self._goals = goals
+        return action
+
     def _subscribe(self, commands: CommandOutput) -> None:
         takes = {keys.CMD_VEL: commands.take_velocity, keys.CMD_TILT: commands.take_tilt}
+        goals = self._goals
+        if goals is not None:
+
+            def take_goal(payload: bytes) -> None:
+                commands.driver.release()
+                goals.take_goal(payload, time.monotonic())
+
+            def take_active(payload: bytes) -> None:
+                goals.take_active(payload, time.monotonic())
+
+            takes[keys.NAVIGATION_GOAL] = take_goal
+            takes[keys.NAVIGATION_ACTIVE] = take_active
         for key, take in takes.items():
             subscribe(self._session, f"{self._robot}/{key}", take)
 
@@ -169,3 +212,5 @@ class RobotLink:
         while not self._ended.wait(TICK_S):
             if self._commands is not None:
                 self._commands.driver.tick(time.monotonic())
+            if self._goals is not None:
+                self._goals.tick(time.monotonic())

@@ -9,11 +9,11 @@ from typing import Any, Final
 import zenoh
 
 from app.links.network.sender import Sender
-from app.links.rmw_zenoh.attachment import Attachment
 from app.links.rmw_zenoh.losses import LossCount
 from app.links.rmw_zenoh.matching import Match, match_topic
 from app.links.rmw_zenoh.participant import Endpoint, Participant
-from app.links.rmw_zenoh.tokens import Entity, Qos
+from app.links.rmw_zenoh.protocol.attachment import Attachment
+from app.links.rmw_zenoh.protocol.tokens import Entity, Qos
 from app.ros2.ippon_ros2.depth_png import DepthOutput
 from app.ros2.ippon_ros2.serialized import RateLimit, stamp_of
 from app.ros2.ippon_ros2.settings import (

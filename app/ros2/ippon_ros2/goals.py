@@ -17,6 +17,9 @@ ACCEPTED, REACHED, CANCELLED, FAILED = 1, 4, 5, 6
 """Of action_msgs/GoalStatus."""
 NO_GOAL = bytes(8)
 
+Ended = Callable[[bytes, int], None]
+"""Takes a goal with its status."""
+
 
 class Navigation(Protocol):
     """What drives the robot: an action server, or a subscriber of a topic."""

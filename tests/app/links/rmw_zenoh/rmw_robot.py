@@ -156,3 +156,63 @@ class RmwRobot:
             change = self.graph.add if sample.kind == zenoh.SampleKind.PUT else self.graph.discard
             change(str(sample.key_expr))
             self._changed.notify_all()
+
+
+class ActionServer:
+    """Nav2's action NavigateToPose of a robot: three services; a test decides about each goal.
+
+    `accepts` answers the next goal; `finish` ends the last one with a status, 4 reached, 5
+    cancelled, 6 failed, and an error code.
+    """
+
+    def __init__(self, robot, name, type_hash="RIHS01_" + "cd" * 32):
+        self.accepts = True
+        self.goals, self.cancelled, self.attachments = Received(), Received(), []
+        self._result = None
+        self._queryables = []
+        under = f"{robot.domain}{name}/_action"
+        mangled = f"{name}/_action".replace("/", "%")
+        for service, dds_type, answer in (
+            ("send_goal", "nav2_msgs::action::dds_::NavigateToPose_SendGoal_", self._take),
+            ("get_result", "nav2_msgs::action::dds_::NavigateToPose_GetResult_", self._keep),
+            ("cancel_goal", "action_msgs::srv::dds_::CancelGoal_", self._cancel),
+        ):
+            robot._count += 1
+            robot.tokens.append(
+                robot._declare(
+                    f"{robot._node}{robot._count}/SS/{robot._name}/{mangled}%{service}/"
+                    f"{dds_type}/{type_hash}/{RELIABLE}"
+                )
+            )
+            key = f"{under}/{service}/{dds_type}/{type_hash}"
+            self._queryables.append(robot.session.declare_queryable(key, answer, complete=True))
+
+    def finish(self, status, code=0):
+        """End the last goal."""
+        query, self._result = self._result, None
+        payload = struct.pack("<4sbxHI1s", b"\0\1\0\0", status, code, 1, b"\0")
+        query.reply(query.key_expr, payload, attachment=query.attachment.to_bytes())
+        query.drop()
+
+    def has_result(self):
+        return self._result is not None
+
+    def _take(self, query):
+        assert len(query.attachment.to_bytes()) == 33
+        payload = query.payload.to_bytes()
+        number, pose, tail = payload[4:20], payload[:4] + payload[20:-5], payload[-5:]
+        assert tail == struct.pack("<I", 1) + b"\0", "no behavior tree"
+        answer = struct.pack("<4s?3xiI", b"\0\1\0\0", self.accepts, 0, 0)
+        query.reply(query.key_expr, answer, attachment=query.attachment.to_bytes())
+        query.drop()
+        self.goals.add(pose, number)
+
+    def _keep(self, query):
+        self._result = query
+
+    def _cancel(self, query):
+        payload = query.payload.to_bytes()
+        answer = struct.pack("<4sb3xI", b"\0\1\0\0", 0, 0)
+        query.reply(query.key_expr, answer, attachment=query.attachment.to_bytes())
+        query.drop()
+        self.cancelled.add(payload[4:20], None)

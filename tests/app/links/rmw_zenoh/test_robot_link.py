@@ -181,7 +181,9 @@ def test_the_tilt_is_a_trajectory_where_one_is_subscribed_to(sessions, start):
     start({"cmd_tilt": {"topic": "head", "type": kind, "joint": "head_tilt", "sign": -1}})
     robot.sees("MP/%/%/ippon/%head/")
     publisher = sessions[1].declare_publisher("r/camera/cmd_tilt")
-    for tilt in (-0.3, -0.3001, float("nan"), 0.2):
+    publisher.put(encode_number(-0.3))
+    received.wait_for(len)
+    for tilt in (-0.3001, float("nan"), 0.2):
         publisher.put(encode_number(tilt))
     messages = received.wait_for(lambda m: len(m) == 2)
     trajectories = [decode(payload, kind) for payload, _ in messages]

@@ -7,7 +7,7 @@
 from dataclasses import dataclass, field
 from typing import Final, Literal, get_args
 
-from app.links.rmw_zenoh.names import dds_type, demangled, mangled, ros_type, topic_key
+from app.links.rmw_zenoh.protocol.names import dds_type, demangled, mangled, ros_type, topic_key
 
 SPACE: Final = "@ros2_lv"
 DEFAULT_DEPTH: Final = 42

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.links.rmw_zenoh.tokens import (
+from app.links.rmw_zenoh.protocol.tokens import (
     Entity,
     Qos,
     decode_qos,
@@ -12,7 +12,7 @@ from app.links.rmw_zenoh.tokens import (
     read_token,
     token_of,
 )
-from tests.app.links.rmw_zenoh.published import (
+from tests.app.links.rmw_zenoh.protocol.published import (
     CAPTURED_TOKEN,
     CHATTER_KEY,
     LISTENER,

@@ -2,7 +2,7 @@ import json
 
 import pytest
 
-from app.links.rmw_zenoh.names import (
+from app.links.rmw_zenoh.protocol.names import (
     NO_HASH,
     dds_type,
     demangled,
@@ -13,7 +13,7 @@ from app.links.rmw_zenoh.names import (
 )
 from app.messages.keys import ROS_TYPES
 from app.ros2.ippon_ros2.settings import COMMANDS, STREAMS
-from tests.app.links.rmw_zenoh.published import (
+from tests.app.links.rmw_zenoh.protocol.published import (
     CHATTER_KEY,
     GENERATED_HASHES,
     PUBLISHED_HASHES,

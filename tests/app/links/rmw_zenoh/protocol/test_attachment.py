@@ -5,14 +5,14 @@ import zenoh.ext
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.links.rmw_zenoh.attachment import (
+from app.links.rmw_zenoh.protocol.attachment import (
     Attachment,
     decode_attachment,
     encode_attachment,
     gid_of,
 )
 from app.messages.cdr import MessageError
-from tests.app.links.rmw_zenoh.published import CAPTURED_ATTACHMENT, CAPTURED_TOKEN
+from tests.app.links.rmw_zenoh.protocol.published import CAPTURED_ATTACHMENT, CAPTURED_TOKEN
 
 INT64 = st.integers(-(2**63), 2**63 - 1)
 ATTACHMENTS = st.builds(
