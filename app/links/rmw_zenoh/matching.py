@@ -24,6 +24,8 @@ class Match:
     """Full names of their nodes."""
     problem: str = ""
     """Why there are none; empty where there are."""
+    reason: Literal["", "absent", "type", "definition"] = ""
+    """The same in a word."""
     note: str = ""
     """What is unusual about them."""
 
@@ -52,12 +54,14 @@ def match_topic(
     there = [entity for entity in all_of_kind if entity.topic == topic.name]
     if not there:
         verb = "publishes" if kind == "MP" else "subscribes to"
-        return Match(problem=f"nobody {verb} {topic.name}{_near(topic.name, all_of_kind)}")
+        problem = f"nobody {verb} {topic.name}{_near(topic.name, all_of_kind)}"
+        return Match(problem=problem, reason="absent")
     wanted = (topic.type,) if topic.type else tuple(accepted)
     types = sorted({entity.type for entity in there})
     chosen = next((one for one in wanted if one in types), None)
     if chosen is None:
-        return Match(problem=f"{topic.name} is {', '.join(types)}; needed: {' or '.join(wanted)}")
+        problem = f"{topic.name} is {', '.join(types)}; needed: {' or '.join(wanted)}"
+        return Match(problem=problem, reason="type")
     of_type = [entity for entity in there if entity.type == chosen]
     hashes = {entity.type_hash for entity in of_type}
     known = type_hash(chosen)
@@ -66,7 +70,8 @@ def match_topic(
         other = min(hashes)[:_DIGITS]
         return Match(
             problem=f"{topic.name} has another definition of {chosen}: its hash is {other}…, of "
-            f"the usual one {known[:_DIGITS]}…"
+            f"the usual one {known[:_DIGITS]}…",
+            reason="definition",
         )
     used_by = [entity for entity in of_type if entity.type_hash == used]
     qos = _common_qos(used_by)
