@@ -1,3 +1,4 @@
+import json
 import socket
 import struct
 import threading
@@ -5,6 +6,7 @@ import time
 
 import pytest
 import xxhash
+import zenoh
 
 from app.links.network.session import open_client, open_router
 from app.links.network.subscription import subscribe
@@ -241,24 +243,53 @@ def test_a_node_that_comes_back_with_another_version_of_ros_is_found(sessions, s
     heard.wait_for(lambda m: m == [(b"humble", None)])
 
 
-def test_the_robots_own_router_is_waited_for(sessions, start, hear):
+def test_the_robots_own_router_is_waited_for_and_may_start_again(sessions, start, hear):
     with socket.socket() as listener:
         listener.bind(("127.0.0.1", 0))
         endpoint = f"tcp/127.0.0.1:{listener.getsockname()[1]}"
     heard = hear("tf")
     link = start({"router": endpoint})
     wait_for_note(link, f"the robot's router {endpoint} does not answer")
-    router = open_router(endpoint)
-    try:
+    for payload in (b"by its router", b"by its next one"):
+        router = open_router(endpoint)
         node = open_client(endpoint)
         robot = RmwRobot(node)
         put = robot.publisher("/tf", TF)
         robot.sees("MS/%/%/ippon/%tf/")
-        put(b"by its router")
-        heard.wait_for(len)
-        link.close()
+        put(payload)
+        heard.wait_for(lambda m, payload=payload: (payload, None) in m)
         node.close()
+        router.close()
+
+
+def test_the_robots_router_may_connect_to_the_navigator(sessions, free_endpoint, start, hear):
+    heard = hear("tf")
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{listener.getsockname()[1]}"
+    config = zenoh.Config()
+    for key, value in {
+        "mode": "router",
+        "listen/endpoints": [endpoint],
+        "connect/endpoints": [free_endpoint],
+        "scouting/multicast/enabled": False,
+    }.items():
+        config.insert_json5(key, json.dumps(value))
+    router = zenoh.open(config)
+    node = open_client(endpoint)
+    try:
+        robot = RmwRobot(node)
+        put = robot.publisher("/tf", TF)
+        received = robot.subscription("/cmd_vel", TWIST)
+        start()
+        robot.sees("MS/%/%/ippon/%tf/")
+        robot.sees("MP/%/%/ippon/%cmd_vel/")
+        put(b"by two routers")
+        heard.wait_for(lambda m: m == [(b"by two routers", None)])
+        sessions[1].declare_publisher("r/cmd_vel").put(twist())
+        received.wait_for(len)
     finally:
+        node.close()
         router.close()
 
 
