@@ -94,6 +94,7 @@ class ServiceClient:
             payload=request,
             attachment=encode_attachment(attachment),
             timeout=timeout_s,
+            target=zenoh.QueryTarget.ALL_COMPLETE,
             consolidation=zenoh.ConsolidationMode.NONE,
         )
 

@@ -1,20 +1,30 @@
 """Published values of rmw_zenoh: from its design document, and from messages of live nodes.
 
-The design document (docs/design.md of github.com/ros2/rmw_zenoh) has the keys and tokens of the
-demo nodes talker and listener. The captured ones are of `ros2 topic pub /chatter
+The design document (docs/design.md of github.com/ros2/rmw_zenoh) has the keys and tokens of ROS 2's
+demo nodes. The captured ones are of `ros2 topic pub /chatter
 std_msgs/msg/String` with rmw_zenoh 0.10 (ROS 2 Lyrical).
 """
 
 STRING_HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 CHATTER_KEY = f"0/chatter/std_msgs::msg::dds_::String_/{STRING_HASH}"
-LISTENER = "@ros2_lv/0/aac3178e146ba6f1fc6e6a4085e77f21/0/0/NN/%/%/listener"
+LISTENER = "@ros2_lv/2/aac3178e146ba6f1fc6e6a4085e77f21/0/0/NN/%/%/listener"
 LISTENER_CHATTER = (
-    "@ros2_lv/0/aac3178e146ba6f1fc6e6a4085e77f21/0/10/MS/%/%/listener/"
+    "@ros2_lv/2/aac3178e146ba6f1fc6e6a4085e77f21/0/10/MS/%/%/listener/"
     f"%chatter/std_msgs::msg::dds_::String_/{STRING_HASH}/::,10:,:,:,,"
 )
 TALKER_CHATTER = (
-    "@ros2_lv/0/8b20917502ee955ac4476e0266340d5c/0/10/MP/%/%/talker/"
+    "@ros2_lv/2/8b20917502ee955ac4476e0266340d5c/0/10/MP/%/%/talker/"
     f"%chatter/std_msgs::msg::dds_::String_/{STRING_HASH}/::,7:,:,:,,"
+)
+ADD_HASH = "RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a"
+ADD_KEY = f"2/add_two_ints/example_interfaces::srv::dds_::AddTwoInts_/{ADD_HASH}"
+ADD_SERVER = (
+    "@ros2_lv/2/f9980ee0495eaafb3e38f0d19e2eae12/0/10/SS/%/%/add_two_ints_server/"
+    f"%add_two_ints/example_interfaces::srv::dds_::AddTwoInts_/{ADD_HASH}/::,10:,:,:,,"
+)
+ADD_CLIENT = (
+    "@ros2_lv/2/e1dc8d1b45ae8717fce78689cc655685/0/10/SC/%/%/add_two_ints_client/"
+    f"%add_two_ints/example_interfaces::srv::dds_::AddTwoInts_/{ADD_HASH}/::,10:,:,:,,"
 )
 
 CAPTURED_TOKEN = (

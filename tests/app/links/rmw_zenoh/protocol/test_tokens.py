@@ -13,6 +13,9 @@ from app.links.rmw_zenoh.protocol.tokens import (
     token_of,
 )
 from tests.app.links.rmw_zenoh.protocol.published import (
+    ADD_CLIENT,
+    ADD_KEY,
+    ADD_SERVER,
     CAPTURED_TOKEN,
     CHATTER_KEY,
     LISTENER,
@@ -31,14 +34,17 @@ QOS = st.builds(
 )
 
 
-@pytest.mark.parametrize("token", [LISTENER, LISTENER_CHATTER, TALKER_CHATTER, CAPTURED_TOKEN])
+@pytest.mark.parametrize(
+    "token",
+    [LISTENER, LISTENER_CHATTER, TALKER_CHATTER, ADD_SERVER, ADD_CLIENT, CAPTURED_TOKEN],
+)
 def test_published_tokens_are_read_and_written_again(token):
     assert token_of(read_token(token)) == token
 
 
 def test_what_a_published_token_says():
     assert read_token(TALKER_CHATTER) == Entity(
-        domain=0,
+        domain=2,
         session="8b20917502ee955ac4476e0266340d5c",
         node_id=0,
         entity_id=10,
@@ -49,7 +55,8 @@ def test_what_a_published_token_says():
         type_hash=STRING_HASH,
         qos=Qos(depth=7),
     )
-    assert read_token(TALKER_CHATTER).key == CHATTER_KEY
+    assert read_token(CAPTURED_TOKEN).key == CHATTER_KEY
+    assert read_token(ADD_SERVER).key == ADD_KEY
     assert read_token(LISTENER).full_name == "/listener"
 
 
@@ -130,4 +137,4 @@ def test_any_text_is_read_or_refused(text):
 def test_keys_of_a_token_agree_with_another_program():
     ros2 = pytest.importorskip("pamoja.ros2")
     entity = read_token(LISTENER_CHATTER)
-    assert entity.key == ros2.entity_key(0, entity.topic, entity.type, entity.type_hash)
+    assert entity.key == ros2.entity_key(2, entity.topic, entity.type, entity.type_hash)
