@@ -1,6 +1,6 @@
 """Published values of rmw_zenoh: from its design document, and from messages of live nodes.
 
-The design document (docs/design.md of github.com/ros2/rmw_zenoh) has the keys and tokens of ROS 2's
+The design document of github.com/ros2/rmw_zenoh has the keys and tokens of ROS 2's
 demo nodes. The captured ones are of `ros2 topic pub /chatter
 std_msgs/msg/String` with rmw_zenoh 0.10 (ROS 2 Lyrical).
 """
