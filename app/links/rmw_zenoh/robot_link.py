@@ -18,6 +18,7 @@ from app.links.rmw_zenoh.matching import Match
 from app.links.rmw_zenoh.participant import Participant
 from app.links.rmw_zenoh.streams import Streams
 from app.messages import keys
+from app.messages.cdr import MessageError
 from app.ros2.ippon_ros2.goals import Goals
 from app.ros2.ippon_ros2.serialized import goal_status
 from app.ros2.ippon_ros2.settings import GOALS, Ros2Error, Settings
@@ -93,9 +94,13 @@ class RobotLink:
         self._subscribe(commands)
         while not self._ended.is_set():
             entities = graph.entities()
-            self._report(commands.follow(entities) | streams.follow(entities))
-            if action is not None:
-                self._report({"navigate": Match(problem=action.follow(entities))})
+            try:
+                self._report(commands.follow(entities) | streams.follow(entities))
+                if action is not None:
+                    self._report({"navigate": Match(problem=action.follow(entities))})
+                self._note("link", "")
+            except zenoh.ZError as error:
+                self._note("link", f"the link to the robot's nodes fails: {error}")
             self._count_losses(streams)
             self._ended.wait(DISCOVER_S)
         if self._goals is not None:
@@ -167,7 +172,10 @@ class RobotLink:
 
             def take_goal(payload: bytes) -> None:
                 commands.driver.release()
-                goals.take_goal(payload, time.monotonic())
+                try:
+                    goals.take_goal(payload, time.monotonic())
+                except MessageError as error:
+                    logger.warning("a goal was refused: %s", error)
 
             def take_active(payload: bytes) -> None:
                 goals.take_active(payload, time.monotonic())
