@@ -7,7 +7,7 @@ from typing import Final
 import zenoh
 
 from app.doctor.finding import Finding
-from app.links.network.session import LinkError, open_client
+from app.links.network.session import LinkError, open_robot_client
 from app.links.rmw_zenoh.graph import Graph
 from app.links.rmw_zenoh.matching import Match, match_topic
 from app.links.rmw_zenoh.participant import NODE
@@ -15,6 +15,7 @@ from app.links.rmw_zenoh.protocol.names import NO_HASH
 from app.links.rmw_zenoh.protocol.tokens import Entity
 from app.ros2.ippon_ros2.settings import COMMANDS, NAVIGATE, STREAMS, Settings
 
+CONNECT_S: Final = 5.0
 _DO: Final = {
     "absent": "name the topic in `ros2` of the profile, or start the node",
     "type": "name another topic in `ros2` of the profile, or republish it in that type",
@@ -38,9 +39,9 @@ class RosGraph:
         self._problem = ""
         try:
             if settings.router:
-                session = self._own = open_client(settings.router)
-        except LinkError:
-            self._problem = f"no zenoh router answers at {settings.router}"
+                session = self._own = open_robot_client(settings.router, CONNECT_S)
+        except LinkError as error:
+            self._problem = str(error)
         else:
             self._graph = Graph(session, None)
 

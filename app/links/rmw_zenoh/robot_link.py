@@ -3,12 +3,11 @@
 import logging
 import threading
 import time
-from collections.abc import Callable
 from typing import Any, Final
 
 import zenoh
 
-from app.links.network.session import LinkError, open_client
+from app.links.network.session import LinkError, open_robot_client
 from app.links.network.subscription import subscribe
 from app.links.rmw_zenoh.command_output import CommandOutput
 from app.links.rmw_zenoh.goal_action import GoalAction
@@ -45,7 +44,6 @@ class RobotLink:
         session: Of the navigator; with no `router` in the settings also that of the robot's nodes.
         robot: Key prefix.
         settings: Topics, domain and router of the robot.
-        connect: Opens a session to the router.
     """
 
     def __init__(
@@ -53,10 +51,8 @@ class RobotLink:
         session: zenoh.Session,
         robot: str,
         settings: Settings,
-        connect: Callable[[str, float], zenoh.Session] = open_client,
     ) -> None:
         self._session, self._robot, self._settings = session, robot, settings
-        self._connect = connect
         self._ended = threading.Event()
         self._notes: dict[str, str] = {}
         self._token: Any = None
@@ -122,10 +118,9 @@ class RobotLink:
             return self._session
         while not self._ended.is_set():
             try:
-                session = self._connect(router, CONNECT_S)
+                session = open_robot_client(router, CONNECT_S)
             except LinkError as error:
-                self._note("router", f"the robot's router {router} does not answer: waiting")
-                logger.debug("%s", error)
+                self._note("router", f"waiting for the robot: {error}")
                 self._ended.wait(RETRY_S)
             else:
                 self._note("router", "")

@@ -51,10 +51,10 @@ def test_a_profile_that_is_none_is_refused():
 
 
 def test_a_robot_with_rmw_zenoh_has_a_line_for_its_graph(listened, capsys, tmp_path, monkeypatch):
-    def refuse(endpoint):
+    def refuse(endpoint, _):
         raise LinkError(endpoint)
 
-    monkeypatch.setattr(ros_graph, "open_client", refuse)
+    monkeypatch.setattr(ros_graph, "open_robot_client", refuse)
     path = tmp_path / "scout.yaml"
     section = "ros2: {middleware: rmw_zenoh, router: tcp/scout:7447}\n"
     path.write_text(template(ZED) + section, encoding="utf-8")

@@ -111,12 +111,12 @@ def test_tokens_are_read_from_the_network(sessions):
 
 
 def test_a_router_that_does_not_answer(sessions, monkeypatch):
-    def refuse(endpoint):
-        raise LinkError(endpoint)
+    def refuse(endpoint, _):
+        raise LinkError(f"no router at {endpoint}")
 
-    monkeypatch.setattr(ros_graph, "open_client", refuse)
+    monkeypatch.setattr(ros_graph, "open_robot_client", refuse)
     graph = RosGraph(sessions[0], settings({"router": "tcp/scout:7447"}))
     (finding,) = graph.check()
-    assert finding.detail == "no zenoh router answers at tcp/scout:7447"
+    assert finding.detail == "no router at tcp/scout:7447"
     assert "rmw_zenohd" in finding.do
     graph.close()

@@ -249,7 +249,7 @@ def test_the_robots_own_router_is_waited_for_and_may_start_again(sessions, start
         endpoint = f"tcp/127.0.0.1:{listener.getsockname()[1]}"
     heard = hear("tf")
     link = start({"router": endpoint})
-    wait_for_note(link, f"the robot's router {endpoint} does not answer")
+    wait_for_note(link, f"waiting for the robot: no router of the robot answers at {endpoint}")
     for payload in (b"by its router", b"by its next one"):
         router = open_router(endpoint)
         node = open_client(endpoint)
