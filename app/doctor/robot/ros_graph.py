@@ -108,8 +108,8 @@ def _whole(domain: int, inside: Sequence[Entity]) -> Finding:
     count = Counter(one.kind for one in inside)
     ours = any(one.kind == "NN" and one.node == NODE for one in inside)
     detail = (
-        f"domain {domain}: {count['NN']} nodes, {count['MP']} publishers, "
-        f"{count['MS']} subscriptions"
+        f"domain {domain}: nodes {count['NN']}, publishers {count['MP']}, subscriptions "
+        f"{count['MS']}"
     )
     if ours:
         return Finding(what="ROS graph", verdict="ok", detail=f"{detail}; the navigator is one")

@@ -45,7 +45,7 @@ def test_a_graph_with_all_topics_is_well():
     findings = by_what(check_graph(settings(), entities))
     assert {finding.verdict for finding in findings.values()} == {"ok"}
     assert findings["ROS graph"].detail == (
-        "domain 7: 2 nodes, 5 publishers, 1 subscriptions; the navigator is one"
+        "domain 7: nodes 2, publishers 5, subscriptions 1; the navigator is one"
     )
     assert findings["color"].detail == (
         "/image: sensor_msgs/msg/CompressedImage, best effort, of /scout"

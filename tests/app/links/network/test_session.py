@@ -43,5 +43,5 @@ def test_the_robots_own_network_has_a_configuration_of_its_own(free_endpoint, mo
     with pytest.raises(LinkError, match=f"no router of the robot answers at {free_endpoint}"):
         open_robot_client(free_endpoint, 0.3)
     monkeypatch.setenv("IPPON_ZENOH_ROBOT_PROFILE", "/nowhere/robot.json5")
-    with pytest.raises(LinkError, match="IPPON_ZENOH_ROBOT_PROFILE names '/nowhere/robot.json5'"):
+    with pytest.raises(LinkError, match="IPPON_ZENOH_ROBOT_PROFILE names"):
         open_robot_client(free_endpoint, 0.3)
