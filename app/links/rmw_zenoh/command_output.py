@@ -20,6 +20,8 @@ logger = logging.getLogger(__name__)
 
 TILT_STEP_RAD: Final = 0.01
 """Least change of the tilt that begins another trajectory."""
+LAST_SECOND: Final = 2.0**31 - 2.0
+"""Of the stamps of ROS 2."""
 
 
 class CommandOutput:
@@ -121,4 +123,5 @@ class CommandOutput:
         image = self._image
         if image is None:
             return time.time_ns()
-        return round(1e9 * (image[0] + time.monotonic() - image[1]))
+        seconds = image[0] + time.monotonic() - image[1]
+        return round(1e9 * min(max(0.0, seconds), LAST_SECOND))

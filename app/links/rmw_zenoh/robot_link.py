@@ -46,12 +46,7 @@ class RobotLink:
         settings: Topics, domain and router of the robot.
     """
 
-    def __init__(
-        self,
-        session: zenoh.Session,
-        robot: str,
-        settings: Settings,
-    ) -> None:
+    def __init__(self, session: zenoh.Session, robot: str, settings: Settings) -> None:
         self._session, self._robot, self._settings = session, robot, settings
         self._ended = threading.Event()
         self._notes: dict[str, str] = {}
@@ -79,8 +74,18 @@ class RobotLink:
 
     def _run(self) -> None:
         robot_session = self._open()
-        if robot_session is None or not self._claim():
+        if robot_session is None:
             return
+        try:
+            if self._claim():
+                self._carry(robot_session)
+        finally:
+            if robot_session is not self._session:
+                robot_session.close()  # pyright: ignore[reportUnknownMemberType]
+
+    def _carry(self, robot_session: zenoh.Session) -> None:
+        """Carry streams and commands until the end."""
+        self._started = time.monotonic()
         settings = self._settings
         participant = Participant(robot_session, settings.domain, settings.namespace)
         graph = Graph(robot_session, settings.domain)
@@ -108,8 +113,6 @@ class RobotLink:
         graph.close()
         participant.close()
         self._token.undeclare()
-        if robot_session is not self._session:
-            robot_session.close()  # pyright: ignore[reportUnknownMemberType]
 
     def _open(self) -> zenoh.Session | None:
         """Return the session of the robot's nodes, waiting for it; None once ended."""

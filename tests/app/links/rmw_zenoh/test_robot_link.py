@@ -161,6 +161,25 @@ def test_a_command_has_the_time_of_the_robots_clock(sessions, start, hear):
     assert 1000 <= stamp.sec <= 1010
 
 
+@pytest.mark.parametrize("seconds", [-(2**31), 2**31 - 1])
+def test_images_with_absurd_stamps_do_not_keep_the_robot_from_stopping(
+    sessions, start, hear, seconds
+):
+    robot = RmwRobot(sessions[1])
+    put = robot.publisher("/camera/color/image_raw/compressed", COMPRESSED, SENSOR)
+    received = robot.subscription("/cmd_vel", STAMPED)
+    heard = hear("camera/color/image_raw/compressed")
+    start()
+    robot.sees("MP/%/%/ippon/%cmd_vel/")
+    robot.sees("MS/%/%/ippon/%camera%color")
+    put(stamped(seconds))
+    heard.wait_for(len)
+    sessions[1].declare_publisher("r/cmd_vel").put(twist(linear=0.2))
+    received.wait_for(lambda m: len(m) >= 3)
+    last, _ = received.messages[-1]
+    assert decode(last, "geometry_msgs/msg/TwistStamped").twist.linear.x == 0.0
+
+
 def test_a_late_command_becomes_zero_velocity(sessions, start, hear):
     robot = RmwRobot(sessions[1])
     put = robot.publisher("/camera/color/image_raw/compressed", COMPRESSED, SENSOR)
