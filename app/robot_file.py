@@ -11,7 +11,7 @@ from typing import Any, Final, Literal
 
 import msgspec
 
-from app.ros2.ippon_ros2.settings import Ros2Error, read_settings
+from app.ros2.ippon_ros2.settings import RMW_ZENOH, Ros2Error, Settings, read_settings
 from ippon import extensions
 from ippon.mapping.config import MapConfig
 from ippon.robot import HABITAT, ZED, CollisionSphere, RobotProfile, upright_body
@@ -89,7 +89,7 @@ class _RobotFile(_Part, kw_only=True):
     camera: _Camera
     detector: _Detector | None = None
     ros2: dict[str, Any] | None = None
-    """Read by the bridge on the robot."""
+    """Read by the bridge on the robot, or by the navigator for nodes with rmw_zenoh."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -161,6 +161,21 @@ def read_clock_offset(text: str) -> float:
     return offset_ms / 1e3
 
 
+def read_rmw_zenoh(text: str) -> Settings | None:
+    """Return the topics of a robot with `middleware: rmw_zenoh`; None for another one.
+
+    Args:
+        text: Name of a built-in profile, or path of a YAML file.
+
+    Raises:
+        RobotFileError: There is no such profile, or it is invalid.
+    """
+    if text in PROFILES:
+        return None
+    settings = _settings(_read(text))
+    return settings if settings.middleware == RMW_ZENOH else None
+
+
 def profile_names() -> tuple[str, ...]:
     """Return the names of all profiles: built-in, shipped, and of installed packages."""
     return (*PROFILES, *SHIPPED, *extensions.names(extensions.PROFILES))
@@ -180,10 +195,15 @@ def _read(text: str) -> _RobotFile:
         raise RobotFileError(f"{path} is too long for a robot profile: {size} bytes")
     try:
         file = msgspec.yaml.decode(path.read_bytes(), type=_RobotFile)
-        read_settings({"ros2": file.ros2, "motion": {"takes": file.motion.takes}})
+        _settings(file)
     except (OSError, msgspec.DecodeError, ValueError, Ros2Error) as error:
         raise RobotFileError(f"robot profile {path}: {error}") from error
     return file
+
+
+def _settings(file: _RobotFile) -> Settings:
+    """Return the topics of a robot and its limits; raises Ros2Error."""
+    return read_settings({"ros2": file.ros2, "motion": msgspec.to_builtins(file.motion)})
 
 
 def map_config(
@@ -312,6 +332,9 @@ _OPTIONAL: Final = """
 
 # ROS 2 topics for `ippon ros2` on the robot, if they differ from the defaults:
 # ros2:
+#   middleware: rmw_zenoh   # its nodes have it: no bridge is needed; otherwise leave it out
+#   domain: 0                   # ROS domain of those nodes,
+#   router: tcp/scout:7447      # and their router; without it that one connects to the navigator
 #   namespace: /scout   # before names without a slash
 #   color: {topic: camera/color/image_raw, max_hz: 10}   # Image or CompressedImage
 #   depth: camera/aligned_depth_to_color/image_raw

@@ -14,6 +14,7 @@ from app.robot_file import (
     read_clock_offset,
     read_detector,
     read_profile,
+    read_rmw_zenoh,
     template,
 )
 from ippon.robot import ZED
@@ -185,3 +186,19 @@ def test_the_offset_of_the_cameras_clock_stands_in_the_profile(written):
     assert read_clock_offset(written(late)) == -0.04
     with pytest.raises(RobotFileError, match="clock_offset_ms is 5000; it may be -1000 to 1000"):
         read_clock_offset(written(late.replace("-40", "5000")))
+
+
+def test_a_robot_without_a_bridge_has_its_topics_and_limits(tmp_path):
+    path = tmp_path / "scout.yaml"
+    section = "ros2:\n  middleware: rmw_zenoh\n  domain: 7\n  router: tcp/scout:7447\n"
+    path.write_text(template(ZED) + section, encoding="utf-8")
+    settings = read_rmw_zenoh(str(path))
+    assert (settings.domain, settings.router) == (7, "tcp/scout:7447")
+    assert settings.max_linear_m_s == ZED.max_linear_m_s
+    assert "cmd_vel" in settings.topics
+    path.write_text(template(ZED), encoding="utf-8")
+    assert read_rmw_zenoh(str(path)) is None
+    assert read_rmw_zenoh("zed") is None
+    path.write_text(template(ZED) + section.replace("7\n", "-1\n"), encoding="utf-8")
+    with pytest.raises(RobotFileError, match="`ros2: domain` is a number from 0 to 232; got -1"):
+        read_rmw_zenoh(str(path))

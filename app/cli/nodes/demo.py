@@ -74,7 +74,7 @@ def navigator_arguments(command: Demo) -> list[str]:
     # In lock-step, planning may take its time, and the search must be repeatable.
     pace = ("--step-budget-s", "0") if command.speed == "max" else ()
     file = () if command.config is None else ("--config", str(command.config.absolute()))
-    return [*body, *sizes, *model, *pace, *file]
+    return [*body, "--no-connect-robot", *sizes, *model, *pace, *file]
 
 
 def robot_arguments(command: Demo) -> list[str]:

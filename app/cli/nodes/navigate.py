@@ -26,7 +26,13 @@ from app.nodes.navigator.run import run_navigator
 from app.nodes.navigator.state.persistence import SavedState, read_saved_state
 from app.process.children import Child
 from app.process.parent_watch import end_with_parent
-from app.robot_file import map_config, read_clock_offset, read_detector, read_profile
+from app.robot_file import (
+    map_config,
+    read_clock_offset,
+    read_detector,
+    read_profile,
+    read_rmw_zenoh,
+)
 from ippon.errors import MapFileError
 from ippon.mission.config import MissionConfig
 from ippon.observation_model import (
@@ -53,6 +59,7 @@ def run_navigate(command: Navigate) -> int:
             f"got {command.step_budget_s:g}"
         )
     config, saved = _config_of(command, model)
+    ros2 = read_rmw_zenoh(command.profile) if command.connect_robot else None
     if saved is not None:
         area = 0.0 if saved.voxel_map is None else saved.voxel_map.explored_m2()
         logger.info("restored a map of %.0f m2 and %d goals", area, len(saved.requests))
@@ -74,7 +81,7 @@ def run_navigate(command: Navigate) -> int:
                 if fraction >= 1.0:
                     progress.stop()
 
-            run_navigator(config, show, model, saved, align=command.align)
+            run_navigator(config, show, model, saved, align=command.align, ros2=ros2)
     except LinkError as error:
         raise UsageError(str(error)) from error
     finally:

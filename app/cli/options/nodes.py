@@ -127,6 +127,9 @@ class Navigate:
     last two minutes, for a supervisor that starts the navigator again. The robot still waits for
     Resume if the operator had stopped or paused it or drove it by hand, if the last run ended in
     order, and if the map does not fit the first image."""
+    connect_robot: bool = True
+    """Talk to the robot's ROS 2 nodes where the profile says `middleware: rmw_zenoh`. Without, for
+    a simulated or recorded robot with that profile."""
     config: Path | None = None
     """Configuration file, YAML or JSON, with any of the fields that `ippon config` prints. Flags
     override the file."""

@@ -17,12 +17,18 @@ from app.cli.tools.ask import find_navigator
 from app.doctor.checks import check_machine, check_segmentation
 from app.doctor.finding import Finding, Verdict
 from app.doctor.robot.checkup import check_robot
+from app.doctor.robot.ros_graph import RosGraph
 from app.doctor.robot.samples import listen
 from app.errors import UsageError
 from app.links.network.session import open_client
 from app.recording.errors import RecordingError
 from app.recording.reading.repair import RecordingCheck, check
-from app.robot_file import RobotFileError, read_clock_offset, read_profile
+from app.robot_file import (
+    RobotFileError,
+    read_clock_offset,
+    read_profile,
+    read_rmw_zenoh,
+)
 
 COLORS: Final[dict[Verdict, str]] = {
     "ok": "green",
@@ -70,13 +76,19 @@ def _robot_findings(command: Doctor) -> list[Finding]:
         named = command.profile
         profile = None if named is None else read_profile(named)
         offset_s = 0.0 if named is None else read_clock_offset(named)
+        ros2 = None if named is None else read_rmw_zenoh(named)
     except RobotFileError as error:
         raise UsageError(str(error)) from error
     endpoint, robot = find_navigator(command.connect, command.robot)
     session = open_client(endpoint)
+    graph = None if ros2 is None else RosGraph(session, ros2)
     try:
-        return check_robot(listen(session, robot), profile, offset_s)
+        samples = listen(session, robot)
+        found = [] if graph is None else graph.check()
+        return [*found, *check_robot(samples, profile, offset_s)]
     finally:
+        if graph is not None:
+            graph.close()
         session.close()  # pyright: ignore[reportUnknownMemberType]
 
 

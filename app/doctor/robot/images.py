@@ -99,7 +99,7 @@ def unreadable(what: str, key: str, arrivals: list[Arrival], problem: str) -> Fi
     return Finding(
         what=what, verdict="failed", detail=f"nothing comes on {key}",
         do="start the driver and the bridge: `python3 -m ippon_ros2 --check --profile FILE` on the "
-        "robot says which topics there are",
+        "robot says which topics there are; with `middleware: rmw_zenoh` see the topics above",
     )  # fmt: skip
 
 

@@ -82,8 +82,10 @@ def listen(session: zenoh.Session, robot: str, seconds: float = SECONDS) -> Samp
             lambda payload, key=key: keep(key, payload),
             kept=key == keys.TF_STATIC,
         )
+    # The subscriptions of this session do not count.
     probes = [
-        session.declare_publisher(f"{robot}/{key}") for key in (keys.CMD_VEL, keys.NAVIGATION_GOAL)
+        session.declare_publisher(f"{robot}/{key}", allowed_destination=zenoh.Locality.REMOTE)
+        for key in (keys.CMD_VEL, keys.NAVIGATION_GOAL)
     ]
     time.sleep(seconds)
     samples.bridges = _tokens(session, f"{robot}/alive/ros2/*")

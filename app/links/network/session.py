@@ -12,6 +12,8 @@ LEASE_MS: Final = 1000
 PROFILE: Final = "IPPON_ZENOH_PROFILE"
 """Environment variable: a zenoh configuration file (JSON5) for TLS and access control. Endpoints
 and time-outs are set by this program."""
+ROBOT_PROFILE: Final = "IPPON_ZENOH_ROBOT_PROFILE"
+"""The same for the connection to the router of a robot's own nodes."""
 
 
 class LinkError(Exception):
@@ -54,12 +56,16 @@ def open_router(listen: str) -> zenoh.Session:
         ) from error
 
 
-def open_client(connect: str, timeout_s: float = 5.0) -> zenoh.Session:
+def open_client(
+    connect: str, timeout_s: float = 5.0, *, peer: str = "navigator", profile: str = PROFILE
+) -> zenoh.Session:
     """Open a session to a router.
 
     Args:
         connect: Endpoint of the router, for example `tcp/127.0.0.1:7447`.
         timeout_s: How long to try.
+        peer: Whose router it is, for messages.
+        profile: Environment variable that names the zenoh configuration.
 
     Raises:
         LinkError: No router answers there.
@@ -74,16 +80,21 @@ def open_client(connect: str, timeout_s: float = 5.0) -> zenoh.Session:
         "timestamping/enabled": True,
     }
     try:
-        return zenoh.open(_config(settings))
+        return zenoh.open(_config(settings, profile))
     except zenoh.ZError as error:
         raise LinkError(
-            f"no navigator answers at {connect} within {timeout_s:g} s: is it running, and is the "
+            f"no {peer} answers at {connect} within {timeout_s:g} s: is it running, and is the "
             "endpoint right? A refused TLS certificate looks the same"
         ) from error
 
 
-def _config(settings: dict[str, Any]) -> zenoh.Config:
-    config = _profile(os.environ.get(PROFILE))
+def open_robot_client(router: str, timeout_s: float) -> zenoh.Session:
+    """Open a session to the router of a robot's own ROS 2 nodes; raises LinkError."""
+    return open_client(router, timeout_s, peer="router of the robot", profile=ROBOT_PROFILE)
+
+
+def _config(settings: dict[str, Any], variable: str = PROFILE) -> zenoh.Config:
+    config = _profile(variable)
     always = {
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
@@ -96,13 +107,14 @@ def _config(settings: dict[str, Any]) -> zenoh.Config:
     return config
 
 
-def _profile(path: str | None) -> zenoh.Config:
+def _profile(variable: str) -> zenoh.Config:
+    path = os.environ.get(variable)
     if not path:
         return zenoh.Config()
     try:
         return zenoh.Config.from_file(path)
     except zenoh.ZError as error:
         raise LinkError(
-            f"{PROFILE} names {path!r}, which is not a zenoh configuration ({error}); "
+            f"{variable} names {path!r}, which is not a zenoh configuration ({error}); "
             "see docs/guides/security.md for examples"
         ) from error

@@ -2,6 +2,7 @@
 
 import logging
 import time
+from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 from typing import Final
@@ -62,8 +63,9 @@ class Navigator:
         model: LanguageModelInterface | None = None,
         saved: SavedState | None = None,
         T_map_world: Float64Array | None = None,
+        robot_notes: Callable[[], tuple[str, ...]] = tuple,
     ) -> None:
-        self.config = config
+        self.config, self._robot_notes = config, robot_notes
         robot = config.robot
         self._T_map_world, self._alignment_note = T_map_world, ""
         self._mission = Mission(
@@ -328,6 +330,7 @@ class Navigator:
             drive=self._services.mux.status(),
             lease=self._services.control.status(),
             notes=(
+                *self._robot_notes(),
                 *self._services.guidance.notes(),
                 *self._streams.notes(),
                 *self._intake.notes(),

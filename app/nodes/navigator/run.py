@@ -11,12 +11,14 @@ import zenoh
 from app.links.language_model.interface import LanguageModelInterface
 from app.links.network.registry import RunningNavigator, register
 from app.links.network.session import open_router
+from app.links.rmw_zenoh.robot_link import RobotLink
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.localization.alignment import Alignment, said_registration
 from app.nodes.navigator.node import Navigator
 from app.nodes.navigator.state.persistence import SavedState
 from app.nodes.navigator.warm_up import warm_up
 from app.process.stop_signal import ProcessStopSignal, StopSignal
+from app.ros2.ippon_ros2.settings import Settings
 from ippon.atomic_file import set_aside
 from ippon.geometry import Float64Array
 from ippon.memory.registration import RegistrationError
@@ -31,6 +33,7 @@ def run_navigator(
     saved: SavedState | None = None,
     *,
     align: bool = False,
+    ros2: Settings | None = None,
 ) -> None:
     """Compile, listen, and navigate until SIGINT or SIGTERM.
 
@@ -42,22 +45,30 @@ def run_navigator(
             with the robot stopped until the operator resumes.
         align: Find the robot's place in that map first; without a certain one, the map's file is
             kept aside, and another map begins.
+        ros2: Topics of a robot whose nodes have rmw_zenoh; None for one that sends to the
+            navigator's keys by itself.
 
     Raises:
         LinkError: The endpoint is taken.
     """
     stop = ProcessStopSignal()
     session = open_router(config.listen)
-    entry = None
+    entry = link = None
     try:
         warm_up(config, lambda fraction: progress(0.98 * fraction))
+        link = ros2 and RobotLink(session, config.robot, ros2)
         T_map_world, note = None, ""
         if align and saved is not None and saved.voxel_map is not None:
             saved, T_map_world, note = _align(session, config, saved, stop)
             # What subscribed for the alignment ends with its session; robot and console come back.
+            if link is not None:
+                link.close()
             session.close()  # pyright: ignore[reportUnknownMemberType]
             session = open_router(config.listen)
-        navigator = Navigator(config, session, model, saved, T_map_world)
+            link = ros2 and RobotLink(session, config.robot, ros2)
+        navigator = Navigator(
+            config, session, model, saved, T_map_world, link.notes if link else tuple
+        )
         if note:
             navigator.report_alignment(note)
         entry = register(
@@ -72,6 +83,8 @@ def run_navigator(
     finally:
         if entry is not None:
             entry.unlink(missing_ok=True)
+        if link is not None:
+            link.close()
         session.close()  # pyright: ignore[reportUnknownMemberType]
 
 

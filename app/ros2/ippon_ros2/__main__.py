@@ -9,7 +9,6 @@ import json
 import logging
 import os
 import signal
-import socket
 import sys
 import threading
 import time
@@ -18,7 +17,8 @@ from typing import Any
 
 import zenoh
 
-from .settings import Ros2Error, Settings, read_settings
+from .settings import RMW_ZENOH, Ros2Error, Settings, read_settings
+from .zenoh_side import claim
 
 logger = logging.getLogger("ippon_ros2")
 
@@ -39,6 +39,7 @@ examples:
 
 entries of `ros2` in the profile (each a topic's name, or {topic, type, max_hz, joint, sign}):
   namespace     before names without a slash
+  middleware    bridge; rmw_zenoh is for a navigator that needs no bridge
   color         camera/color/image_raw/compressed; Image or CompressedImage
   depth         camera/depth/image_raw; Image, or CompressedImage of compressedDepth
   camera_info   camera/color/camera_info
@@ -89,6 +90,11 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _start(options: argparse.Namespace) -> int:
     settings = read_settings(_read_profile(options.profile))
+    if settings.middleware == RMW_ZENOH:
+        raise Ros2Error(
+            f"the profile says `middleware: {RMW_ZENOH}`: the navigator talks to the robot's nodes "
+            "itself, and this bridge would be a second one; remove that line to use the bridge"
+        )
     try:
         import rclpy  # noqa: PLC0415
     except ImportError as error:
@@ -139,7 +145,7 @@ def _run(options: argparse.Namespace, settings: Settings, stop: StopFlag) -> int
     if session is None:
         return 0
     try:
-        token = None if options.check else _claim(session, options.robot)
+        token = None if options.check else claim(session, options.robot)
         node = BridgeNode(session, options.robot, settings)
         try:
             if options.check:
@@ -191,27 +197,6 @@ def _open(settings: dict[str, Any]) -> zenoh.Session:
     for key, value in {**always, **settings}.items():
         config.insert_json5(key, json.dumps(value))
     return zenoh.open(config)
-
-
-def _claim(session: zenoh.Session, robot: str) -> Any:
-    """Declare this bridge; refuse where another one serves this robot.
-
-    Raises:
-        Ros2Error: Another bridge was there first.
-    """
-    mine = f"{robot}/alive/ros2/{time.time_ns():020d}-{socket.gethostname()}-{os.getpid()}"
-    token = session.liveliness().declare_token(mine)
-    time.sleep(0.2)
-    found = [str(reply.ok.key_expr) for reply in session.liveliness().get(f"{robot}/alive/ros2/*")
-             if reply.ok is not None]  # fmt: skip
-    first = min([*found, mine])
-    if first != mine:
-        host, pid = first.rsplit("/", 1)[-1].split("-", 1)[-1].rsplit("-", 1)
-        raise Ros2Error(
-            f"another bridge serves the robot {robot!r} already (process {pid} on {host}): end it, "
-            "or give this robot another --robot"
-        )
-    return token
 
 
 def _watch_navigator(session: zenoh.Session, robot: str) -> None:

@@ -39,7 +39,7 @@ class Driver:
         self._stamp = -math.inf
         self._moving = self._driving = False
         self._image: tuple[float, float] | None = None
-        self._late = False
+        self._late = self._stopped = False
         self.refused = self.clamped = 0
 
     def saw_image(self, stamp: float, now: float) -> None:
@@ -56,6 +56,8 @@ class Driver:
                 logger.warning("a command was refused: %s", error)
             return
         with self._lock:
+            if self._stopped:
+                return
             if self._stamp - 1.0 < stamp < self._stamp:
                 return  # It was overtaken on its way.
             self._stamp = stamp
@@ -116,8 +118,9 @@ class Driver:
             self._driving = False
 
     def stop(self) -> None:
-        """Send zero velocity now."""
+        """Send zero velocity now; commands that arrive after it are not followed."""
         with self._lock:
+            self._stopped = True
             self._at = -math.inf
             self._send(0.0, 0.0)
 

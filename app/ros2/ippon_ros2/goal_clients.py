@@ -15,12 +15,11 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 
-from .goals import ACCEPTED, CANCELLED, FAILED, REACHED
+from .goals import ACCEPTED, CANCELLED, FAILED, REACHED, Ended
 from .settings import NAVIGATE, POSE, Topic
 
 logger = logging.getLogger(__name__)
 
-Ended = Callable[[bytes, int], None]
 _STATUSES = {4: REACHED, 5: CANCELLED, 6: FAILED}
 
 

@@ -17,6 +17,9 @@ ACCEPTED, REACHED, CANCELLED, FAILED = 1, 4, 5, 6
 """Of action_msgs/GoalStatus."""
 NO_GOAL = bytes(8)
 
+Ended = Callable[[bytes, int], None]
+"""Takes a goal with its status."""
+
 
 class Navigation(Protocol):
     """What drives the robot: an action server, or a subscriber of a topic."""
@@ -43,7 +46,7 @@ class Goals:
         self._report = report
         self._lock = threading.RLock()
         self._goal = b""
-        self._driving = self._ended = self._waiting = False
+        self._driving = self._ended = self._waiting = self._stopped = False
         self._here = b""
         self._at = 0.0
         self.sent = 0
@@ -91,11 +94,14 @@ class Goals:
                 self._stop(f"the navigator is silent for {WATCHDOG_S:g} s: the goal is cancelled")
 
     def stop(self) -> None:
-        """Cancel the goal now."""
+        """Cancel the goal now; goals that arrive after it are not sent."""
         with self._lock:
+            self._stopped = True
             self._stop("the goal is cancelled")
 
     def _start(self) -> None:
+        if self._stopped:
+            return
         self._driving = self._navigation.send(self._goal)
         if self._driving:
             self.sent += 1

@@ -12,7 +12,6 @@ from functools import partial
 from typing import Any
 
 import zenoh
-import zenoh.ext
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -28,27 +27,25 @@ from .settings import (
     FLOAT,
     GOALS,
     IMAGE,
+    IMAGES,
+    KEPT,
+    PUBLISHED,
     STREAMS,
     TWIST_STAMPED,
     Ros2Error,
     Settings,
     Topic,
 )
+from .zenoh_side import stream_publisher
 
 logger = logging.getLogger(__name__)
 
 DISCOVER_S = 0.5
 MISSING_AFTER_S = 5.0
 """Time without a publisher after which a topic is reported."""
-MAX_KEPT = 100
-"""Messages of transient local topics that are kept for a navigator that starts late."""
 TILT_STEP_RAD = 0.01
 TILT_REACH_S = 0.3
 """Time in which a trajectory reaches the camera's tilt."""
-_TRANSIENT = ("tf_static", "label_info", "vision_info")
-PUBLISHED = ("cmd_vel", "cmd_tilt")
-"""Commands that are messages on a topic."""
-_IMAGES = ("color", "depth", "masks")
 
 
 @dataclass
@@ -142,11 +139,11 @@ class BridgeNode(Node):  # type: ignore[misc]
         if message is None:
             return
         qos = _qos_of(key, publishers)
-        late = key in _TRANSIENT and qos.durability != DurabilityPolicy.TRANSIENT_LOCAL
-        put = self._publisher_of(f"{self._robot}/{accepted[kind]}", kept=key in _TRANSIENT)
+        late = key in KEPT and qos.durability != DurabilityPolicy.TRANSIENT_LOCAL
+        put = stream_publisher(self._session, f"{self._robot}/{accepted[kind]}", kept=key in KEPT)
         if topic.compress and kind == IMAGE:
             compressed = f"{self._robot}/{accepted[COMPRESSED]}"
-            put = DepthOutput(put, self._publisher_of(compressed, kept=False)).put
+            put = DepthOutput(put, stream_publisher(self._session, compressed, kept=False)).put
         receive = partial(self._carry, stream, RateLimit(topic.max_hz), put)
         events = SubscriptionEventCallbacks(
             incompatible_qos=lambda _: self._again.add(key), use_default_callbacks=False
@@ -172,17 +169,6 @@ class BridgeNode(Node):  # type: ignore[misc]
                 self.driver.saw_image(stamp, time.monotonic())
             stream.carried += 1
             stream.bytes += size
-
-    def _publisher_of(self, key: str, *, kept: bool) -> Any:
-        # An image that the network cannot carry in time is of no use: it is dropped.
-        control = zenoh.CongestionControl.BLOCK if kept else zenoh.CongestionControl.DROP
-        if kept:
-            cache = zenoh.ext.CacheConfig(max_samples=MAX_KEPT)
-            return zenoh.ext.declare_advanced_publisher(
-                self._session, key, congestion_control=control, cache=cache,
-                publisher_detection=True,
-            ).put  # fmt: skip
-        return self._session.declare_publisher(key, congestion_control=control).put
 
     def _try_to_publish(self, key: str, topic: Topic, types: list[str]) -> None:
         accepted = COMMANDS[key][1]
@@ -336,12 +322,12 @@ def _qos_of(key: str, publishers: list[Any]) -> QoSProfile:
     """Return a quality of service that all publishers of a topic can serve."""
     profiles = [publisher.qos_profile for publisher in publishers]
     reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in profiles)
-    transient = key in _TRANSIENT and all(
+    transient = key in KEPT and all(
         one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in profiles
     )
     # Of images only the newest counts; poses are interpolated and need each.
     return QoSProfile(
-        depth=2 if key in _IMAGES else 100,
+        depth=2 if key in IMAGES else 100,
         reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
         durability=DurabilityPolicy.TRANSIENT_LOCAL if transient else DurabilityPolicy.VOLATILE,
     )

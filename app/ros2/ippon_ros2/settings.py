@@ -54,6 +54,16 @@ COMMANDS: dict[str, tuple[str | None, tuple[str, ...]]] = {
 }
 GOALS = ("goal", "navigate")
 """Commands of a robot that navigates by itself: a topic, or an action."""
+PUBLISHED = ("cmd_vel", "cmd_tilt")
+"""Commands that are messages on a topic."""
+IMAGES = ("color", "depth", "masks")
+KEPT = ("tf_static", "label_info", "vision_info")
+"""Streams that are sent once, to late subscribers, too (transient local)."""
+
+BRIDGE, RMW_ZENOH = "bridge", "rmw_zenoh"
+_LINK = ("namespace", "middleware", "domain", "router")
+"""Entries of the section that name no topic."""
+MOST_DOMAINS = 233
 
 
 @dataclass
@@ -82,6 +92,13 @@ class Settings:
     topics: dict[str, Topic]
     max_linear_m_s: float = math.inf
     max_yaw_rate_rad_s: float = math.inf
+    middleware: str = BRIDGE
+    """`bridge`, or `rmw_zenoh` for a navigator that talks to the robot's nodes itself."""
+    domain: int = 0
+    """ROS domain of nodes with rmw_zenoh."""
+    router: str = ""
+    """zenoh endpoint of the robot's router; empty where it connects to the navigator."""
+    namespace: str = "/"
 
 
 def read_settings(profile: dict[str, Any]) -> Settings:
@@ -99,10 +116,12 @@ def read_settings(profile: dict[str, Any]) -> Settings:
             f"`ros2` in the profile holds entries such as `color: TOPIC`; got {section!r}"
         )
     known = [*STREAMS, *COMMANDS]
-    unknown = [key for key in section if key not in known and key != "namespace"]
+    unknown = [key for key in section if key not in known and key not in _LINK]
     if unknown:
-        raise Ros2Error(f"`ros2` in the profile has {unknown[0]!r}; it may have {', '.join(known)}")
-    namespace = str(section.get("namespace") or "/")
+        may = ", ".join((*_LINK, *known))
+        raise Ros2Error(f"`ros2` in the profile has {unknown[0]!r}; it may have {may}")
+    namespace = "/" + str(section.get("namespace") or "").strip("/")
+    middleware, domain, router = _read_link(section)
     usual = {key: entry[0] for key, entry in (*STREAMS.items(), *COMMANDS.items())}
     if "odom" in section:
         usual["tf"] = usual["tf_static"] = None
@@ -117,7 +136,38 @@ def read_settings(profile: dict[str, Any]) -> Settings:
         topics,
         float(motion.get("max_speed_m_s", math.inf)),
         math.radians(float(motion.get("max_turn_deg_s", math.inf))),
+        middleware,
+        domain,
+        router,
+        namespace,
     )
+
+
+def _read_link(section: dict[str, Any]) -> tuple[str, int, str]:
+    """Return middleware, domain and router.
+
+    Raises:
+        Ros2Error: One of them has no sensible value.
+    """
+    middleware, domain = section.get("middleware", BRIDGE), section.get("domain", 0)
+    router = section.get("router", "")
+    if middleware not in (BRIDGE, RMW_ZENOH):
+        raise Ros2Error(
+            f"`ros2: middleware` is {BRIDGE} or {RMW_ZENOH}; got {middleware!r}. {BRIDGE} is for "
+            "`ippon ros2`, with any middleware, and for zenoh-bridge-ros2dds"
+        )
+    if middleware == BRIDGE and ("domain" in section or "router" in section):
+        raise Ros2Error(
+            f"`ros2: domain` and `ros2: router` are for `middleware: {RMW_ZENOH}`; a bridge takes "
+            "the domain from ROS_DOMAIN_ID"
+        )
+    if not isinstance(domain, int) or isinstance(domain, bool) or not 0 <= domain < MOST_DOMAINS:
+        raise Ros2Error(f"`ros2: domain` is a number from 0 to {MOST_DOMAINS - 1}; got {domain!r}")
+    if not isinstance(router, str) or (router and "/" not in router):
+        raise Ros2Error(
+            f"`ros2: router` is a zenoh endpoint such as tcp/192.168.1.30:7447; got {router!r}"
+        )
+    return middleware, domain, router
 
 
 def _read_takes(

@@ -13,6 +13,7 @@ from app.cli.main import run
 from app.cli.nodes.demo import navigator_arguments
 from app.cli.options.nodes import Demo
 from app.links.network.registry import RunningNavigator, register
+from app.robot_file import template
 from ippon.mission.mission import Mission
 from ippon.robot import ZED
 from tests.locations import ROOT
@@ -96,6 +97,22 @@ def test_the_seconds_of_planning_reach_the_planner(arguments, budget_s, monkeypa
     assert run(["navigate", *arguments]) == 0
     assert configs[0].mission.planner.step_budget_s == budget_s
     assert Mission(configs[0].mission, ZED, configs[0].labels, 0, clock=lambda: 0.0)
+
+
+@pytest.mark.parametrize(("flags", "domain"), [([], 7), (["--no-connect-robot"], None)])
+def test_a_profile_with_rmw_zenoh_reaches_the_navigator(flags, domain, tmp_path, monkeypatch):
+    path = tmp_path / "scout.yaml"
+    path.write_text(template(ZED) + "ros2: {middleware: rmw_zenoh, domain: 7}\n", encoding="utf-8")
+    robots = []
+    monkeypatch.setattr(
+        "app.cli.nodes.navigate.run_navigator", lambda *_, ros2, **__: robots.append(ros2)
+    )
+    assert run(["navigate", "--profile", str(path), *flags]) == 0
+    assert [robot and robot.domain for robot in robots] == [domain]
+
+
+def test_a_demo_does_not_drive_the_robot_of_its_profile():
+    assert "--no-connect-robot" in navigator_arguments(Demo())
 
 
 def test_a_demo_in_lock_step_counts_the_work_of_planning():

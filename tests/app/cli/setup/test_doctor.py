@@ -5,8 +5,12 @@ import pytest
 
 from app.cli.options.tools import Doctor
 from app.cli.setup import doctor
+from app.doctor.robot import ros_graph
 from app.doctor.robot.samples import Samples
 from app.errors import UsageError
+from app.links.network.session import LinkError
+from app.robot_file import template
+from ippon.robot import ZED
 
 
 @pytest.fixture
@@ -44,3 +48,18 @@ def test_the_table_says_what_to_do(listened, capsys):
 def test_a_profile_that_is_none_is_refused():
     with pytest.raises(UsageError, match="no robot profile 'scout'"):
         doctor.run_doctor(Doctor(robot="r", connect="tcp/127.0.0.1:1", profile="scout"))
+
+
+def test_a_robot_with_rmw_zenoh_has_a_line_for_its_graph(listened, capsys, tmp_path, monkeypatch):
+    def refuse(endpoint, _):
+        raise LinkError(endpoint)
+
+    monkeypatch.setattr(ros_graph, "open_robot_client", refuse)
+    path = tmp_path / "scout.yaml"
+    section = "ros2: {middleware: rmw_zenoh, router: tcp/scout:7447}\n"
+    path.write_text(template(ZED) + section, encoding="utf-8")
+    command = Doctor(robot="r", connect="tcp/127.0.0.1:1", profile=str(path), json=True)
+    assert doctor.run_doctor(command) == doctor.EXIT_UNWELL
+    assert listened == ["tcp/127.0.0.1:1", "r", "closed"]
+    first = json.loads(capsys.readouterr().out)[0]
+    assert (first["what"], first["verdict"]) == ("ROS graph", "missing")

@@ -39,6 +39,12 @@ def test_messages_are_kept_with_arrival_and_stamp(sessions):
     assert token is not None
 
 
+def test_who_listens_itself_takes_no_commands(sessions):
+    samples = listen(sessions[1], "r", 0.2)
+    assert not samples.takes_velocities
+    assert not samples.takes_goals
+
+
 def test_of_many_images_only_the_last_stay_whole():
     samples = Samples(seconds=1.0)
     for k in range(2 * MOST_KEPT):

@@ -1,6 +1,6 @@
 import pytest
 
-from app.links.network.session import LinkError, open_client, open_router
+from app.links.network.session import LinkError, open_client, open_robot_client, open_router
 
 
 def test_a_client_hears_a_router(free_endpoint):
@@ -36,3 +36,12 @@ def test_malformed_endpoints_are_a_link_error(endpoint):
         open_client(endpoint, timeout_s=0.3)
     with pytest.raises(LinkError):
         open_router(endpoint)
+
+
+def test_the_robots_own_network_has_a_configuration_of_its_own(free_endpoint, monkeypatch):
+    monkeypatch.setenv("IPPON_ZENOH_PROFILE", "/nowhere/navigator.json5")
+    with pytest.raises(LinkError, match=f"no router of the robot answers at {free_endpoint}"):
+        open_robot_client(free_endpoint, 0.3)
+    monkeypatch.setenv("IPPON_ZENOH_ROBOT_PROFILE", "/nowhere/robot.json5")
+    with pytest.raises(LinkError, match="IPPON_ZENOH_ROBOT_PROFILE names"):
+        open_robot_client(free_endpoint, 0.3)

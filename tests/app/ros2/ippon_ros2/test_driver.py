@@ -81,6 +81,14 @@ def test_stop_sends_zero_at_once(driver, sent):
     assert len(sent) == 2
 
 
+def test_commands_that_arrive_after_the_stop_are_not_followed(driver, sent):
+    driver.take(twist(0.3), 0.0)
+    driver.stop()
+    driver.take(twist(0.3, stamp_s=1.1), 0.03)
+    driver.tick(0.5)
+    assert sent == [(0.3, 0.0), (0.0, 0.0)]
+
+
 def test_a_command_that_answers_an_old_image_stops_the_robot(driver, sent, caplog):
     caplog.set_level(logging.INFO)
     driver.saw_image(100.0, 7.0)

@@ -133,3 +133,12 @@ def test_stop_cancels_and_nonsense_is_ignored(goals, navigation):
     goals.stop()
     assert navigation.cancelled == 1
     assert stamp_bytes_of(b"\x00\x00" + bytes(20)) == b"", "big-endian"
+
+
+def test_a_goal_that_arrives_after_the_stop_is_not_sent(goals, navigation):
+    drive(goals, FIRST, 0.1)
+    goals.stop()
+    drive(goals, FIRST, 0.1, 0.1)
+    drive(goals, SECOND, 0.1, 0.2)
+    assert navigation.sent == [pose(FIRST)]
+    assert navigation.cancelled == 1

@@ -42,6 +42,16 @@ def test_a_robot_that_takes_goals_has_an_action_or_a_topic_and_no_velocities():
     assert {"navigate", "cmd_vel"} <= both.keys()
 
 
+def test_a_robot_without_a_bridge_has_a_domain_and_a_router():
+    section = {"middleware": "rmw_zenoh", "domain": 7, "router": "tcp/scout:7447"}
+    settings = read_settings({"ros2": {**section, "namespace": "scout"}})
+    assert (settings.middleware, settings.domain) == ("rmw_zenoh", 7)
+    assert (settings.router, settings.namespace) == ("tcp/scout:7447", "/scout")
+    assert settings.topics["cmd_vel"].name == "/scout/cmd_vel"
+    usual = read_settings({})
+    assert (usual.middleware, usual.router, usual.namespace) == ("bridge", "", "/")
+
+
 @pytest.mark.parametrize(
     ("section", "takes", "text"),
     [
@@ -59,9 +69,14 @@ def test_topics_that_contradict_what_the_robot_takes_are_refused(section, takes,
     ("section", "text"),
     [
         (["color"], "holds entries such as"),
-        ({"colour": "x"}, "has 'colour'; it may have color, depth"),
+        ({"colour": "x"}, "has 'colour'; it may have namespace, .*, color, depth"),
         ({"color": {"topic": "x", "type": "std_msgs/msg/Bool"}}, "it may be sensor_msgs"),
         ({"color": ""}, "names no topic"),
+        ({"middleware": "rmw_zenoh_cpp"}, "is bridge or rmw_zenoh; got 'rmw_zenoh_cpp'"),
+        ({"domain": 3}, "are for `middleware: rmw_zenoh`"),
+        ({"middleware": "rmw_zenoh", "domain": 233}, "from 0 to 232; got 233"),
+        ({"middleware": "rmw_zenoh", "domain": True}, "from 0 to 232; got True"),
+        ({"middleware": "rmw_zenoh", "router": "scout"}, "such as tcp/192.168.1.30:7447; got"),
         ({"odom": {}}, "names no topic"),
         ({"depth": {"topic": "x", "rate": 3}}, "takes topic, type, max_hz"),
         ({"depth": {"topic": "x", "max_hz": -1}}, "takes topic, type, max_hz"),

@@ -200,3 +200,31 @@ def test_raw_depth_is_compressed_without_loss_where_the_profile_says_so(rig):
         assert "second/camera/depth/image_raw" not in rig.arrived
     finally:
         second.kill()
+
+
+def test_a_camera_in_a_hand_sends_its_images_and_gets_no_commands(rig):
+    path = rig.folder / "hand.yaml"
+    path.write_text(yaml.safe_dump({**PROFILE, "motion": {"takes": []}}))
+    check = rig.start_bridge("--check", "--profile", str(path))
+    hand = rig.start_bridge("--robot", "ippon/hand", "--profile", str(path))
+    try:
+        hand.wait_for_log("odom: /scout/odom")
+        rig.twists.clear()
+        pose = odometry(7_000_000_000, 1.5, 0.0, 0.0)
+        end = time.monotonic() + 30.0
+        while "hand/odom" not in rig.arrived:
+            assert time.monotonic() < end, hand.log()
+            rig.publish("/scout/odom", pose)
+            twist = StampedTwist(stamp_ns=time.time_ns(), linear_m_s=0.2, yaw_rate_rad_s=0.0)
+            rig.session.put("ippon/hand/cmd_vel", encode_twist(twist))
+            time.sleep(0.05)
+        assert rig.arrived["hand/odom"][-1] == pose
+        assert check.child.wait(timeout=30) == 1, "contact has another type"
+        assert "cmd_vel" not in check.log()
+        hand.child.send_signal(signal.SIGTERM)
+        assert hand.child.wait(timeout=20) == 0, hand.log()
+        assert "cmd_vel" not in hand.log()
+        assert [t for t in rig.twists if t["linear"] != 0.0] == []
+    finally:
+        check.kill()
+        hand.kill()

@@ -1,0 +1,120 @@
+"""Goals by Nav2's action NavigateToPose: three services, as ROS 2 makes actions of them."""
+
+import logging
+import os
+import struct
+import threading
+from collections.abc import Iterable
+from functools import partial
+from typing import Final
+
+from app.links.network.sender import Sender
+from app.links.rmw_zenoh.goal_topic import in_frame
+from app.links.rmw_zenoh.participant import Participant
+from app.links.rmw_zenoh.protocol.tokens import Entity
+from app.links.rmw_zenoh.services import ServiceClient
+from app.ros2.ippon_ros2.goals import ACCEPTED, CANCELLED, FAILED, REACHED, Ended
+from app.ros2.ippon_ros2.settings import NAVIGATE, Topic
+
+logger = logging.getLogger(__name__)
+
+ANSWER_S: Final = 5.0
+"""How long a server may take to accept, refuse or cancel a goal."""
+DRIVE_S: Final = 3600.0
+"""How long a robot may drive to a goal."""
+_CDR: Final = b"\0\1\0\0"
+_NO_BEHAVIOR_TREE: Final = struct.pack("<I", 1) + b"\0"
+_CANCEL: Final = "action_msgs/srv/CancelGoal"
+_ERROR: Final = struct.Struct("<H")
+
+
+class GoalAction:
+    """The action of a robot's own navigation. What it uses is the same in all versions of Nav2.
+
+    Args:
+        participant: Of the robot's graph.
+        topic: Name of the action, and the frame of its goals.
+        ended: Takes a goal with its status.
+    """
+
+    def __init__(self, participant: Participant, topic: Topic, ended: Ended) -> None:
+        self._name, self._frame, self._ended = topic.name, topic.frame, ended
+        under = f"{topic.name}/_action"
+        self._send_goal = ServiceClient(participant, f"{under}/send_goal", f"{NAVIGATE}_SendGoal")
+        self._result = ServiceClient(participant, f"{under}/get_result", f"{NAVIGATE}_GetResult")
+        self._cancel_goal = ServiceClient(participant, f"{under}/cancel_goal", _CANCEL)
+        self._lock = threading.Lock()
+        self._there = False
+        self._wanted = b""
+        self._number = b""
+        self._calls = Sender()
+
+    def follow(self, entities: Iterable[Entity]) -> str:
+        """Find the action's server; return why nobody takes goals, empty where somebody does."""
+        found = tuple(entities)
+        services = (self._send_goal, self._result, self._cancel_goal)
+        there = [service.follow(found) for service in services]
+        self._there = all(there)
+        return "" if self._there else f"nobody serves the action {self._name} ({NAVIGATE})"
+
+    def send(self, goal: bytes) -> bool:
+        """See `Navigation.send`."""
+        if not self._there:
+            return False
+        pose = in_frame(goal, self._frame)
+        with self._lock:
+            # Nav2 replaces its goal by a new one: the old one need not be cancelled first.
+            self._wanted, self._number = goal, b""
+        number = os.urandom(16)
+        request = _CDR + number + pose[len(_CDR) :] + _NO_BEHAVIOR_TREE
+        answered = partial(self._answered, goal, number)
+        self._later(partial(self._send_goal.call, request, ANSWER_S, answered))
+        return True
+
+    def cancel(self, here: bytes) -> None:
+        """See `Navigation.cancel`."""
+        del here
+        with self._lock:
+            number, self._wanted, self._number = self._number, b"", b""
+        if number:
+            self._cancel(number)
+
+    def close(self) -> None:
+        """Send what is queued."""
+        self._calls.close()
+        for service in (self._send_goal, self._result, self._cancel_goal):
+            service.close()
+
+    def _answered(self, goal: bytes, number: bytes, response: bytes | None) -> None:
+        if response is None or len(response) <= len(_CDR) or not response[len(_CDR)]:
+            silent = "does not answer" if response is None else "refuses the goal"
+            logger.warning("the robot's navigation %s", silent)
+            self._later(partial(self._ended, goal, FAILED))
+            return
+        finished = partial(self._finished, goal)
+        self._later(partial(self._ended, goal, ACCEPTED))
+        self._later(partial(self._result.call, _CDR + number, DRIVE_S, finished))
+        with self._lock:
+            wanted = goal == self._wanted
+            if wanted:
+                self._number = number
+        if not wanted:
+            self._cancel(number)
+
+    def _finished(self, goal: bytes, response: bytes | None) -> None:
+        status = response[len(_CDR)] if response and len(response) > len(_CDR) else FAILED
+        if status == FAILED:
+            at = len(_CDR) + _ERROR.size
+            whole = response is not None and len(response) >= at + _ERROR.size
+            code = _ERROR.unpack_from(response, at)[0] if whole and response else 0
+            logger.warning("the robot's navigation gave up the goal (error %d)", code)
+        known = status if status in (REACHED, CANCELLED, FAILED) else FAILED
+        self._later(partial(self._ended, goal, known))
+
+    def _cancel(self, number: bytes) -> None:
+        request = _CDR + number + bytes(8)
+        self._later(partial(self._cancel_goal.call, request, ANSWER_S, lambda _: None))
+
+    def _later(self, call: partial[None]) -> None:
+        # Not in zenoh's network thread, which must not use the session.
+        self._calls.put(0, call)

@@ -1,0 +1,1 @@
+"""What rmw_zenoh puts on the network: key expressions, tokens and attachments."""

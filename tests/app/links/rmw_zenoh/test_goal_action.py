@@ -1,0 +1,157 @@
+import time
+
+import numpy as np
+import pytest
+
+from app.links.network.subscription import subscribe
+from app.links.rmw_zenoh import robot_link
+from app.links.rmw_zenoh.robot_link import RobotLink
+from app.messages.navigation import (
+    StampedPose,
+    decode_goal_status,
+    decode_pose,
+    encode_pose,
+)
+from app.ros2.ippon_ros2.settings import read_settings
+from ippon.command import GoalOutcome
+from tests.app.links.rmw_zenoh.rmw_robot import ActionServer, Received, RmwRobot
+
+POSE = "geometry_msgs::msg::dds_::PoseStamped_"
+ACCEPTED, REACHED = GoalOutcome.ACCEPTED, GoalOutcome.REACHED
+FAILED, CANCELLED = GoalOutcome.FAILED, GoalOutcome.CANCELLED
+
+
+def pose(stamp_ns, x=1.0):
+    T = np.eye(4)
+    T[0, 3] = x
+    return encode_pose(StampedPose(stamp_ns=stamp_ns, T_frame_base=T))
+
+
+class Navigator:
+    """Sends goals as the navigator does, and hears what becomes of them."""
+
+    def __init__(self, session):
+        self._goal = session.declare_publisher("r/navigation/goal")
+        self._active = session.declare_publisher("r/navigation/active")
+        self.outcomes = Received()
+        subscribe(
+            session, "r/navigation/status",
+            lambda p: self.outcomes.add(decode_goal_status(p), None),
+        )  # fmt: skip
+
+    def send(self, stamp_ns, x=1.0):
+        self._goal.put(pose(stamp_ns, x))
+
+    def keep(self, stamp_ns, until, timeout_s=20.0):
+        """Say that a goal is in force until something holds."""
+        end = time.monotonic() + timeout_s
+        while not until():
+            assert time.monotonic() < end, self.outcomes.messages
+            self._active.put(pose(stamp_ns))
+            time.sleep(0.02)
+
+    def knows(self, *outcomes):
+        return lambda: [outcome for outcome, _ in self.outcomes.messages] == list(outcomes)
+
+
+@pytest.fixture
+def scout(sessions, monkeypatch):
+    """A robot with an action server, the link, and a navigator that sends goals."""
+    monkeypatch.setattr(robot_link, "DISCOVER_S", 0.05)
+    router, client = sessions
+    robot = RmwRobot(client)
+    server = ActionServer(robot, "/navigate_to_pose")
+    section = {"middleware": "rmw_zenoh", "navigate": {"frame": "odom"}}
+    profile = {"ros2": section, "motion": {"takes": ["goals"]}}
+    link = RobotLink(router, "r", read_settings(profile))
+    robot.sees("SC/%/%/ippon/%navigate_to_pose%_action%cancel_goal/")
+    yield robot, server, Navigator(client)
+    link.close()
+
+
+def test_a_goal_is_sent_once_in_its_frame_and_its_arrival_comes_back(scout):
+    _, server, navigator = scout
+    navigator.send(7, x=2.5)
+    navigator.keep(7, server.has_result)
+    ((payload, _),) = server.goals.messages
+    goal = decode_pose(payload)
+    assert (goal.frame_id, goal.stamp_ns, goal.T_frame_base[0, 3]) == ("odom", 7, 2.5)
+    server.finish(4)
+    navigator.keep(7, navigator.knows((7, ACCEPTED), (7, REACHED)))
+    assert len(server.goals.messages) == 1
+
+
+def test_a_goal_that_is_refused_or_given_up_has_failed(scout):
+    _, server, navigator = scout
+    server.accepts = False
+    navigator.send(7)
+    navigator.keep(7, navigator.knows((7, FAILED)))
+    server.accepts = True
+    navigator.send(8)
+    navigator.keep(8, server.has_result)
+    server.finish(6, code=206)
+    navigator.keep(8, navigator.knows((7, FAILED), (8, ACCEPTED), (8, FAILED)))
+
+
+def test_silence_of_the_navigator_cancels_the_goal_at_the_server(scout):
+    _, server, navigator = scout
+    navigator.send(7)
+    navigator.keep(7, server.has_result)
+    ((_, number),) = server.goals.messages
+    server.cancelled.wait_for(lambda m: m == [(number, None)])
+
+
+def test_a_goal_that_somebody_else_cancels_comes_back_so(scout):
+    _, server, navigator = scout
+    navigator.send(7)
+    navigator.keep(7, server.has_result)
+    server.finish(5)
+    navigator.keep(7, navigator.knows((7, ACCEPTED), (7, CANCELLED)))
+
+
+def test_the_end_of_the_link_cancels_the_goal(sessions, monkeypatch):
+    monkeypatch.setattr(robot_link, "DISCOVER_S", 0.05)
+    robot = RmwRobot(sessions[1])
+    server = ActionServer(robot, "/navigate_to_pose")
+    profile = {"ros2": {"middleware": "rmw_zenoh"}, "motion": {"takes": ["goals"]}}
+    link = RobotLink(sessions[0], "r", read_settings(profile))
+    robot.sees("SC/%/%/ippon/%navigate_to_pose%_action%cancel_goal/")
+    navigator = Navigator(sessions[1])
+    navigator.send(7)
+    navigator.keep(7, server.has_result)
+    link.close()
+    server.cancelled.wait_for(len)
+
+
+def test_goals_can_be_a_topic_and_a_stop_is_a_goal_where_the_robot_stands(sessions, monkeypatch):
+    monkeypatch.setattr(robot_link, "DISCOVER_S", 0.05)
+    robot = RmwRobot(sessions[1])
+    received = robot.subscription("/goal_pose", POSE)
+    profile = {
+        "ros2": {"middleware": "rmw_zenoh", "goal": "goal_pose"},
+        "motion": {"takes": ["goals"]},
+    }
+    link = RobotLink(sessions[0], "r", read_settings(profile))
+    try:
+        robot.sees("MP/%/%/ippon/%goal_pose/")
+        navigator = Navigator(sessions[1])
+        navigator.send(7, x=2.5)
+        navigator.keep(7, navigator.knows((7, ACCEPTED)))
+        (first, _), *_ = received.wait_for(len)
+        assert decode_pose(first).T_frame_base[0, 3] == 2.5
+        messages = received.wait_for(lambda m: len(m) == 2)
+        assert decode_pose(messages[1][0]).T_frame_base[0, 3] == 1.0, "where the robot stands"
+    finally:
+        link.close()
+
+
+def test_nobody_who_takes_goals_is_said(sessions, monkeypatch):
+    monkeypatch.setattr(robot_link, "DISCOVER_S", 0.05)
+    monkeypatch.setattr(robot_link, "MISSING_AFTER_S", 0.0)
+    profile = {"ros2": {"middleware": "rmw_zenoh"}, "motion": {"takes": ["goals"]}}
+    link = RobotLink(sessions[0], "r", read_settings(profile))
+    end = time.monotonic() + 20.0
+    while not any("nobody serves the action /navigate_to_pose" in note for note in link.notes()):
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    link.close()
