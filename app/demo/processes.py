@@ -46,7 +46,10 @@ class DemoProcesses:
         page_port: Port of the page; set by `start_console`.
     """
 
-    def __init__(self, robot: str, endpoint: str = "", page_port: int = 0) -> None:
+    def __init__(
+        self, robot: str, endpoint: str = "", page_port: int = 0, language: str = "en"
+    ) -> None:
+        self.language = language
         self.robot = robot
         self.endpoint = endpoint
         self.page_port = page_port
@@ -185,8 +188,11 @@ class DemoProcesses:
 
     def console_command(self) -> str:
         """Return the command that restarts the console, from any folder."""
-        where = ("--connect", self.endpoint, "--robot", self.robot)
-        return shlex.join([*PROGRAM, "console", *where, "--port", str(self.page_port)])
+        return shlex.join([*PROGRAM, *self._console(self.page_port), "--robot", self.robot])
+
+    def _console(self, port: int) -> list[str]:
+        where = ["console", "--connect", self.endpoint, "--port", str(port)]
+        return where if self.language == "en" else [*where, "--language", self.language]
 
     def _key(self, topic: str) -> str:
         return f"{self.robot}/{topic}"
@@ -217,7 +223,7 @@ class DemoProcesses:
         raise DemoError(f"the navigator was not ready within {READY_S:g} s")
 
     def _try_console(self, port: int) -> None:
-        child = self._start("console", ["console", "--connect", self.endpoint, "--port", str(port)])
+        child = self._start("console", self._console(port))
         deadline = time.monotonic() + PAGE_S
         while time.monotonic() < deadline:
             self._check_running(child, port)

@@ -66,9 +66,7 @@ class Clicks:
 
     def _paint_region(self, tool: Tool, event: Any) -> str:
         if tool not in ("look_here", "not_here"):
-            raise CommandError(
-                "Choose Look here or Not here first, then hold Shift and drag to paint."
-            )
+            raise CommandError(self._actions.say("panel.drive.choose"))
         try:
             corners = floor_region(event.client.camera, event.screen_min, event.screen_max, 0.0)
         except ValueError as error:

@@ -17,6 +17,7 @@ from app.nodes.console.scene.click_explanation import ExplanationBuilder, marked
 from app.nodes.console.scene.clicks import Clicks
 from app.view.model.picture_store import StoredPicture
 from app.view.model.scene_model import SceneModel
+from app.view.words import ENGLISH
 from ippon.camera import PinholeCamera
 from ippon.geometry import base_pose
 from ippon.robot import ZED
@@ -72,7 +73,7 @@ def test_a_surface_is_explained_with_the_picture_that_shows_it(model):
         ooi=0.25,
         level="certain",
     )
-    full = with_labels(explanation, reply, "hat")
+    full = with_labels(explanation, reply, "hat", ENGLISH)
     assert full.title == "Sofa"
     assert full.rows[:4] == [
         ("hat", "25.0%"),
