@@ -188,11 +188,11 @@ class DemoProcesses:
 
     def console_command(self) -> str:
         """Return the command that restarts the console, from any folder."""
-        return shlex.join([*PROGRAM, *self._console(self.page_port), "--robot", self.robot])
+        where = ("--connect", self.endpoint, "--robot", self.robot)
+        return shlex.join([*PROGRAM, "console", *where, *self._page(self.page_port)])
 
-    def _console(self, port: int) -> list[str]:
-        where = ["console", "--connect", self.endpoint, "--port", str(port)]
-        return where if self.language == "en" else [*where, "--language", self.language]
+    def _page(self, port: int) -> list[str]:
+        return ["--port", str(port), "--language", self.language]
 
     def _key(self, topic: str) -> str:
         return f"{self.robot}/{topic}"
@@ -223,7 +223,7 @@ class DemoProcesses:
         raise DemoError(f"the navigator was not ready within {READY_S:g} s")
 
     def _try_console(self, port: int) -> None:
-        child = self._start("console", self._console(port))
+        child = self._start("console", ["console", "--connect", self.endpoint, *self._page(port)])
         deadline = time.monotonic() + PAGE_S
         while time.monotonic() < deadline:
             self._check_running(child, port)

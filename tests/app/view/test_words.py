@@ -30,7 +30,7 @@ TABLES = {name: json.loads((ASSETS / f"words/{name}.json").read_text()) for name
 NAMES = {"IPPON", "ROS"}
 NOT_SHOWN = {
     # Names of keys, of the browser's own interfaces, and of our messages.
-    "Escape", "Enter", "Space", "Comma", "Period", "Home", "Event", "Input", "Shift",
+    "Escape", "Enter", "Space", "Comma", "Period", "Home", "Shift", "Hz",
 }  # fmt: skip
 
 
