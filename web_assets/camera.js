@@ -47,6 +47,10 @@ export class Camera {
   }
 
   onKey(event) {
+    if (event.key === "Escape" && this.size === "full" && this.mode === "auto") {
+      if (!document.querySelector("dialog[open], body[data-side]")) this.resize("corner");
+      return;
+    }
     if (event.code !== "KeyC" || this.isTyping(event.target)) return;
     if (event.ctrlKey || event.altKey || event.metaKey || event.repeat) return;
     event.preventDefault();
@@ -64,9 +68,11 @@ export class Camera {
       this.before = null;
       localStorage.setItem(KEPT, known);
     }
+    const held = this.section.contains(document.activeElement);
     this.section.dataset.size = known;
     document.body.dataset.camera = known;
     at("camera-open").hidden = known !== "off";
+    if (held && known === "off") at("camera-open").focus({ preventScroll: true });
     const word = say(known === "full" ? "camera.small" : "camera.large");
     at("camera-size").title = word;
     at("camera-size").setAttribute("aria-label", word);

@@ -66,6 +66,16 @@ export class Drive {
     for (const kind of ["pointerup", "pointercancel", "lostpointercapture"]) {
       button.addEventListener(kind, end);
     }
+    // Enter holds it, too; Space stops the robot.
+    button.addEventListener("keydown", (event) => {
+      if (event.key !== "Enter" || event.repeat) return;
+      event.preventDefault();
+      button.dataset.held = "";
+      this.pads.set("Enter", { forward, turn, tilt });
+      this.post();
+    });
+    button.addEventListener("keyup", (event) => event.key === "Enter" && end({ pointerId: "Enter" }));
+    button.addEventListener("blur", () => end({ pointerId: "Enter" }));
     button.addEventListener("contextmenu", (event) => event.preventDefault());
   }
 

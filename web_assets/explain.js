@@ -9,10 +9,18 @@ export class Explanation {
   constructor() {
     this.shown = "";
     this.closed = "";
-    at("explanation-close").addEventListener("click", () => {
-      this.closed = this.shown;
-      at("explanation").hidden = true;
-    });
+    at("explanation-close").addEventListener("click", () => this.close());
+  }
+
+  close() {
+    this.closed = this.shown;
+    at("explanation").hidden = true;
+  }
+
+  // Escape closes the card, unless something that is open before it takes the key.
+  onKey(event) {
+    if (event.key !== "Escape" || !at("explanation").checkVisibility()) return;
+    if (!document.querySelector("dialog[open], body[data-side]")) this.close();
   }
 
   update(explanation) {

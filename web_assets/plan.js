@@ -64,7 +64,7 @@ export class Plan {
       0: () => this.fit(),
       "+": () => this.zoom(1.25),
       "-": () => this.zoom(0.8),
-      Escape: () => (this.measures ? this.measure(false) : this.resize("off")),
+      Escape: () => this.back(),
       ...(onPlan && {
         ArrowLeft: () => this.move(-step, 0),
         ArrowRight: () => this.move(step, 0),
@@ -75,12 +75,24 @@ export class Plan {
     }[event.key];
   }
 
+  // Closes what was opened last: the exports, measuring, or the plan.
+  back() {
+    const exports = at("plan-export");
+    if (exports.open) {
+      exports.open = false;
+      exports.querySelector("summary").focus();
+    } else if (this.measures) this.measure(false);
+    else this.resize("off");
+  }
+
   toggle() {
     this.resize(this.size === "full" ? "off" : "full");
   }
 
   resize(size) {
+    const held = this.section.contains(document.activeElement);
     this.section.dataset.size = size;
+    if (held && size === "off") at("plan-open").focus({ preventScroll: true });
     if (size === "full") {
       this.canvas.focus({ preventScroll: true });
       this.fit();

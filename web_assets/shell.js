@@ -13,6 +13,7 @@ import { Introduction } from "./introduction.js";
 import { clock, Goals } from "./goals.js";
 import { Lease, logInAgainIfAsked } from "./lease.js";
 import { notice } from "./notice.js";
+import { nameFields } from "./panel_names.js";
 import { Plan } from "./plan.js";
 import { Sides } from "./side.js";
 import { Things } from "./things.js";
@@ -164,6 +165,7 @@ new Robots(sides, stateWord);
 const onHover = installHover(view, request);
 const onSideKey = (event) => sides.onKey(event);
 const onPlanKey = (event) => plan.onKey(event);
+const onExplanationKey = (event) => explanation.onKey(event);
 const onCameraKey = (event) => camera.onKey(event);
 
 // Shows a place of the world on the plan if that is open, and in the scene.
@@ -175,7 +177,8 @@ function show(position) {
 // Shows a thing, and has the scene fly there and explain it.
 function lookAt(position, size) {
   show(position);
-  send({ type: "look", position, size });
+  const at_once = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  send({ type: "look", position, size, at_once });
 }
 
 function shownState() {
@@ -277,7 +280,9 @@ function adoptView() {
   view.contentWindow.addEventListener("keydown", onSideKey, true);
   drive.listen(view.contentWindow);
   onHover(view.contentWindow);
+  view.contentWindow.addEventListener("keydown", onExplanationKey);
   showAnswers(inner);
+  if (inner.body) nameFields(inner);
   view.contentWindow.dispatchEvent(new Event("focus"));
 }
 
@@ -287,6 +292,7 @@ window.addEventListener("keydown", onHelpKey, true);
 window.addEventListener("keydown", onCameraKey, true);
 window.addEventListener("keydown", onPlanKey, true);
 window.addEventListener("keydown", onSideKey, true);
+window.addEventListener("keydown", onExplanationKey);
 view.addEventListener("load", adoptView);
 at("stop").addEventListener("click", stop);
 at("resume").addEventListener("click", () => insist(command("resume")));

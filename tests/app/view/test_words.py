@@ -29,6 +29,8 @@ PAGES = sorted(ASSETS.glob("*.html"))
 TABLES = {name: json.loads((ASSETS / f"words/{name}.json").read_text()) for name in languages()}
 NAMES = {"IPPON", "ROS"}
 NOT_SHOWN = {
+    # What viser's client says, to be replaced.
+    "Collapse panel", "Expand panel",
     # Names of keys, of the browser's own interfaces, and of our messages.
     "Escape", "Enter", "Space", "Comma", "Period", "Home", "Shift", "Hz",
 }  # fmt: skip

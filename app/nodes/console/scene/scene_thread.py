@@ -252,7 +252,8 @@ class SceneThread:
         for look in self._state_feed.scene.looks():
             views = self._browser_views.of(look.browser)
             for view in views:
-                self.follow.fly(view.client, look.centre_world, look.size_m)
+                at_once = look.at_once
+                self.follow.fly(view.client, look.centre_world, look.size_m, at_once=at_once)
             client_id = views[0].client.client_id if views else NOBODY
             asked.append((*ray_onto(look, self.model.voxel_size_m or 0.0), client_id))
         return asked
