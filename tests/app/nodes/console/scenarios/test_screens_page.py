@@ -93,7 +93,8 @@ def _keep(page, name):
         page.screenshot(path=Path(folder) / f"{name}.png")
 
 
-SAID = """(doc) => [...doc.querySelectorAll("*")].filter((e) => e.checkVisibility()).flatMap((e) => [
+SAID = """(doc) => [...doc.querySelectorAll("*")].filter((e) => e.checkVisibility())
+.flatMap((e) => [
   ...[...e.childNodes].filter((n) => n.nodeType === 3).map((n) => n.data.trim()),
   e.title, e.getAttribute("aria-label"), e.placeholder,
 ]).filter((text) => typeof text === "string" && text !== "")"""
@@ -179,7 +180,8 @@ def test_the_keyboard_alone_reaches_everything_and_escape_closes_it(at_first):
 
 MOVING = """(doc) => [...doc.querySelectorAll("*")].filter((e) => {
   const style = doc.defaultView.getComputedStyle(e);
-  return style.animationName !== "none" || style.transitionDuration.split(", ").some((s) => parseFloat(s) > 0);
+  const lasting = style.transitionDuration.split(", ").some((s) => parseFloat(s) > 0);
+  return style.animationName !== "none" || lasting;
 }).map((e) => e.className)"""
 
 
