@@ -2,7 +2,7 @@
 // the camera fills the scene.
 
 import { BASE } from "./base.js";
-import { decimal, say } from "./words.js";
+import { decimal, LANGUAGE, say } from "./words.js";
 import { cellImage, COLORS, drawPlan, scaleBar } from "./plan_drawing.js";
 
 const EVERY_MS = 500;
@@ -253,15 +253,16 @@ export class Plan {
   }
 
   drawBar(context, box) {
-    const length = scaleBar(box.width / this.scale);
+    const metres = scaleBar(box.width / this.scale);
+    const length = metres.toLocaleString(LANGUAGE);
     const [left, low] = [24, box.height - 24];
     context.strokeStyle = context.fillStyle = "#e8edf3";
     context.lineWidth = 3;
     context.beginPath();
     context.moveTo(left, low - 6);
     context.lineTo(left, low);
-    context.lineTo(left + length * this.scale, low);
-    context.lineTo(left + length * this.scale, low - 6);
+    context.lineTo(left + metres * this.scale, low);
+    context.lineTo(left + metres * this.scale, low - 6);
     context.stroke();
     context.font = "13px system-ui, sans-serif";
     context.textAlign = "left";

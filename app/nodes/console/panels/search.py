@@ -98,7 +98,7 @@ class SearchPanel:
                 self._build_verdict(gui)
 
     def _build_verdict(self, gui: Any) -> None:
-        confirm = gui.add_button(self._words("panel.search.confirm"), color=(0, 158, 115))
+        confirm = gui.add_button(self._words("panel.search.confirm"), color=(0, 121, 90))
         reject = gui.add_button(self._words("panel.search.reject"), color=QUIET)
         confirm.on_click(lambda _: self._try(lambda: self._actions.confirm_find(self._judged)))
         reject.on_click(lambda _: self._try(lambda: self._actions.reject_find(self._judged)))

@@ -7,9 +7,11 @@ import json
 import os
 from pathlib import Path
 
+import msgspec
 import pytest
 from playwright.sync_api import expect
 
+from app.messages.driving import DriveStatus
 from tests.app.nodes.console.page_checks import (
     CUT_OFF,
     LOW_CONTRAST,
@@ -28,8 +30,8 @@ WORDS = Path(__file__).parents[5] / "web_assets/words"
 
 
 @pytest.fixture(scope="module")
-def page(stage):
-    """The page of a console in German."""
+def parts(stage):
+    """The page of a console in German, and what it shows."""
     with open_browser() as browser:
         zenoh_port = stage.free_port()
         home = stage.PublishedHome(zenoh_port, most_voxels=2_000)
@@ -40,15 +42,17 @@ def page(stage):
         page.goto(console.url)
         expect(page.locator("#state")).to_have_text("Sucht")
         expect(_tab(page, "Suche")).to_be_visible()
-        yield page
+        yield page, home
         window.close()
         console.close()
         home.close()
 
 
 @pytest.fixture
-def at_first(page):
-    """The page in its usual size, with nothing open."""
+def at_first(parts):
+    """The page in its usual size, with nothing open, of a robot that searches."""
+    page, home = parts
+    home.begin_again()
     page.set_viewport_size({"width": 1440, "height": 900})
     yield page
     page.evaluate("document.getElementById('help').close()")
@@ -137,6 +141,51 @@ def test_every_control_has_a_name_and_every_text_contrast_in_both_themes(at_firs
             assert low == [], (theme, name)
             _keep(at_first, f"{theme}-{name}")
     at_first.locator("#theme").click()
+
+
+def _states(home, stage):
+    """Have the robot do one thing after the other; yields what the page calls each."""
+    home.find = stage.find_of()
+    home.goal = msgspec.structs.replace(home.goal, outcome="found")
+    for state, word in (
+        ("found", "Gefunden"),
+        ("stopped", "Gestoppt"),
+        ("exhausted", "Nicht gefunden"),
+        ("lost", "Ohne Daten"),
+    ):
+        home.state = state
+        yield word
+        home.find = None
+    home.state = "manual"
+    home.status_changes = {"drive": DriveStatus(mode="manual", intervention="0.4 m")}
+    yield "Manuell"
+
+
+WATCHED = """() => {
+  for (const id of ["lease-request", "lease-over", "log-out"]) {
+    document.getElementById(id).hidden = false;
+  }
+  document.getElementById("lease-take").hidden = true;
+  document.getElementById("holder").textContent = "Annas Tablet";
+}"""
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
+def test_every_state_is_whole_named_and_readable(at_first, parts, stage, width, height):
+    page, home = parts
+    page.set_viewport_size({"width": width, "height": height})
+    _tab(page, "Suche").click()
+    for word in _states(home, stage):
+        expect(page.locator("#state")).to_have_text(word)
+        page.wait_for_timeout(400)
+        _keep(page, f"{width}-{word}")
+        wrong = [f(page, check) for f in (in_page, in_panels) for check in (UNNAMED, LOW_CONTRAST)]
+        found = sum([*wrong, in_page(page, CUT_OFF)], [])
+        assert found == [], word
+    home.begin_again()
+    expect(page.locator("#state")).to_have_text("Sucht")
+    assert page.evaluate(f"({WATCHED})() ?? ({CUT_OFF})(document)") == []
+    assert page.evaluate(f"({WATCHED})() ?? ({LOW_CONTRAST})(document)") == []
 
 
 FOCUSED = """() => {
