@@ -50,7 +50,7 @@ def test_a_language_has_every_key_with_the_same_values(language):
 
 
 def test_there_are_english_and_german_and_the_error_names_them():
-    assert languages() == ("de", "en")
+    assert {"de", "en"} <= set(languages())
     with pytest.raises(LanguageError, match="no words in 'tlh'; the languages are de, en"):
         Words("tlh")
 
