@@ -192,7 +192,8 @@ class DemoProcesses:
         return shlex.join([*PROGRAM, "console", *where, *self._page(self.page_port)])
 
     def _page(self, port: int) -> list[str]:
-        return ["--port", str(port), "--language", self.language]
+        language = [] if self.language == "en" else ["--language", self.language]
+        return [*language, "--port", str(port)]
 
     def _key(self, topic: str) -> str:
         return f"{self.robot}/{topic}"

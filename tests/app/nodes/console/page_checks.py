@@ -8,7 +8,9 @@ const shown = (e) => e.checkVisibility({ checkOpacity: true, checkVisibilityCSS:
   && e.getClientRects().length > 0;
 const CONTROLS = "button, a[href], input:not([type=hidden]), select, textarea, summary, "
   + "[tabindex='0'], [role=button], [role=switch], [role=tab], [role=checkbox], [role=slider]";
-const told = (e) => `${e.tagName.toLowerCase()}#${e.id}.${e.className} ${e.textContent.trim().slice(0, 40)}`;
+const told = (e) => [
+  `${e.tagName.toLowerCase()}#${e.id}.${e.className}`, e.textContent.trim().slice(0, 40),
+].join(" ");
 """
 
 UNNAMED = (
@@ -28,7 +30,8 @@ UNNAMED = (
     return [by, e.getAttribute("aria-label"), labels, own, e.title].map((t) => (t ?? "").trim())
       .find((t) => /[\\p{L}\\d]/u.test(t)) ?? "";
   };
-  const roles = `${CONTROLS}, [role=dialog], [role=alertdialog], dialog, [role=img], iframe, nav, aside`;
+  const areas = "dialog, [role=dialog], [role=alertdialog], [role=img], iframe, nav, aside";
+  const roles = `${CONTROLS}, ${areas}`;
   return [...doc.querySelectorAll(roles)].filter(shown).filter((e) => nameOf(e) === "").map(told);
 }"""
 )
@@ -49,9 +52,11 @@ LOW_CONTRAST = (
     }
     return parsed.get(css);
   };
-  const over = ([r, g, b, a], [R, G, B]) => [r * a + R * (1 - a), g * a + G * (1 - a), b * a + B * (1 - a)];
+  const over = ([r, g, b, a], under) =>
+    [r, g, b].map((value, n) => value * a + under[n] * (1 - a));
   const light = (rgb) => {
-    const [r, g, b] = rgb.map((v) => (v / 255 <= 0.04045 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4));
+    const [r, g, b] = rgb.map((v) => v / 255)
+      .map((v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4));
     return 0.2126 * r + 0.7152 * g + 0.0722 * b;
   };
   const ground = (e) => {
@@ -61,18 +66,23 @@ LOW_CONTRAST = (
       layers.push(color);
       if (color[3] === 1) break;
     }
-    return layers.reverse().reduce((under, layer) => over(layer, under), rgba("canvas").slice(0, 3));
+    const page = rgba("canvas").slice(0, 3);
+    return layers.reverse().reduce((under, layer) => over(layer, under), page);
   };
   const wrong = new Set();
+  const SILENT = "script, style, noscript, canvas, text, [aria-hidden=true], "
+    + ":disabled, [data-disabled]";
   const walker = doc.createTreeWalker(doc.body, NodeFilter.SHOW_TEXT);
   while (walker.nextNode()) {
     const e = walker.currentNode.parentElement;
     if (!/[\\p{L}\\d]/u.test(walker.currentNode.data) || !shown(e)) continue;
-    if (e.closest("script, style, noscript, canvas, [aria-hidden=true], :disabled, [data-disabled], text")) continue;
+    if (e.closest(SILENT)) continue;
     const style = doc.defaultView.getComputedStyle(e);
     const under = ground(e);
     let alpha = 1;
-    for (let one = e; one; one = one.parentElement) alpha *= Number(doc.defaultView.getComputedStyle(one).opacity);
+    for (let one = e; one; one = one.parentElement) {
+      alpha *= Number(doc.defaultView.getComputedStyle(one).opacity);
+    }
     const [r, g, b, a] = rgba(style.color);
     const [x, y] = [light(over([r, g, b, a * alpha], under)), light(under)].sort((p, q) => q - p);
     const ratio = (x + 0.05) / (y + 0.05);
@@ -91,6 +101,7 @@ CUT_OFF = (
     + _COMMON
     + """
   const wrong = [];
+  const isCut = (e) => e.clientWidth > 0 && e.scrollWidth > e.clientWidth + 1;
   const [wide, high] = [doc.documentElement.clientWidth, doc.documentElement.clientHeight];
   const top = [...doc.querySelectorAll("dialog[open]")].at(-1);
   for (const e of [...doc.querySelectorAll(CONTROLS)].filter(shown)) {
@@ -102,7 +113,7 @@ CUT_OFF = (
     const isIn = box.left >= -1 && box.top >= -1 && box.right <= wide + 1 && box.bottom <= high + 1;
     const hit = doc.elementFromPoint(box.left + box.width / 2, box.top + box.height / 2);
     const isHit = hit !== null && (e.contains(hit) || hit.contains(e));
-    const isShort = e.scrollWidth > e.clientWidth + 1 && e.matches("button, summary") && e.clientWidth > 0;
+    const isShort = isCut(e) && e.matches("button, summary");
     if (!isIn && (box.width <= wide && box.height <= high)) wrong.push(`outside: ${told(e)}`);
     else if (!isHit) wrong.push(`covered by ${hit && told(hit)}: ${told(e)}`);
     else if (isShort) wrong.push(`cut off: ${told(e)}`);
@@ -110,7 +121,7 @@ CUT_OFF = (
   for (const e of doc.querySelectorAll(".chip, h1, h2, .notice strong, .notice span")) {
     const box = e.getBoundingClientRect();
     if (!shown(e) || top) continue;
-    if (box.left < -1 || box.right > wide + 1 || e.scrollWidth > e.clientWidth + 1 && e.clientWidth > 0) {
+    if (box.left < -1 || box.right > wide + 1 || isCut(e)) {
       wrong.push(`cut off: ${told(e)}`);
     }
     // Its own text, all of it, is what is seen there.
