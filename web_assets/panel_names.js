@@ -2,7 +2,7 @@
 
 import { say } from "./words.js";
 
-const FIELDS = "input, textarea, [role='slider']";
+const FIELDS = ["input", "textarea", "[role='slider']"].join();
 // What viser's client itself says, in English only.
 const OWN = [["Collapse panel", "fold.collapse"], ["Expand panel", "fold.expand"]];
 const UNNAMED = ":not([aria-label]), [aria-label='']";

@@ -41,10 +41,6 @@ class Words:
         """Return the text for one or for several."""
         return self(f"{key}.{'one' if n == 1 else 'other'}", n=n, **values)
 
-    def has(self, key: str) -> bool:
-        """Return whether the table has a key, for words that come from elsewhere."""
-        return key in self._table
-
     def number(self, value: float, digits: int = 0) -> str:
         """Return a number as the language writes it."""
         return f"{value:.{digits}f}".replace(".", self("number.decimal"))

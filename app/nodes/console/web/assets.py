@@ -75,7 +75,8 @@ class Assets:
         ).encode()
         self._shell = shell
         self.shell = self.shell_at("/")
-        self.view = Asset("view.html", _with_head(client.page, ours), _ASK_AGAIN)
+        scene = client.page.replace(b'lang="en"', f'lang="{say.language}"'.encode(), 1)
+        self.view = Asset("view.html", _with_head(scene, ours), _ASK_AGAIN)
         self.files: Mapping[str, Asset] = {
             name: Asset(name, (root / name).read_bytes(), _ASK_AGAIN) for name in _NAMES
         } | {name: Asset(name, content, _FOR_GOOD) for name, content in client.files.items()}

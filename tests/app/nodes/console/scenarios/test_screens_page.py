@@ -109,6 +109,7 @@ def test_nothing_of_the_page_is_left_in_english(at_first):
     both = set(german.values())
     others = {text for key, text in english.items() if text != german[key]} - both
     assert at_first.locator("html").get_attribute("lang") == "de"
+    assert in_panels(at_first, "(doc) => doc.documentElement.lang") == "de"
     said = set()
     for name in _views(at_first):
         said |= {*in_page(at_first, SAID), *in_panels(at_first, SAID)}
