@@ -2,16 +2,17 @@
 
 import { BASE } from "./base.js";
 import { button, make, replaceRows } from "./side.js";
+import { LANGUAGE, say } from "./words.js";
 
 const at = (id) => document.getElementById(id);
 const MUTED = "ippon-muted";
 const RUNG = "ippon-rung";
-const WAYS = [["sound", "Sound"], ["notification", "Notification"]];
+const WAYS = ["sound", "notification"];
 
 const muted = () => new Set(JSON.parse(localStorage.getItem(MUTED) ?? "[]"));
 
 function timeOf(call) {
-  return new Date(call.wall_ns / 1e6).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
+  return new Date(call.wall_ns / 1e6).toLocaleTimeString(LANGUAGE, { hour: "2-digit", minute: "2-digit" });
 }
 
 export class Calls {
@@ -31,7 +32,7 @@ export class Calls {
       await Notification.requestPermission();
       this.renderPermission();
     });
-    at("calls-try").addEventListener("click", () => this.ring("Test", "This is how a call sounds.", muted(), ""));
+    at("calls-try").addEventListener("click", () => this.ring(say("calls.test"), say("calls.test.text"), muted(), ""));
     // Browsers let a page make sounds after its first click or key.
     for (const event of ["pointerdown", "keydown"]) {
       window.addEventListener(event, () => this.wakeAudio(), { capture: true });
@@ -91,7 +92,7 @@ export class Calls {
       notification.onclick = () => window.focus();
     } catch {
       // Browsers of phones offer notifications to installed pages only.
-      at("calls-permission").textContent = "This browser shows no notifications of pages.";
+      at("calls-permission").textContent = say("calls.unsupported");
     }
   }
 
@@ -133,8 +134,8 @@ export class Calls {
   render(shown) {
     this.markSeen();
     at("calls-webhook").textContent = shown.webhook
-      ? `Calls are also sent to ${shown.webhook}.`
-      : "Calls reach open pages only. Elsewhere, too: start the console with --notify URL.";
+      ? say("calls.webhook", { address: shown.webhook })
+      : say("calls.nowhere");
     if (at("calls-kinds").childElementCount === 0) {
       at("calls-kinds").replaceChildren(...this.kindRows(shown.titles ?? {}));
     }
@@ -148,8 +149,8 @@ export class Calls {
     const name = make("b", "", call.title);
     name.append(make("small", "", ` ${timeOf(call)}`));
     told.append(name, make("small", "", call.occasion.text));
-    if (call.count > 1) told.append(make("small", "", `${call.count} times since the call before`));
-    if (call.webhook) told.append(make("small", "", `Webhook: ${call.webhook}`));
+    if (call.count > 1) told.append(make("small", "", say("calls.times", { n: call.count })));
+    if (call.webhook) told.append(make("small", "", say("calls.webhook.state", { state: call.webhook })));
     node.append(told);
     return node;
   }
@@ -160,9 +161,9 @@ export class Calls {
       const head = make("th", "", title);
       head.scope = "row";
       row.append(head);
-      for (const [way, name] of WAYS) {
+      for (const way of WAYS) {
         // Not a checkbox: Space stops the robot, and would not change one.
-        const box = button("", `${name}: ${title}`, () => {
+        const box = button("", say("calls.switch", { way: say(`calls.${way}`), kind: title }), () => {
           const off = muted();
           if (off.has(`${way} ${kind}`)) off.delete(`${way} ${kind}`);
           else off.add(`${way} ${kind}`);
@@ -172,7 +173,7 @@ export class Calls {
         const show = () => {
           const isOn = !muted().has(`${way} ${kind}`);
           box.setAttribute("aria-checked", String(isOn));
-          box.textContent = isOn ? "on" : "off";
+          box.textContent = say(isOn ? "calls.on" : "calls.off");
         };
         box.setAttribute("role", "switch");
         show();
@@ -186,11 +187,7 @@ export class Calls {
 
   renderPermission() {
     at("calls-allow").hidden = this.permission !== "default";
-    at("calls-permission").textContent = {
-      granted: "",
-      default: "Notifications appear when the page is in the background, too.",
-      denied: "Notifications are blocked for this address in the settings of the browser.",
-      unsupported: "This browser shows notifications of pages that come by https or from this machine only.",
-    }[this.permission];
+    at("calls-permission").textContent =
+      this.permission === "granted" ? "" : say(`calls.permission.${this.permission}`);
   }
 }

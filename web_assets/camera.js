@@ -1,6 +1,7 @@
 // The live camera over the scene: small in a corner, or filling the scene. A worker draws the pictures.
 
 import { BASE } from "./base.js";
+import { decimal, say } from "./words.js";
 
 const OLD_MS = 500; // A drive command needs an image that is at most this old.
 const LOST_MS = 2000;
@@ -24,7 +25,8 @@ export class Camera {
     const canvas = at("camera-picture").transferControlToOffscreen();
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     this.worker = new Worker("/assets/camera_worker.js");
-    this.worker.postMessage({ canvas, url: `${scheme}://${location.host}${BASE}api/camera` }, [canvas]);
+    const words = { stop: say("camera.stop"), slow: say("camera.slow") };
+    this.worker.postMessage({ canvas, words, url: `${scheme}://${location.host}${BASE}api/camera` }, [canvas]);
     this.worker.onmessage = ({ data }) => this.hear(data);
     new ResizeObserver(() => this.measure()).observe(at("camera-picture"));
     document.addEventListener("visibilitychange", () => this.wish());
@@ -45,6 +47,10 @@ export class Camera {
   }
 
   onKey(event) {
+    if (event.key === "Escape" && this.size === "full" && this.mode === "auto") {
+      if (!document.querySelector("dialog[open], body[data-side]")) this.resize("corner");
+      return;
+    }
     if (event.code !== "KeyC" || this.isTyping(event.target)) return;
     if (event.ctrlKey || event.altKey || event.metaKey || event.repeat) return;
     event.preventDefault();
@@ -62,10 +68,12 @@ export class Camera {
       this.before = null;
       localStorage.setItem(KEPT, known);
     }
+    const held = this.section.contains(document.activeElement);
     this.section.dataset.size = known;
     document.body.dataset.camera = known;
     at("camera-open").hidden = known !== "off";
-    const word = known === "full" ? "Camera in the corner (C)" : "Camera fills the scene (C)";
+    if (held && known === "off") at("camera-open").focus({ preventScroll: true });
+    const word = say(known === "full" ? "camera.small" : "camera.large");
     at("camera-size").title = word;
     at("camera-size").setAttribute("aria-label", word);
     at("camera-size").setAttribute("aria-pressed", String(known === "full"));
@@ -134,16 +142,16 @@ export class Camera {
     const age = this.age();
     const state = age === null ? "none" : age > LOST_MS ? "lost" : age > OLD_MS ? "old" : "live";
     this.section.dataset.state = state;
-    at("camera-age").textContent = age === null ? "no picture" : shownAge(age);
+    at("camera-age").textContent = age === null ? say("camera.age.none") : shownAge(age);
     const rate = this.rate();
     const parts = [];
-    if (this.latency) parts.push(`latency ${Math.round(this.latency.ms)} ms`);
-    if (rate !== null && state === "live") parts.push(`${rate.toFixed(rate < 3 ? 1 : 0)} Hz`);
+    if (this.latency) parts.push(say("camera.latency", { n: Math.round(this.latency.ms) }));
+    if (rate !== null && state === "live") parts.push(say("camera.rate", { n: decimal(rate, rate < 3 ? 1 : 0) }));
     at("camera-latency").textContent = parts.join(", ");
     const lag = this.drawn?.header.lag_ms ?? 0;
-    at("camera-lag").textContent = lag > 150 ? `marks ${(lag / 1000).toFixed(1)} s behind` : "";
-    const said = age === null ? "no picture" : state === "live" ? "live" : shownAge(age);
-    at("camera-picture").setAttribute("aria-label", `Picture of the robot's camera, ${said}`);
+    at("camera-lag").textContent = lag > 150 ? say("camera.lag", { n: decimal(lag / 1000, 1) }) : "";
+    const said = state === "live" ? say("camera.age.live") : at("camera-age").textContent;
+    at("camera-picture").setAttribute("aria-label", say("camera.picture.now", { age: said }));
   }
 
   renderLabels(labels, drawn) {
@@ -153,17 +161,19 @@ export class Camera {
       this.labels = key;
       const chosen = select.value;
       select.replaceChildren(
-        new Option("Object of interest", "="),
-        new Option("Nothing", "-"),
+        new Option(say("camera.object"), "="),
+        new Option(say("camera.nothing"), "-"),
         ...labels.map((label) => new Option(label, `=${label}`)),
       );
       select.value = chosen;
       if (select.selectedIndex < 0) select.value = "=";
     }
-    select.title = drawn ? `Drawn in: what the network takes for ${drawn}` : "What is drawn in";
+    select.title = drawn ? say("camera.drawn", { label: drawn }) : say("camera.drawn.none");
   }
 }
 
 function shownAge(ms) {
-  return ms < 1000 ? `${Math.round(ms / 10) * 10} ms old` : `${(ms / 1000).toFixed(1)} s old`;
+  return ms < 1000
+    ? say("camera.age.ms", { n: Math.round(ms / 10) * 10 })
+    : say("camera.age.s", { n: decimal(ms / 1000, 1) });
 }

@@ -9,6 +9,7 @@ const WIDTHS = { find: 3, candidate: 2, way: 3, edge: 1.5, stop: 3.5, slow: 2.5,
 const DASHES = { candidate: [6, 4], edge: [8, 6], slow: [10, 6] };
 
 let canvas = null;
+let words = {};
 let context = null;
 let socket = null;
 let wish = { longest_px: 0, label: null };
@@ -19,6 +20,7 @@ let shown = null;
 onmessage = ({ data }) => {
   if (data.canvas) {
     canvas = data.canvas;
+    words = data.words;
     context = canvas.getContext("2d", { alpha: false });
     connect(data.url);
   } else if (data.size) {
@@ -130,7 +132,7 @@ function stroke({ kind, points }, place) {
 }
 
 function write({ kind, points, text }, place, right, top) {
-  const named = text || { stop: "stops here", slow: "slows here" }[kind];
+  const named = text || words[kind];
   if (!named || size.width < 260) return;
   const font = 13 * size.scale;
   context.font = `600 ${font}px system-ui, sans-serif`;

@@ -1,5 +1,7 @@
 // Manual driving: reads the keys and the pad and sends the operator's input. Releasing sends zero once.
 
+import { say } from "./words.js";
+
 const PERIOD_MS = 50;
 const KEYS = {
   KeyW: { forward: 1 },
@@ -10,10 +12,6 @@ const KEYS = {
   KeyE: { forward: 1, turn: -0.5 },
   KeyR: { tilt: 1 },
   KeyF: { tilt: -1 },
-};
-const MODE_TEXT = {
-  assisted: "Hold W: the planner steers, you set the speed. A, D, S: you steer. Release: the robot stops.",
-  manual: "W S drive, A D turn, Q E curves, R F tilt the camera. Release: the robot stops.",
 };
 const at = (id) => document.getElementById(id);
 
@@ -45,9 +43,9 @@ export class Drive {
     if (mode !== this.mode) this.release();
     this.mode = mode;
     at("pad").hidden = mode === "auto";
-    at("pad-mode").textContent = mode === "assisted" ? "Assisted" : "Manual";
-    at("pad-help").textContent = MODE_TEXT[mode] ?? "";
-    const text = drive.intervention || (drive.waypoint ? "driving to the point that you clicked" : "");
+    at("pad-mode").textContent = say(`mode.${mode}`);
+    at("pad-help").textContent = mode === "auto" ? "" : say(`pad.${mode}`);
+    const text = drive.intervention || (drive.waypoint ? say("pad.waypoint") : "");
     at("pad-note").textContent = text;
     at("pad-note").dataset.kind = drive.intervention ? "warn" : "";
   }
@@ -68,6 +66,16 @@ export class Drive {
     for (const kind of ["pointerup", "pointercancel", "lostpointercapture"]) {
       button.addEventListener(kind, end);
     }
+    // Enter holds it, too; Space stops the robot.
+    button.addEventListener("keydown", (event) => {
+      if (event.key !== "Enter" || event.repeat) return;
+      event.preventDefault();
+      button.dataset.held = "";
+      this.pads.set("Enter", { forward, turn, tilt });
+      this.post();
+    });
+    button.addEventListener("keyup", (event) => event.key === "Enter" && end({ pointerId: "Enter" }));
+    button.addEventListener("blur", () => end({ pointerId: "Enter" }));
     button.addEventListener("contextmenu", (event) => event.preventDefault());
   }
 

@@ -1,6 +1,7 @@
 // The card that explains a clicked surface or viewpoint. Sets text only, never markup.
 
 import { BASE } from "./base.js";
+import { say } from "./words.js";
 
 const at = (id) => document.getElementById(id);
 
@@ -8,10 +9,18 @@ export class Explanation {
   constructor() {
     this.shown = "";
     this.closed = "";
-    at("explanation-close").addEventListener("click", () => {
-      this.closed = this.shown;
-      at("explanation").hidden = true;
-    });
+    at("explanation-close").addEventListener("click", () => this.close());
+  }
+
+  close() {
+    this.closed = this.shown;
+    at("explanation").hidden = true;
+  }
+
+  // Escape closes the card, unless something that is open before it takes the key.
+  onKey(event) {
+    if (event.key !== "Escape" || !at("explanation").checkVisibility()) return;
+    if (!document.querySelector("dialog[open], body[data-side]")) this.close();
   }
 
   update(explanation) {
@@ -32,10 +41,10 @@ function row([name, value]) {
   const text = document.createElement("dd");
   term.textContent = name;
   text.textContent = value;
-  const percent = /^([0-9.]+)%$/.exec(value);
+  const percent = /^([0-9.,]+)\s?%$/.exec(value);
   if (percent) {
     const bar = document.createElement("i");
-    bar.style.setProperty("width", `${Math.min(100, Number(percent[1]))}%`);
+    bar.style.setProperty("width", `${Math.min(100, Number(percent[1].replace(",", ".")))}%`);
     text.append(bar);
   }
   return [term, text];
@@ -46,7 +55,7 @@ function picture({ name, caption }) {
   const image = document.createElement("img");
   const text = document.createElement("figcaption");
   image.src = `${BASE}api/pictures/${encodeURIComponent(name)}`;
-  image.alt = `The camera's picture ${caption}`;
+  image.alt = say("explain.picture", { caption });
   text.textContent = caption;
   figure.append(image, text);
   return figure;

@@ -1,12 +1,14 @@
 // On an upright tablet the panel is below the map; this collapses it to its tabs.
 
+import { say } from "./words.js";
+
 const at = (id) => document.getElementById(id);
 
 export function installFold(view) {
   const button = at("fold");
   const fold = (folded) => {
     document.body.toggleAttribute("data-folded", folded);
-    const word = folded ? "Expand the panel" : "Collapse the panel";
+    const word = say(folded ? "fold.expand" : "fold.collapse");
     button.title = word;
     button.setAttribute("aria-label", word);
     button.textContent = folded ? "▴" : "▾";

@@ -2,18 +2,10 @@
 
 import { BASE } from "./base.js";
 import { button, make, replaceRows, words } from "./side.js";
+import { has, say, sayCount } from "./words.js";
 
 const at = (id) => document.getElementById(id);
 const SECTIONS = ["active", "waiting", "ended", "saved"];
-
-const OUTCOMES = {
-  queued: "waits",
-  active: "is searched for",
-  found: "found",
-  out_of_reach: "found, out of reach",
-  exhausted: "given up: not found",
-  cancelled: "cancelled",
-};
 
 const nameOf = (goal) => goal.display || words(goal.object);
 
@@ -24,16 +16,17 @@ export function clock(seconds) {
 
 function stateOf(goal, section) {
   const isFind = goal.outcome === "found" || goal.outcome === "out_of_reach";
-  const parts = [OUTCOMES[goal.outcome] ?? goal.outcome];
-  if (goal.confirmed) parts[0] += ", confirmed";
-  else if (isFind && section === "active") parts[0] += ": confirm or reject it in the Search tab";
+  const known = `goals.outcome.${goal.outcome}`;
+  const outcome = has(known) ? say(known) : goal.outcome;
+  const judges = isFind && section === "active";
+  const parts = [goal.confirmed ? say("goals.confirmed", { outcome }) : judges ? say("goals.judge", { outcome }) : outcome];
   if (goal.count !== 1) {
     const found = goal.counted.length + (isFind ? 1 : 0);
-    parts.push(goal.count === "all" ? `all: ${found} found` : `${found} of ${goal.count} found`);
+    parts.push(say(goal.count === "all" ? "goals.count.all" : "goals.count.some", { found, count: goal.count }));
   }
-  if (goal.rejected) parts.push(goal.rejected === 1 ? "1 find rejected" : `${goal.rejected} finds rejected`);
+  if (goal.rejected) parts.push(sayCount("goals.rejected", goal.rejected));
   if (goal.took_s !== null) parts.push(clock(goal.took_s));
-  if (goal.tour) parts.push("in one tour");
+  if (goal.tour) parts.push(say("goals.tour"));
   return parts.join(" · ");
 }
 
@@ -150,43 +143,50 @@ export class Goals {
       type: "queue", change: { goal_id: goal.goal_id, action, ...more },
     });
     const { goal_id, saved_id, object, context } = goal;
-    const save = () => change("Save", `Save the search for ${name}`, {
+    const save = () => change(say("goals.save"), say("goals.save.hint", { name }), {
       type: "saved", change: { action: "save", object: name, context: context ?? "" },
     });
     const found = [];
     if (goal.position_world) {
-      found.push(button("Show", `Show where ${name} was found`, () => this.showPlace(goal.position_world)));
+      const label = say("goals.show.hint", { name });
+      found.push(button(say("goals.show"), label, () => this.showPlace(goal.position_world)));
     }
     if (section === "active") {
       const cancel = { type: "control", action: "cancel", goal_id };
-      return [...found, change("Cancel", `Cancel the search for ${name}`, cancel), save()];
+      return [...found, change(say("goals.cancel"), say("goals.cancel.active.hint", { name }), cancel), save()];
     }
     if (section === "ended") {
-      return [...found, change("Repeat", `Search for ${name} again`, queue("repeat")), save()];
+      const repeat = change(say("goals.repeat"), say("goals.repeat.hint", { name }), queue("repeat"));
+      return [...found, repeat, save()];
     }
     if (section === "saved") {
       return [
-        change("Run", `Search for ${object}`, { type: "saved", change: { action: "run", saved_id } }),
-        change("Delete", `Delete the saved search for ${object}`, {
+        change(say("goals.run"), say("goals.run.hint", { name: object }), {
+          type: "saved", change: { action: "run", saved_id },
+        }),
+        change(say("goals.delete"), say("goals.delete.hint", { name: object }), {
           type: "saved", change: { action: "delete", saved_id },
         }),
       ];
     }
     const { above, below } = this.neighbours(section, place);
-    const up = change("↑", `Move ${name} up`, queue("before", { before: above }));
-    const down = change("↓", `Move ${name} down`, {
+    const up = change("↑", say("goals.up.hint", { name }), queue("before", { before: above }));
+    const down = change("↓", say("goals.down.hint", { name }), {
       type: "queue", change: { goal_id: below, action: "before", before: goal_id },
     });
     if (above === undefined) up.hidden = true;
     if (below === undefined) down.hidden = true;
-    const edit = button("Edit", `Edit the goal ${name}`, () => this.edit(row, goal, name));
+    const edit = button(say("goals.edit"), say("goals.edit.hint", { name }), () => this.edit(row, goal, name));
+    edit.dataset.edits = "";
     edit.dataset.changes = "";
-    return [up, down, edit, change("Cancel", `Cancel the goal ${name}`, queue("remove")), save()];
+    const cancel = change(say("goals.cancel"), say("goals.cancel.waiting.hint", { name }), queue("remove"));
+    return [up, down, edit, cancel, save()];
   }
 
   edit(row, goal, name) {
     const form = make("form", "edit");
-    const fields = [["Object", name, 80], ["Context", goal.context, 2000]].map(([label, value, most]) => {
+    const fields = [["object", name, 80], ["context", goal.context, 2000]].map(([part, value, most]) => {
+      const label = say(`goals.edit.${part}`);
       const field = make("input");
       field.value = value;
       field.maxLength = most;
@@ -194,8 +194,8 @@ export class Goals {
       field.placeholder = label;
       return field;
     });
-    const save = make("button", "", "Save");
-    const stop = button("Back", "Leave the goal as it is", () => this.endEdit(row));
+    const save = make("button", "", say("goals.save"));
+    const stop = button(say("goals.back"), say("goals.back.hint"), () => this.endEdit(row));
     form.append(...fields, save, stop);
     form.addEventListener("submit", async (event) => {
       event.preventDefault();
@@ -221,7 +221,7 @@ export class Goals {
     row.isEdited = false;
     row.node.querySelector("form")?.remove();
     delete row.node.dataset.edited;
-    row.node.querySelector('[aria-label^="Edit"]')?.focus();
+    row.node.querySelector("[data-edits]")?.focus();
     this.known = null;
     this.fetch(this.wanted);
   }
@@ -229,7 +229,7 @@ export class Goals {
   async ask(message) {
     at("goals-answer").textContent = "…";
     const reply = await this.send(message);
-    at("goals-answer").textContent = reply?.text || (reply ? "Done." : "The console does not respond.");
+    at("goals-answer").textContent = reply?.text || say(reply ? "goals.done" : "link.silence.sentence");
     at("goals-answer").dataset.ok = String(reply?.ok ?? false);
     return reply;
   }

@@ -1,5 +1,7 @@
 // The help dialog, and the light and dark themes; the system's setting is the default.
 
+import { say } from "./words.js";
+
 const at = (id) => document.getElementById(id);
 const THEME = "ippon-theme";
 
@@ -24,7 +26,7 @@ export function installTheme(view) {
   const show = () => {
     const theme = chosen();
     document.documentElement.dataset.theme = theme;
-    at("theme").title = theme === "dark" ? "Light colours" : "Dark colours";
+    at("theme").title = say(theme === "dark" ? "theme.light" : "theme.dark");
     applyTheme(view, theme);
   };
   at("theme").addEventListener("click", () => {

@@ -1,33 +1,12 @@
 // Five steps for whoever opens the console for the first time. It covers no control and blocks none.
 
+import { say } from "./words.js";
+
 const KEY = "ippon-introduction";
 const DONE = "done";
+// Each with the tab that it is about.
 const STEPS = [
-  {
-    tab: "Search",
-    title: "Search",
-    text: "Write what you look for and where you think it is, as you would say it: “my hat, I think it is on the sofa”. Press Search and the robot starts.",
-  },
-  {
-    tab: "Map",
-    title: "Why it goes there",
-    text: "Click anything in the scene: the page says what it is, how likely the object is there, and why the robot goes to a viewpoint. The Map tab has the colours and their meaning.",
-  },
-  {
-    tab: "Drive",
-    title: "Steer",
-    text: "Here you choose what a click does: send the robot there, or say look here and not here. Assisted and Manual let you drive with W A S D. Space stops the robot at any time.",
-  },
-  {
-    tab: "Search",
-    title: "Confirm",
-    text: "The robot stops in front of what it found and shows its picture here. Confirm it, or reject it and the search goes on.",
-  },
-  {
-    tab: "Session",
-    title: "Review",
-    text: "Each session is recorded. Mark moments and write notes here; afterwards play it with: ippon review",
-  },
+  ["search", "search"], ["why", "map"], ["steer", "drive"], ["confirm", "search"], ["review", "session"],
 ];
 
 const at = (id) => document.getElementById(id);
@@ -63,13 +42,18 @@ export class Introduction {
     localStorage.setItem(KEY, one ? String(this.step) : DONE);
     this.box.hidden = one === undefined;
     if (one === undefined) return;
-    at("introduction-title").textContent = one.title;
-    at("introduction-text").textContent = one.text;
-    at("introduction-count").textContent = `${this.step + 1} of ${STEPS.length}`;
+    const [name, tab] = one;
+    at("introduction-title").textContent = say(`introduction.${name}`);
+    at("introduction-text").textContent = say(`introduction.${name}.text`);
+    at("introduction-count").textContent = say("introduction.count", {
+      n: this.step + 1, all: STEPS.length,
+    });
     at("introduction-back").disabled = this.step === 0;
-    at("introduction-next").textContent = this.step + 1 < STEPS.length ? "Next" : "Done";
+    at("introduction-next").textContent = say(
+      this.step + 1 < STEPS.length ? "introduction.next" : "introduction.done",
+    );
     if (!hasAsked) return;
-    this.open(one.tab);
+    this.open(say(`tab.${tab}`));
     at("introduction-next").focus();
   }
 

@@ -1,5 +1,7 @@
 // Control lease: one browser commands, the others watch, and each can stop the robot.
 
+import { say } from "./words.js";
+
 const BEAT_MS = 1000;
 const at = (id) => document.getElementById(id);
 
@@ -28,9 +30,9 @@ export class Lease {
 
   // Why the panels are disabled on this page, "" when they are enabled.
   get watching() {
-    if (this.you.role === "viewer") return "Your login can watch and stop the robot, but not command it.";
+    if (this.you.role === "viewer") return say("lease.viewer");
     if (this.lease.state === "free" || this.holds) return "";
-    return `${this.lease.holder} has control. You are watching.`;
+    return say("lease.watching", { name: this.lease.holder });
   }
 
   meet(you) {
@@ -46,9 +48,10 @@ export class Lease {
   render() {
     const { you, lease } = this;
     const isFree = lease.state === "free";
+    const role = say(`role.${you.role}`);
     const mayCommand = you.role !== "viewer";
     const waits = you.standing === "waits" && !this.holds;
-    at("holder").textContent = isFree ? "nobody" : this.holds ? "you" : lease.holder;
+    at("holder").textContent = isFree ? say("lease.nobody") : this.holds ? say("lease.you") : lease.holder;
     at("holder").title = at("holder").textContent;
     at("control").dataset.lease = this.holds ? "yours" : lease.state;
     at("lease-take").hidden = !(isFree && mayCommand);
@@ -56,11 +59,11 @@ export class Lease {
     at("lease-request").hidden = isFree || this.holds || waits || !mayCommand;
     at("lease-withdraw").hidden = !waits || isFree;
     at("lease-over").hidden = isFree || this.holds || you.role !== "supervisor";
-    at("you").textContent = you.has_login ? `${you.name}, ${you.role}` : "";
+    at("you").textContent = you.has_login ? say("lease.login", { name: you.name, role }) : "";
     at("log-out").hidden = !you.has_login;
-    at("log-out").title = `Log out ${you.name} (${you.role})`;
+    at("log-out").title = say("lease.logout.hint", { name: you.name, role });
     at("asked").hidden = !(this.holds && lease.requester);
-    at("asked-text").textContent = `${lease.requester} requests control.`;
+    at("asked-text").textContent = say("asked.text", { name: lease.requester });
     this.disablePanels();
   }
 

@@ -1,43 +1,42 @@
 // What the page says over the scene.
 
+import { decimal, say } from "./words.js";
+
 // state: of the navigator, null without one; shown: word of the page's state; notDelivered: why a
 // command was not delivered; mayJudge: whether this page has control. Returns title and text.
 export function notice(state, shown, notDelivered, mayJudge) {
-  if (notDelivered !== null) return ["Command not delivered", notDelivered];
+  if (notDelivered !== null) return [say("notice.undelivered"), notDelivered];
   if (state === null) return ["", ""];
   if (state.link === "stalled") {
-    return ["The console does not respond", "The display is out of date. Stop still works. Restart the console with: ippon console"];
+    return [say("notice.stalled"), say("notice.stalled.text")];
   }
   if (state.link === "silent") {
-    return ["No data from the navigator", `Last message ${Math.round(state.silent_s)} s ago`];
+    return [say("notice.silent"), say("notice.silent.text", { n: Math.round(state.silent_s) })];
   }
-  if (state.warning) return ["Different versions", state.warning];
+  if (state.warning) return [say("notice.versions"), state.warning];
   switch (shown) {
     case "stopped":
-      return ["Stopped", "The robot does not move until you press Resume."];
+      return [say("notice.stopped"), say("notice.stopped.text")];
     case "found":
       return found(state, mayJudge);
     case "manual":
-      return state.drive?.waypoint ? ["Driving to the point that you clicked", ""] : ["", ""];
+      return state.drive?.waypoint ? [say("notice.waypoint"), ""] : ["", ""];
     case "exhausted":
-      return [
-        "Not found",
-        "The robot has searched everything that it can reach. The Search tab lists the most likely places.",
-      ];
+      return [say("notice.exhausted"), say("notice.exhausted.text")];
     case "lost":
-      return ["The robot is waiting", state.why];
+      return [say("notice.lost"), state.why];
     case "ended":
-      return ["The replay has ended", state.why];
+      return [say("notice.ended"), state.why];
     case "paused":
-      return ["Paused", state.why];
+      return [say("notice.paused"), state.why];
     default:
       return ["", ""];
   }
 }
 
 function found(state, mayJudge) {
-  const judge = mayJudge ? "Confirm or reject it in the Search tab." : "";
-  if (state.out_of_reach_m === null) return [`Found: ${state.object}`, judge];
-  const away = `${state.out_of_reach_m.toFixed(1)} m from the nearest place where the robot can stand`;
-  return [`Found, out of reach: ${state.object}`, `It is ${away}. ${judge}`];
+  const judge = mayJudge ? say("notice.judge") : "";
+  if (state.out_of_reach_m === null) return [say("notice.found", { object: state.object }), judge];
+  const away = say("notice.unreachable.text", { n: decimal(state.out_of_reach_m, 1) });
+  return [say("notice.unreachable", { object: state.object }), `${away} ${judge}`];
 }

@@ -2,6 +2,7 @@
 // the camera fills the scene.
 
 import { BASE } from "./base.js";
+import { decimal, LANGUAGE, say } from "./words.js";
 import { cellImage, COLORS, drawPlan, scaleBar } from "./plan_drawing.js";
 
 const EVERY_MS = 500;
@@ -63,7 +64,7 @@ export class Plan {
       0: () => this.fit(),
       "+": () => this.zoom(1.25),
       "-": () => this.zoom(0.8),
-      Escape: () => (this.measures ? this.measure(false) : this.resize("off")),
+      Escape: () => this.back(),
       ...(onPlan && {
         ArrowLeft: () => this.move(-step, 0),
         ArrowRight: () => this.move(step, 0),
@@ -74,12 +75,24 @@ export class Plan {
     }[event.key];
   }
 
+  // Closes what was opened last: the exports, measuring, or the plan.
+  back() {
+    const exports = at("plan-export");
+    if (exports.open) {
+      exports.open = false;
+      exports.querySelector("summary").focus();
+    } else if (this.measures) this.measure(false);
+    else this.resize("off");
+  }
+
   toggle() {
     this.resize(this.size === "full" ? "off" : "full");
   }
 
   resize(size) {
+    const held = this.section.contains(document.activeElement);
     this.section.dataset.size = size;
+    if (held && size === "off") at("plan-open").focus({ preventScroll: true });
     if (size === "full") {
       this.canvas.focus({ preventScroll: true });
       this.fit();
@@ -199,9 +212,7 @@ export class Plan {
   measure(on) {
     at("plan-measure").setAttribute("aria-pressed", String(on));
     this.points = [];
-    at("plan-answer").textContent = on
-      ? "Click two points, or move the plan with the arrow keys and press Enter at the cross."
-      : "";
+    at("plan-answer").textContent = on ? say("plan.measure.begin") : "";
     if (on) this.canvas.focus({ preventScroll: true });
     this.draw();
   }
@@ -211,8 +222,8 @@ export class Plan {
     this.points = this.points.length === 2 ? [point] : [...this.points, point];
     const [a, b] = this.points;
     at("plan-answer").textContent = b
-      ? `${Math.hypot(b[0] - a[0], b[1] - a[1]).toFixed(2)} m`
-      : "Now the second point.";
+      ? say("plan.metres", { n: decimal(Math.hypot(b[0] - a[0], b[1] - a[1]), 2) })
+      : say("plan.measure.second");
     this.draw();
   }
 
@@ -242,21 +253,23 @@ export class Plan {
   }
 
   drawBar(context, box) {
-    const length = scaleBar(box.width / this.scale);
+    const metres = scaleBar(box.width / this.scale);
+    const length = metres.toLocaleString(LANGUAGE);
     const [left, low] = [24, box.height - 24];
     context.strokeStyle = context.fillStyle = "#e8edf3";
     context.lineWidth = 3;
     context.beginPath();
     context.moveTo(left, low - 6);
     context.lineTo(left, low);
-    context.lineTo(left + length * this.scale, low);
-    context.lineTo(left + length * this.scale, low - 6);
+    context.lineTo(left + metres * this.scale, low);
+    context.lineTo(left + metres * this.scale, low - 6);
     context.stroke();
     context.font = "13px system-ui, sans-serif";
     context.textAlign = "left";
     context.textBaseline = "alphabetic";
-    const explored = this.scene ? ` · explored ${this.scene.explored_m2.toFixed(0)} m²` : "";
-    context.fillText(`${length} m${explored}`, left, low - 12);
+    const area = this.scene && decimal(this.scene.explored_m2, 0);
+    const text = this.scene ? say("plan.bar", { length, area }) : say("plan.metres", { n: length });
+    context.fillText(text, left, low - 12);
   }
 
   drawRing(context, u, v) {
@@ -301,13 +314,13 @@ export class Plan {
 
   roomButton(room) {
     const button = document.createElement("button");
-    const shown = room.name || room.kind || "name it";
+    const shown = room.name || room.kind || say("plan.room.unnamed");
     button.type = "button";
     button.textContent = shown;
     button.dataset.named = String(room.name !== "" || room.kind !== "");
-    const area = `${room.area_m2.toFixed(0)} square metres`;
-    button.setAttribute("aria-label", `Rename the room ${shown}, ${area}`);
-    button.title = `${area.replace("square metres", "m²")}: click to name it`;
+    const area = decimal(room.area_m2, 0);
+    button.setAttribute("aria-label", say("plan.room.rename", { room: shown, area }));
+    button.title = say("plan.room.rename.hint", { area });
     button.addEventListener("click", () => this.askName(room));
     return button;
   }
@@ -316,8 +329,8 @@ export class Plan {
     this.renamed = room;
     at("room-name").value = room.name;
     at("room-hint").textContent = room.kind
-      ? `The map takes it for a ${room.kind}. Without a name that is shown.`
-      : "The map does not know what kind of room it is.";
+      ? say("plan.room.kind", { kind: room.kind })
+      : say("plan.room.unknown");
     at("room").returnValue = "";
     at("room").showModal();
     at("room-name").select();
@@ -327,7 +340,7 @@ export class Plan {
     if (at("room").returnValue !== "save" || !this.renamed) return;
     const { x_m, y_m } = this.renamed;
     const reply = await this.nameRoom({ x_m, y_m, name: at("room-name").value });
-    at("plan-answer").textContent = reply?.text ?? "The console does not respond.";
+    at("plan-answer").textContent = reply?.text ?? say("link.silence.sentence");
     this.canvas.focus({ preventScroll: true });
   }
 }

@@ -1,9 +1,10 @@
 // The timeline of a recording: play, seek, marks and notes. The scene above it is the console's.
 
+import { decimal, has, percent, say } from "/assets/words.js";
+
 const KINDS = {
-  query: ["query", "#56b4e9"], levels: ["levels", "#e69f00"], detection: ["looks like it", "#f0e442"],
-  found: ["found", "#009e73"], rejected: ["rejected", "#e5322d"], contact: ["contact", "#d55e00"],
-  takeover: ["manual drive", "#cc79a7"], note: ["note", "#e8edf3"],
+  query: "#56b4e9", levels: "#e69f00", detection: "#f0e442", found: "#009e73", rejected: "#e5322d",
+  contact: "#d55e00", takeover: "#cc79a7", note: "#e8edf3",
 };
 const SHOWN_AFTER_S = 0.3;
 const PICTURE_PX = 104;
@@ -16,6 +17,7 @@ const make = (tag, name, text) => {
   if (text !== undefined) node.textContent = text;
   return node;
 };
+const kindOf = (kind) => (has(`review.kind.${kind}`) ? say(`review.kind.${kind}`) : kind);
 const clock = (s) => {
   const tenths = Math.round(10 * s);
   return `${Math.floor(tenths / 600)}:${((tenths % 600) / 10).toFixed(1).padStart(4, "0")}`;
@@ -29,31 +31,33 @@ const strip = make("div", "strip");
 const legend = make("div", "keys-of-marks");
 const versus = make("table", "versus");
 const back = make("button", "", "‹");
-const play = make("button", "play", "Play");
+const play = make("button", "play", say("review.play"));
 const forward = make("button", "", "›");
 const speed = make("select");
 const time = make("span", "clock");
 const said = make("span", "said");
 const text = make("input");
-const note = make("button", "", "Note");
-const mark = make("button", "", "Mark");
-const sessions = make("button", "", "Sessions");
-const link = make("button", "", "Link");
+const note = make("button", "", say("review.note"));
+const mark = make("button", "", say("review.mark"));
+const sessions = make("button", "", say("review.sessions"));
+const link = make("button", "", say("review.link"));
 const wanted = make("input");
 const found = make("ol", "found-events");
-back.title = "Previous image (,)";
-forward.title = "Next image (.)";
-play.title = "Play or pause (Space)";
-speed.title = "Speed";
-text.placeholder = "Note at this time";
+back.title = say("review.back.hint");
+forward.title = say("review.forward.hint");
+play.title = say("review.play.hint");
+speed.title = say("review.speed");
+text.placeholder = say("review.note.field");
 text.maxLength = 2000;
 text.type = "text";
-link.title = "Copy a link to this moment";
+link.title = say("review.link.hint");
 wanted.type = "search";
-wanted.placeholder = "Search events";
-wanted.setAttribute("aria-label", "Search events");
-text.setAttribute("aria-label", "Note at this time");
-speed.setAttribute("aria-label", "Speed");
+wanted.placeholder = say("review.search");
+wanted.setAttribute("aria-label", say("review.search"));
+text.setAttribute("aria-label", say("review.note.field"));
+speed.setAttribute("aria-label", say("review.speed"));
+back.setAttribute("aria-label", say("review.back.hint"));
+forward.setAttribute("aria-label", say("review.forward.hint"));
 found.hidden = true;
 for (const s of SPEEDS) speed.append(new Option(`${s}×`, s, s === 1, s === 1));
 transport.append(sessions, back, play, forward, speed, time, said, wanted, text, note, mark, link);
@@ -95,12 +99,12 @@ async function load(next) {
   for (const m of [...session.marks, ...session.notes]) addMark(m);
   const kinds = new Set([...session.marks, ...session.notes].map((m) => (m.kind === "mark" ? "note" : m.kind)));
   legend.replaceChildren();
-  for (const [kind, [word, color]] of Object.entries(KINDS)) {
+  for (const [kind, color] of Object.entries(KINDS)) {
     if (!kinds.has(kind)) continue;
     const item = make("span");
     const dot = make("i");
     dot.style.background = color;
-    item.append(dot, word);
+    item.append(dot, kindOf(kind));
     legend.append(item);
   }
   sessions.hidden = !session.has_list;
@@ -127,7 +131,7 @@ function drawStrip() {
     const button = make("button");
     const image = make("img");
     button.type = "button";
-    button.setAttribute("aria-label", `Camera at ${clock(at)}`);
+    button.setAttribute("aria-label", say("review.camera", { time: clock(at) }));
     image.alt = "";
     image.loading = "lazy";
     image.onerror = () => image.remove();
@@ -143,7 +147,7 @@ function search() {
   const words = wanted.value.trim().toLowerCase().split(/\s+/).filter(Boolean);
   const all = [...session.marks, ...session.notes].sort((a, b) => a.at_s - b.at_s);
   const matches = words.length === 0 ? [] : all.filter((m) => {
-    const line = `${m.kind} ${KINDS[m.kind]?.[0] ?? ""} ${m.text}`.toLowerCase();
+    const line = `${m.kind} ${kindOf(m.kind)} ${m.text}`.toLowerCase();
     return words.every((word) => line.includes(word));
   });
   found.replaceChildren();
@@ -151,14 +155,14 @@ function search() {
     const line = make("li");
     const button = make("button");
     button.type = "button";
-    button.append(make("b", "", clock(m.at_s)), ` ${m.text || m.kind}`);
+    button.append(make("b", "", clock(m.at_s)), ` ${m.text || kindOf(m.kind)}`);
     button.onclick = () => send("seek", m.at_s + SHOWN_AFTER_S);
     line.append(button);
     found.append(line);
   }
   const more = matches.length - MOST_FOUND;
-  if (words.length > 0 && matches.length === 0) found.append(make("li", "none", "No event holds these words."));
-  if (more > 0) found.append(make("li", "none", `${more} more: add a word.`));
+  if (words.length > 0 && matches.length === 0) found.append(make("li", "none", say("review.search.none")));
+  if (more > 0) found.append(make("li", "none", say("review.search.more", { n: more })));
   found.hidden = words.length === 0;
 }
 
@@ -167,14 +171,14 @@ function addMark(m) {
   const button = make("button", `mark ${kind} lane${m.lane}`);
   button.type = "button";
   button.style.left = `${(100 * m.at_s) / Math.max(session.duration_s, 0.1)}%`;
-  button.setAttribute("aria-label", `${clock(m.at_s)} ${m.text || kind}`);
+  button.setAttribute("aria-label", `${clock(m.at_s)} ${m.text || kindOf(kind)}`);
   button.onclick = (event) => {
     event.stopPropagation();
     // Seek slightly past the event, so that its effect is visible.
     send("seek", m.at_s + SHOWN_AFTER_S);
   };
   button.onpointerdown = (event) => event.stopPropagation();
-  button.onpointerenter = () => show(m.at_s, `${clock(m.at_s)}  ${m.text || kind}`);
+  button.onpointerenter = () => show(m.at_s, `${clock(m.at_s)}  ${m.text || kindOf(kind)}`);
   button.onpointerleave = () => (tip.hidden = true);
   track.append(button);
 }
@@ -182,14 +186,15 @@ function addMark(m) {
 function compare() {
   versus.replaceChildren();
   if (session.sessions.length < 2) return;
-  const columns = ["", "object", "outcome", "time", "path", "explored", "best match"];
+  const columns = ["object", "outcome", "time", "path", "explored", "best"];
   const row = versus.createTHead().insertRow();
-  for (const name of columns) row.append(make("th", "", name));
+  row.append(make("td"), ...columns.map((name) => make("th", "", say(`review.compare.${name}`))));
   const body = versus.createTBody();
   for (const [n, s] of session.sessions.entries()) {
     const cells = [
-      `${n === 0 ? "● left" : "■ right"}  ${s.name}`, s.object, s.outcome, clock(s.duration_s),
-      `${s.path_length_m.toFixed(1)} m`, `${s.explored_m2.toFixed(1)} m²`, `${Math.round(100 * s.best_ooi)} %`,
+      `${say(n === 0 ? "review.compare.left" : "review.compare.right")}  ${s.name}`, s.object,
+      has(`outcome.${s.outcome}`) ? say(`outcome.${s.outcome}`) : s.outcome, clock(s.duration_s),
+      `${decimal(s.path_length_m, 1)} m`, `${decimal(s.explored_m2, 1)} m²`, percent(s.best_ooi),
     ];
     const line = body.insertRow();
     for (const cell of cells) line.insertCell().textContent = cell;
@@ -210,14 +215,14 @@ function render() {
   const share = `${Math.min(100, (100 * state.position_s) / Math.max(session.duration_s, 0.1))}%`;
   done.style.width = share;
   head.style.left = share;
-  play.textContent = state.playing ? "Pause" : "Play";
+  play.textContent = say(state.playing ? "review.pause" : "review.play");
   if (document.activeElement !== speed) speed.value = state.speed;
   time.replaceChildren(clock(state.position_s), make("small", "", ` / ${clock(session.duration_s)}`));
   // A file that is still being written is incomplete; do not report that as a problem.
   const problem = state.problem || (state.growing ? "" : session.problems.join("; "));
   const first = session.sessions[0];
-  const live = state.growing ? "recording in progress – " : "";
-  const ended = state.ended ? "end of the recording – " : "";
+  const live = state.growing ? `${say("review.growing")} – ` : "";
+  const ended = state.ended ? `${say("review.ended")} – ` : "";
   said.textContent = problem || (first ? `${live || ended}${first.name}${first.context ? ` – “${first.context}”` : ""}` : "");
   said.title = said.textContent;
   said.classList.toggle("problem", problem !== "");
@@ -272,12 +277,12 @@ link.onclick = async () => {
   history.replaceState(null, "", `#t=${state.position_s.toFixed(1)}`);
   try {
     await navigator.clipboard.writeText(url);
-    link.textContent = "Copied";
+    link.textContent = say("review.link.copied");
   } catch {
     // Without permission to the clipboard, the address line holds the link.
-    link.textContent = "In the address";
+    link.textContent = say("review.link.address");
   }
-  setTimeout(() => (link.textContent = "Link"), 2000);
+  setTimeout(() => (link.textContent = say("review.link")), 2000);
 };
 window.addEventListener("hashchange", openMoment);
 let resized = 0;

@@ -2,15 +2,10 @@
 
 import { BASE } from "./base.js";
 import { make, replaceRows, words } from "./side.js";
+import { say, sayCount } from "./words.js";
 
 const EVERY_MS = 2000;
 const at = (id) => document.getElementById(id);
-
-const LINKS = {
-  silent: "does not answer",
-  gone: "gone",
-  twice: "two navigators have this name: give one another with --robot",
-};
 
 export class Robots {
   // sides: the panels; nameOf: returns the words for a state.
@@ -48,8 +43,8 @@ export class Robots {
       this.rows.set(robot.name, row);
     }
     replaceRows(at("robots-list"), [...this.rows.values()].map((row) => row.node));
-    const count = robots.length === 1 ? "1 robot" : `${robots.length} robots`;
-    at("robots-count").textContent = problem || (robots.length ? count : "No navigator is on the router.");
+    const count = sayCount("robots.count", robots.length);
+    at("robots-count").textContent = problem || (robots.length ? count : say("robots.none"));
   }
 
   makeRow(robot) {
@@ -70,14 +65,14 @@ export class Robots {
     row.node.dataset.link = robot.link;
     row.state.textContent = robot.state && robot.link !== "gone" ? this.nameOf(robot.state) : "";
     const parts = [
-      robot.object && `“${words(robot.object)}”`,
-      robot.waiting > 0 && `${robot.waiting} waiting`,
-      robot.holder && `${robot.holder} has control`,
+      robot.object && say("robots.object", { object: words(robot.object) }),
+      robot.waiting > 0 && say("robots.waiting", { n: robot.waiting }),
+      robot.holder && say("robots.holder", { name: robot.holder }),
     ].filter(Boolean);
     row.told.textContent = parts.join(" · ") || robot.why;
     const heard = robot.link === "live" || robot.link === "twice"
-      ? `answers in ${Math.max(1, Math.round(robot.round_trip_ms))} ms`
-      : `last heard ${Math.round(robot.seen_s)} s ago`;
-    row.quality.textContent = [LINKS[robot.link], heard].filter(Boolean).join(" · ");
+      ? say("robots.answers", { n: Math.max(1, Math.round(robot.round_trip_ms)) })
+      : say("robots.heard", { n: Math.round(robot.seen_s) });
+    row.quality.textContent = [robot.link !== "live" && say(`robots.${robot.link}`), heard].filter(Boolean).join(" · ");
   }
 }

@@ -1,5 +1,7 @@
 // The list of sessions: filter, open one, compare two.
 
+import { decimal, has, say } from "/assets/words.js";
+
 const at = (id) => document.getElementById(id);
 const SHOWN = 120;
 const chosen = new Set();
@@ -12,11 +14,12 @@ const make = (tag, name, text) => {
   return node;
 };
 const clock = (s) => `${Math.floor(s / 60)}:${String(Math.floor(s % 60)).padStart(2, "0")}`;
+const outcomeOf = (word) => (has(`outcome.${word}`) ? say(`outcome.${word}`) : word);
 
 function card(s) {
   const link = make("a", "card-of-session");
   link.href = `/session/${encodeURIComponent(s.id)}`;
-  const picture = s.picture_bytes > 0 ? make("img") : make("div", "none", s.problem ? "cannot be read" : "no picture");
+  const picture = s.picture_bytes > 0 ? make("img") : make("div", "none", say(s.problem ? "sessions.unreadable" : "sessions.no_picture"));
   if (s.picture_bytes > 0) {
     picture.src = `/review/picture/${encodeURIComponent(s.id)}`;
     picture.alt = "";
@@ -24,13 +27,13 @@ function card(s) {
   }
   const body = make("div", "body");
   const top = make("div", "top");
-  top.append(make("span", "", s.object.replaceAll("_", " ") || s.id), make("span", `outcome ${s.outcome}`, s.outcome));
+  top.append(make("span", "", s.object.replaceAll("_", " ") || s.id), make("span", `outcome ${s.outcome}`, outcomeOf(s.outcome)));
   if (s.problem) {
     body.append(top, make("div", "problem", s.problem));
   } else {
-    const figures = `${s.when}  ·  ${clock(s.duration_s)}  ·  ${s.path_length_m.toFixed(1)} m`;
+    const figures = `${s.when}  ·  ${clock(s.duration_s)}  ·  ${decimal(s.path_length_m, 1)} m`;
     body.append(
-      top, make("div", "context", s.context || "no context"), make("div", "figures", figures),
+      top, make("div", "context", s.context || say("sessions.no_context")), make("div", "figures", figures),
       make("div", "figures", s.robot),
     );
   }
@@ -38,13 +41,13 @@ function card(s) {
   const box = make("input");
   box.type = "checkbox";
   box.checked = chosen.has(s.id);
-  box.setAttribute("aria-label", "compare");
+  box.setAttribute("aria-label", say("sessions.compare"));
   label.onclick = (event) => event.stopPropagation();
   box.onchange = () => {
     box.checked ? chosen.add(s.id) : chosen.delete(s.id);
     at("compare").disabled = chosen.size !== 2;
   };
-  label.append(box, " compare");
+  label.append(box, ` ${say("sessions.compare")}`);
   link.append(picture, body, label);
   return link;
 }
@@ -57,8 +60,9 @@ function render() {
     return (outcome === "" || s.outcome === outcome) && words.every((w) => text.includes(w));
   });
   at("cards").replaceChildren(...fit.slice(0, SHOWN).map(card));
-  const more = fit.length > SHOWN ? `, the first ${SHOWN} shown` : "";
-  at("count").textContent = `${fit.length} of ${all.length} sessions${more}`;
+  at("count").textContent = say(fit.length > SHOWN ? "sessions.count.first" : "sessions.count", {
+    fit: fit.length, all: all.length, shown: SHOWN,
+  });
 }
 
 async function load() {
@@ -66,7 +70,7 @@ async function load() {
   all = list.sessions;
   at("where").textContent = list.folder;
   const outcomes = [...new Set(all.map((s) => s.outcome).filter(Boolean))].sort();
-  for (const word of outcomes) at("outcome").append(new Option(word, word));
+  for (const word of outcomes) at("outcome").append(new Option(outcomeOf(word), word));
   render();
 }
 

@@ -13,35 +13,21 @@ import { Introduction } from "./introduction.js";
 import { clock, Goals } from "./goals.js";
 import { Lease, logInAgainIfAsked } from "./lease.js";
 import { notice } from "./notice.js";
+import { nameFields } from "./panel_names.js";
 import { Plan } from "./plan.js";
 import { Sides } from "./side.js";
 import { Things } from "./things.js";
 import { Robots } from "./robots.js";
 import { showWalk } from "./walk.js";
 import { followSceneArea } from "./scene_area.js";
+import { has, say } from "./words.js";
 
 const PING_MS = 2000;
 const SILENT_MS = 5000;
 const RETRY_MS = [250, 500, 1000, 2000];
 const STOP_PATIENCE_MS = 700;
 
-const WORDS = {
-  connecting: "Connecting",
-  disconnected: "Disconnected",
-  waiting: "Waiting",
-  starting: "Starting",
-  looking_around: "Looking around",
-  searching: "Searching",
-  approaching: "Approaching",
-  found: "Found",
-  exhausted: "Not found",
-  paused: "Paused",
-  manual: "Manual",
-  stopped: "Stopped",
-  lost: "Lost",
-  ended: "Replay ended",
-};
-const MODES = { auto: "Auto", assisted: "Assisted", manual: "Manual" };
+const stateWord = (state) => (has(`state.${state}`) ? say(`state.${state}`) : state);
 
 const at = (id) => document.getElementById(id);
 const view = at("view");
@@ -51,7 +37,7 @@ let attempt = 0;
 let heardAt = 0;
 let instance = null;
 let state = null;
-let robot = "no robot yet";
+let robot = say("page.robot.none");
 let nextCommand = 1;
 const pending = new Map();
 
@@ -146,7 +132,7 @@ async function stop() {
     try {
       reply = await (await fetch(`${BASE}api/stop`, { method: "POST" })).json();
     } catch {
-      reply = { ok: false, text: "the console does not respond" };
+      reply = { ok: false, text: say("link.silence") };
     }
   }
   delete button.dataset.pending;
@@ -155,7 +141,7 @@ async function stop() {
 
 async function insist(answer) {
   const reply = await answer;
-  complain(reply === null ? "the console does not respond" : reply.ok ? null : reply.text);
+  complain(reply === null ? say("link.silence") : reply.ok ? null : reply.text);
 }
 
 function send(message) {
@@ -175,10 +161,11 @@ const mayChange = () => !isRecorded() && lease.watching === "";
 const calls = new Calls(sides);
 const goals = new Goals(sides, request, mayChange, (position) => show(position));
 new Things(sides, lookAt, request);
-new Robots(sides, (state) => WORDS[state] ?? state);
+new Robots(sides, stateWord);
 const onHover = installHover(view, request);
 const onSideKey = (event) => sides.onKey(event);
 const onPlanKey = (event) => plan.onKey(event);
+const onExplanationKey = (event) => explanation.onKey(event);
 const onCameraKey = (event) => camera.onKey(event);
 
 // Shows a place of the world on the plan if that is open, and in the scene.
@@ -190,7 +177,8 @@ function show(position) {
 // Shows a thing, and has the scene fly there and explain it.
 function lookAt(position, size) {
   show(position);
-  send({ type: "look", position, size });
+  const at_once = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  send({ type: "look", position, size, at_once });
 }
 
 function shownState() {
@@ -205,23 +193,22 @@ function render() {
   const shown = shownState();
   const live = state !== null;
   document.body.dataset.state = shown;
-  at("state").textContent = WORDS[shown] ?? shown;
+  at("state").textContent = stateWord(shown);
   if (state?.robot) robot = state.robot;
   at("robot").textContent = robot;
   at("why").textContent = state?.link === "live" ? state.why : "";
   at("why").title = at("why").textContent;
   at("goal").textContent = state?.object ?? "";
   at("elapsed").textContent = state?.object ? clock(state.elapsed_s) : "";
-  document.title = state?.object ? `${WORDS[shown]}: ${state.object} – IPPON` : "IPPON";
+  document.title = state?.object ? `${stateWord(shown)}: ${state.object} – IPPON` : "IPPON";
   const age = live && state.link === "live" ? state.frame_age_ms : null;
   at("frame-age").textContent = age === null ? "–" : `${Math.round(age)} ms`;
   at("frame-age").classList.toggle("slow", age !== null && age > 400);
   at("link").dataset.link = live ? state.link : "down";
-  at("mode").textContent = live && state.link !== "waiting" ? MODES[state.drive.mode] : "–";
+  at("mode").textContent = live && state.link !== "waiting" ? say(`mode.${state.drive.mode}`) : "–";
   at("latency").hidden = !live;
-  at("heard").textContent = live
-    ? { live: "live", stalled: "stalled", silent: `silent ${Math.round(state.silent_s)} s`, waiting: "none" }[state.link]
-    : "none";
+  const heard = live && state.link !== "waiting" ? state.link : "none";
+  at("heard").textContent = say(`link.${heard}`, { n: Math.round(state?.silent_s ?? 0) });
   at("resume").hidden = shown !== "stopped";
   lease.update(state?.lease);
   goals.update(state);
@@ -245,17 +232,9 @@ function renderNotice(shown) {
 
 function renderVeil(shown) {
   const texts = {
-    connecting: ["Connecting", "Connecting this page to the console.", ""],
-    disconnected: [
-      "The console does not respond",
-      "The robot continues on its own. This page reconnects when the console is back.",
-      "You can still press Stop. If this message stays, restart the console with: ippon console",
-    ],
-    waiting: [
-      "Waiting for the navigator",
-      state?.link_text ?? "",
-      "Start the navigator with: ippon navigate, or the whole demo with: ippon demo",
-    ],
+    connecting: ["veil.connecting", say("veil.connecting.text"), ""],
+    disconnected: ["veil.disconnected", say("veil.disconnected.text"), say("veil.disconnected.hint")],
+    waiting: ["veil.waiting", state?.link_text ?? "", say("veil.waiting.hint")],
   };
   const text = texts[shown];
   at("veil").hidden = text === undefined || (shown === "waiting" && state?.has_map);
@@ -263,7 +242,7 @@ function renderVeil(shown) {
     if (!document.body.classList.contains("review")) introduction.begin();
     return;
   }
-  at("veil-title").textContent = text[0];
+  at("veil-title").textContent = say(text[0]);
   at("veil-text").textContent = text[1];
   at("veil-hint").textContent = text[2];
 }
@@ -301,7 +280,9 @@ function adoptView() {
   view.contentWindow.addEventListener("keydown", onSideKey, true);
   drive.listen(view.contentWindow);
   onHover(view.contentWindow);
+  view.contentWindow.addEventListener("keydown", onExplanationKey);
   showAnswers(inner);
+  if (inner.body) nameFields(inner);
   view.contentWindow.dispatchEvent(new Event("focus"));
 }
 
@@ -311,6 +292,7 @@ window.addEventListener("keydown", onHelpKey, true);
 window.addEventListener("keydown", onCameraKey, true);
 window.addEventListener("keydown", onPlanKey, true);
 window.addEventListener("keydown", onSideKey, true);
+window.addEventListener("keydown", onExplanationKey);
 view.addEventListener("load", adoptView);
 at("stop").addEventListener("click", stop);
 at("resume").addEventListener("click", () => insist(command("resume")));

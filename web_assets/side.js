@@ -27,6 +27,7 @@ export class Sides {
 
   toggle(name) {
     const before = this.open;
+    if (before === null) this.opener = document.activeElement;
     this.open = before === name ? null : name;
     for (const [one, { onChange }] of this.panels) {
       const isOpen = one === this.open;
@@ -38,14 +39,21 @@ export class Sides {
     }
     document.body.toggleAttribute("data-side", this.open !== null);
     if (this.open !== null) at(this.open).querySelector("[data-first]").focus();
-    // A hidden field would take the next key for itself.
-    else document.activeElement?.blur();
+    else this.leave();
+  }
+
+  // A hidden field would take the next key for itself: the focus is where it was.
+  leave() {
+    document.activeElement?.blur();
+    if (this.opener?.checkVisibility()) this.opener.focus({ preventScroll: true });
   }
 
   onKey(event) {
     if (this.isTyping(event.target) || event.ctrlKey || event.altKey || event.metaKey) return;
     if (event.repeat || document.querySelector("dialog[open]") !== null) return;
-    const found = [...this.panels].find(([, { key }]) => key === event.code);
+    const closes = event.key === "Escape" && !event.target.closest?.("form");
+    const found = [...this.panels].find(([name, { key }]) =>
+      closes ? name === this.open : key === event.code);
     if (found === undefined) return;
     event.preventDefault();
     event.stopImmediatePropagation();

@@ -2,6 +2,7 @@
 
 import { BASE } from "./base.js";
 import { button, make, replaceRows, words } from "./side.js";
+import { LANGUAGE, percent, say } from "./words.js";
 
 const EVERY_MS = 4000;
 const MINUTE_S = 60;
@@ -9,8 +10,7 @@ const TOLD_MS = 8000;
 const CHUNK = 60;
 const AHEAD_PX = 900;
 const at = (id) => document.getElementById(id);
-const percent = (share) => `${Math.round(100 * share)} %`;
-const titleOf = (thing) => thing.name || words(thing.label) || "unknown thing";
+const titleOf = (thing) => thing.name || words(thing.label) || say("things.unknown");
 
 function othersOf(thing) {
   return thing.alternatives
@@ -27,16 +27,18 @@ function sureness({ name, label, probability }) {
   return label && !name ? ` ${percent(probability)}` : "";
 }
 
+// With its article in English; other languages have the bare word, whose gender is not known.
 function a(label, article = "a") {
+  if (LANGUAGE !== "en") return words(label);
   return `${article}${/^[aeiou]/.test(label) ? "n" : ""} ${words(label)}`;
 }
 
 function age(nanoseconds, nowMs) {
   const seconds = Math.max(0, (nowMs - nanoseconds / 1e6) / 1000);
-  if (seconds < MINUTE_S) return "just now";
-  const units = [["min", MINUTE_S, 60], ["h", 3600, 48], ["days", 86400, Infinity]];
+  if (seconds < MINUTE_S) return say("things.age.now");
+  const units = [["minutes", MINUTE_S, 60], ["hours", 3600, 48], ["days", 86400, Infinity]];
   const [unit, size] = units.find(([, size, most]) => seconds / size < most);
-  return `${Math.floor(seconds / size)} ${unit} ago`;
+  return say(`things.age.${unit}`, { n: Math.floor(seconds / size) });
 }
 
 export class Things {
@@ -101,8 +103,8 @@ export class Things {
   stateOf(thing, newest) {
     const kind = thing.name && thing.label && `${words(thing.label)} ${percent(thing.probability)}`;
     const parts = [kind, thing.room && words(thing.room)];
-    if (thing.gone_ns > 0) parts.push(`gone since ${age(thing.gone_ns, newest)}`);
-    else parts.push(`seen ${age(thing.last_seen_ns, newest)}`);
+    if (thing.gone_ns > 0) parts.push(say("things.gone", { age: age(thing.gone_ns, newest) }));
+    else parts.push(say("things.seen", { age: age(thing.last_seen_ns, newest) }));
     return parts.filter(Boolean).join(" · ");
   }
 
@@ -138,18 +140,20 @@ export class Things {
     name.append(share);
     told.append(name, state);
     const others = othersOf(thing);
-    if (others.length > 0) told.append(make("small", "", `or ${others.slice(0, 2).join(", ")}`));
+    if (others.length > 0) {
+      told.append(make("small", "", say("things.or", { others: others.slice(0, 2).join(", ") })));
+    }
     if (thing.denied.length > 0) {
-      told.append(make("small", "", thing.denied.map((label) => `not ${a(label)}`).join(", ")));
+      told.append(make("small", "", thing.denied.map((label) => say("things.not", { label: a(label) })).join(", ")));
     }
     show.append(picture, told);
-    show.title = "Show where it is";
+    show.title = say("things.show.hint");
     Object.assign(row, { node, state, share });
     show.addEventListener("click", () => this.choose(row));
     node.append(show);
     if (thing.label || thing.name) {
-      const label = `Search for this ${titleOf(thing)}`;
-      node.append(button("Search", label, () => this.searchFor(row.thing)));
+      const label = say("things.search.hint", { thing: titleOf(thing) });
+      node.append(button(say("things.search"), label, () => this.searchFor(row.thing)));
     }
   }
 
@@ -173,10 +177,14 @@ export class Things {
     const title = titleOf(row.thing);
     const acts = make("span", "acts");
     const note = (text, words, change) => button(text, words, () => this.note(row, change));
-    acts.append(button(name ? "Rename" : "Name it", `Give ${title} a name`, () => this.edit(row)));
-    if (label) acts.append(note(`Not ${a(label)}`, `${title} is not ${a(label)}`, { deny: label }));
+    acts.append(button(say(name ? "things.rename" : "things.name"), say("things.name.hint", { thing: title }), () => this.edit(row)));
+    if (label) {
+      const hint = say("things.deny.hint", { thing: title, label: a(label) });
+      acts.append(note(say("things.deny", { label: a(label) }), hint, { deny: label }));
+    }
     for (const other of denied) {
-      acts.append(note(`${a(other, "A")} after all`, `${title} may be ${a(other)}`, { allow: other }));
+      const hint = say("things.allow.hint", { thing: title, label: a(other) });
+      acts.append(note(say("things.allow", { label: a(other, "A") }), hint, { allow: other }));
     }
     row.node.append(acts);
   }
@@ -187,10 +195,10 @@ export class Things {
     const field = make("input");
     field.value = row.thing.name;
     field.maxLength = 40;
-    field.placeholder = "A name, such as Anna's mug";
-    field.setAttribute("aria-label", "Name of the thing; empty for none");
-    const stop = button("Back", "Leave the name as it is", () => this.endEdit(row));
-    form.append(field, make("button", "", "Save"), stop);
+    field.placeholder = say("things.name.example");
+    field.setAttribute("aria-label", say("things.name.field"));
+    const stop = button(say("things.back"), say("things.back.hint"), () => this.endEdit(row));
+    form.append(field, make("button", "", say("things.save")), stop);
     form.addEventListener("submit", async (event) => {
       event.preventDefault();
       const reply = await this.note(row, { name: field.value.trim() });
@@ -248,7 +256,7 @@ export class Things {
   async ask(message) {
     this.tell("…");
     const reply = await this.request(message);
-    this.tell(reply?.text ?? "The console does not respond.");
+    this.tell(reply?.text ?? say("link.silence.sentence"));
     return reply;
   }
 
@@ -267,8 +275,10 @@ export class Things {
     this.fits = [...this.rows.values()].filter((row) => wanted.every((word) => row.text.includes(word)));
     this.render();
     const all = this.rows.size;
-    const count = wanted.length ? `${this.fits.length} of ${all} things` : `${all} things`;
-    const none = "Nothing is remembered yet: things are listed when they were seen well.";
+    const count = wanted.length
+      ? say("things.count.some", { fit: this.fits.length, all })
+      : say("things.count", { n: all });
+    const none = say("things.none");
     at("things-count").textContent = this.told || this.problem || (all === 0 ? none : count);
   }
 }

@@ -1,30 +1,35 @@
 // Directions for the person who carries the camera: an arrow, what to do now, and what comes next.
 
+import { decimal, say } from "./words.js";
+
 const at = (id) => document.getElementById(id);
 
-const metres = (m) => `${m.toFixed(1)} m`;
-const degrees = (d) => `${5 * Math.max(1, Math.round(Math.abs(d) / 5))}°`;
+const metres = (m) => ({ n: decimal(m, 1) });
+const degrees = (d) => ({ angle: `${5 * Math.max(1, Math.round(Math.abs(d) / 5))}°` });
 const side = (d) => (Math.abs(d) > 150 ? "around" : d > 0 ? "left" : "right");
-const look = (d) => (d === 0 ? "" : `look ${d > 0 ? "up" : "down"} ${degrees(d)}`);
-const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
+const vertical = (d) => (d > 0 ? "up" : "down");
+const look = (d) => (d === 0 ? "" : say(`walk.look.${vertical(d)}`, degrees(d)));
 
 // Returns the heading of the arrow in degrees to the right of up, what to do, and what comes next.
 export function wordsOf(walk) {
   const tilt = look(walk.look_up_deg);
-  const rest = walk.way_m > walk.walk_m + 0.5 ? `then ${metres(walk.way_m - walk.walk_m)} more` : "";
+  const left = walk.way_m - walk.walk_m;
+  const rest = left > 0.5 ? say("walk.then.more", metres(left)) : "";
   const next = (...parts) => parts.filter((part) => part !== "").join(", ");
   switch (walk.step) {
     case "turn": {
-      const amount = side(walk.turn_deg) === "around" ? "" : ` ${degrees(walk.turn_deg)}`;
-      const then = walk.walk_m > 0 ? `then walk ${metres(walk.walk_m)}` : "";
-      return [-walk.turn_deg, `Turn ${side(walk.turn_deg)}${amount}`, next(then, tilt)];
+      const then = walk.walk_m > 0 ? say("walk.then.walk", metres(walk.walk_m)) : "";
+      const turn = say(`walk.turn.${side(walk.turn_deg)}`, degrees(walk.turn_deg));
+      return [-walk.turn_deg, turn, next(then, tilt)];
     }
     case "walk":
-      return [-walk.turn_deg, `Walk ${metres(walk.walk_m)}`, next(rest, tilt)];
-    case "look":
-      return [null, capital(tilt), "hold the camera there"];
+      return [-walk.turn_deg, say("walk.walk", metres(walk.walk_m)), next(rest, tilt)];
+    case "look": {
+      const now = say(`walk.look.now.${vertical(walk.look_up_deg)}`, degrees(walk.look_up_deg));
+      return [null, now, say("walk.look.hold")];
+    }
     default:
-      return [null, "Hold still", "the camera looks"];
+      return [null, say("walk.hold"), say("walk.hold.then")];
   }
 }
 

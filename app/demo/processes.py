@@ -46,7 +46,10 @@ class DemoProcesses:
         page_port: Port of the page; set by `start_console`.
     """
 
-    def __init__(self, robot: str, endpoint: str = "", page_port: int = 0) -> None:
+    def __init__(
+        self, robot: str, endpoint: str = "", page_port: int = 0, language: str = "en"
+    ) -> None:
+        self.language = language
         self.robot = robot
         self.endpoint = endpoint
         self.page_port = page_port
@@ -186,7 +189,11 @@ class DemoProcesses:
     def console_command(self) -> str:
         """Return the command that restarts the console, from any folder."""
         where = ("--connect", self.endpoint, "--robot", self.robot)
-        return shlex.join([*PROGRAM, "console", *where, "--port", str(self.page_port)])
+        return shlex.join([*PROGRAM, "console", *where, *self._page(self.page_port)])
+
+    def _page(self, port: int) -> list[str]:
+        language = [] if self.language == "en" else ["--language", self.language]
+        return [*language, "--port", str(port)]
 
     def _key(self, topic: str) -> str:
         return f"{self.robot}/{topic}"
@@ -217,7 +224,7 @@ class DemoProcesses:
         raise DemoError(f"the navigator was not ready within {READY_S:g} s")
 
     def _try_console(self, port: int) -> None:
-        child = self._start("console", ["console", "--connect", self.endpoint, "--port", str(port)])
+        child = self._start("console", ["console", "--connect", self.endpoint, *self._page(port)])
         deadline = time.monotonic() + PAGE_S
         while time.monotonic() < deadline:
             self._check_running(child, port)

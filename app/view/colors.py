@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.view.colormaps import CIVIDIS, INFERNO, ColorTable
+from app.view.words import Words
 from ippon.guidance.levels import Level
 from ippon.planning.plan import NodeKind
 
@@ -186,68 +187,57 @@ def node_colors(kinds: NDArray[np.uint8], gains: NDArray[np.float32]) -> NDArray
     return colors
 
 
-_UNMAPPED_ENTRY: Final = LegendEntry(color=UNMAPPED, text="unknown")
-
-
-def legend(mode: ColorMode, top_m: float, kinds: tuple[LegendEntry, ...] | None = None) -> Legend:
+def legend(
+    mode: ColorMode, top_m: float, say: Words, kinds: tuple[LegendEntry, ...] | None = None
+) -> Legend:
     """Return the legend of a mode.
 
     Args:
         mode: Colour mode.
         top_m: End of the height ramp.
+        say: The words of the legend.
         kinds: Colours of the labels, where all kinds of things are shown; None for one kind.
     """
+    title = say(f"panel.legend.{mode}")
+    unmapped = LegendEntry(color=UNMAPPED, text=say("panel.legend.unknown"))
     match mode:
         case "camera":
-            return Legend(title="Camera colours")
+            return Legend(title=title)
         case "ooi":
-            return Legend(
-                title="Probability of the object",
-                ramp=_OOI_TABLE[:NOT_MAPPED],
-                low="0",
-                high="1",
-                entries=(_UNMAPPED_ENTRY,),
-            )
+            return _ramp_legend(title, unmapped)
         case "proximity":
-            return Legend(
-                title="How near the object is likely to be",
-                entries=(
-                    *(
-                        LegendEntry(color=LEVEL_COLORS[level], text=level.text)
-                        for level in sorted(Level, reverse=True)
-                    ),
-                    _UNMAPPED_ENTRY,
-                ),
+            levels = tuple(
+                LegendEntry(color=LEVEL_COLORS[level], text=say(f"panel.level.{level.text}"))
+                for level in sorted(Level, reverse=True)
             )
+            return Legend(title=title, entries=(*levels, unmapped))
         case "thing" if kinds is not None:
-            return Legend(title="Most probable kind of thing", entries=kinds)
+            return Legend(title=say("panel.legend.kinds"), entries=kinds)
         case "thing":
-            return Legend(
-                title="Probability of the kind chosen below",
-                ramp=_OOI_TABLE[:NOT_MAPPED],
-                low="0",
-                high="1",
-                entries=(LegendEntry(color=UNMAPPED, text="classified otherwise"),),
-            )
+            otherwise = say("panel.legend.otherwise")
+            return _ramp_legend(title, LegendEntry(color=UNMAPPED, text=otherwise))
         case "gain":
-            return Legend(
-                title="Gain of the viewpoint there",
-                ramp=GAIN,
-                low="low",
-                high="high",
-                entries=(LegendEntry(color=UNMAPPED, text="no viewpoint near"),),
-            )
+            nothing = LegendEntry(color=UNMAPPED, text=say("panel.legend.no_viewpoint"))
+            low, high = say("panel.legend.low"), say("panel.legend.high")
+            return Legend(title=title, ramp=GAIN, low=low, high=high, entries=(nothing,))
         case "height":
-            return Legend(title="Height", ramp=CIVIDIS, low="0 m", high=f"{top_m:.1f} m")
+            low, high = (say("panel.legend.metres", n=n) for n in ("0", say.number(top_m, 1)))
+            return Legend(title=title, ramp=CIVIDIS, low=low, high=high)
 
 
-TREE_LEGEND: Final = Legend(
-    title="Viewpoints, by gain",
-    ramp=GAIN,
-    low="low",
-    high="high",
-    entries=(
-        LegendEntry(color=TERMINATING, text="ends the search"),
-        LegendEntry(color=MINIMAL, text="little gain"),
-    ),
-)
+def _ramp_legend(title: str, rest: LegendEntry) -> Legend:
+    return Legend(title=title, ramp=_OOI_TABLE[:NOT_MAPPED], low="0", high="1", entries=(rest,))
+
+
+def tree_legend(say: Words) -> Legend:
+    """Return the legend of the viewpoints."""
+    return Legend(
+        title=say("panel.legend.tree"),
+        ramp=GAIN,
+        low=say("panel.legend.low"),
+        high=say("panel.legend.high"),
+        entries=(
+            LegendEntry(color=TERMINATING, text=say("panel.legend.ends")),
+            LegendEntry(color=MINIMAL, text=say("panel.legend.little")),
+        ),
+    )

@@ -35,10 +35,11 @@ def guidance_rows(_: int, __: bool) -> Iterator[Row]:
 
 def console_rows(_: int, quick: bool) -> Iterator[Row]:
     """Measure the page's opening, what drawing costs, and the console with an hour's messages."""
-    from tests.benchmarks import console_load, console_page
+    from tests.benchmarks import console_colours, console_load, console_page
 
     yield from console_page.page_rows()
     yield from console_page.drawing_rows()
+    yield from console_colours.colour_rows()
     yield from console_load.load_rows(300 if quick else 3600)
 
 

@@ -20,6 +20,7 @@ from app.demo.processes import DemoProcesses, prefix_part
 from app.errors import DemoError, UsageError
 from app.homes import load_home
 from app.process.children import port_is_free
+from app.view.words import Words
 
 if TYPE_CHECKING:
     from ippon.robot import RobotProfile
@@ -39,7 +40,8 @@ def run_demo(command: Demo) -> int:
     # A shell starts background processes with SIGINT ignored.
     _end_on(signal.SIGINT)
     screen = Console(file=sys.stderr)
-    processes = DemoProcesses(f"ippon/{prefix_part(scene.name)}-{os.getpid()}")
+    robot = f"ippon/{prefix_part(scene.name)}-{os.getpid()}"
+    processes = DemoProcesses(robot, language=Words(command.language).language)
     try:
         processes.start_navigator(navigator_arguments(command))
         if not command.headless:

@@ -27,7 +27,7 @@ def run_review_command(command: Review) -> int:
     try:
         if command.recompute or command.set:
             paths = (paths[0], recomputed(paths, command.set, command.out))
-        run_review(review_config(paths, command.port))
+        run_review(review_config(paths, command.port, command.language))
     except RecordingError as error:
         raise UsageError(str(error)) from error
     return 0
@@ -57,7 +57,7 @@ def recomputed(paths: tuple[Path, ...], changes: tuple[str, ...], out: Path | No
     return folder
 
 
-def review_config(paths: tuple[Path, ...], port: int) -> ReviewConfig:
+def review_config(paths: tuple[Path, ...], port: int, language: str = "en") -> ReviewConfig:
     """Return the configuration: recordings to show, or a folder of sessions to list.
 
     Raises:
@@ -66,5 +66,5 @@ def review_config(paths: tuple[Path, ...], port: int) -> ReviewConfig:
     if len(paths) > 2:
         raise UsageError(f"one recording is shown, or two side by side; got {len(paths)}")
     if len(paths) == 1 and paths[0].is_dir() and not any(paths[0].glob("*.mcap")):
-        return ReviewConfig(folder=paths[0], port=port)
-    return ReviewConfig(paths=paths, port=port)
+        return ReviewConfig(folder=paths[0], port=port, language=language)
+    return ReviewConfig(paths=paths, port=port, language=language)

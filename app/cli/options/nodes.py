@@ -30,6 +30,8 @@ class Demo:
     """What you know about its place, in plain words. The default object has a default context."""
     port: int | None = None
     """Port of the page; by default the first free port from 8080."""
+    language: str = "en"
+    """Language of page and panels: en (English) or de (German)."""
     speed: Speed = "1"
     """Simulated time relative to real time; max runs as fast as the navigator answers."""
     profile: str = "zed"
@@ -210,6 +212,8 @@ class Review:
     """Folder for the recomputed session; by default beside the recording's folder."""
     port: int = 8080
     """Port of the page; 0 selects any free port."""
+    language: str = "en"
+    """Language of page and panels: en (English) or de (German)."""
     parent_pid: int | None = None
     """Exit when this process has ended."""
 

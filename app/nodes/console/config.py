@@ -41,6 +41,8 @@ class ConsoleConfig:
     """PEM file with the private key of the certificate."""
     names: tuple[str, ...] = ()
     """Further host names that the console answers to, for example robot.example.org."""
+    language: str = "en"
+    """Language of page and panels, for all browsers: en (English) or de (German)."""
     notify: str | None = None
     """Address (http or https) that is told when a person is needed: a find, a robot that is stuck
     or lost, a full disk. It works without a browser."""

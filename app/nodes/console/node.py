@@ -20,12 +20,14 @@ from app.nodes.console.fleet.robot_console import RobotConsole
 from app.nodes.console.fleet.robot_consoles import RobotConsoles
 from app.nodes.console.web.access import LoginAccess, OpenAccess
 from app.nodes.console.web.accounts import AccountError, Accounts, load_accounts, one_account
+from app.nodes.console.web.assets import Assets
 from app.nodes.console.web.connections import BoundedProtocol
 from app.nodes.console.web.gateway import Gateway
 from app.nodes.console.web.guard import Hosts
 from app.nodes.console.web.login import LoginPages
 from app.nodes.console.web.viser_proxy import MAX_CLIENT_MESSAGE
 from app.view.drawing.viser_client import PackingError
+from app.view.words import Words
 
 logger = logging.getLogger(__name__)
 
@@ -35,9 +37,11 @@ def run_console(config: ConsoleConfig) -> None:
 
     Raises:
         ConsoleError: The port is taken, or a part of the console has failed.
+        LanguageError: There are no words in the language.
     """
+    say = Words(config.language)
     accounts, tls = _accounts(config), _tls(config)
-    calls, webhook = _calls(config)
+    calls, webhook = _calls(config, say)
     listener = listen_on(config)
     failures: list[Exception] = []
 
@@ -45,14 +49,14 @@ def run_console(config: ConsoleConfig) -> None:
         failures.append(error)
         server.should_exit = True
 
-    console = RobotConsole(config.connect, config.robot, fail, calls)
+    console = RobotConsole(config.connect, config.robot, fail, calls, say)
     try:
-        gateway = _gateway(config, console, accounts)
+        gateway = _gateway(config, console, accounts, say)
     except PackingError as error:
         console.viser_server.close()
         listener.close()
         raise ConsoleError(f"{error}; install the viser that constraints.txt names") from error
-    robots = RobotConsoles(config.connect, config.robot, gateway)
+    robots = RobotConsoles(config.connect, config.robot, gateway, say)
     app = gateway.app()
     app.router.routes += robots.routes()
     settings = server_settings(app)
@@ -85,28 +89,31 @@ def run_console(config: ConsoleConfig) -> None:
         ) from failures[0]
 
 
-def _calls(config: ConsoleConfig) -> tuple[CallLog, Webhook | None]:
+def _calls(config: ConsoleConfig, say: Words) -> tuple[CallLog, Webhook | None]:
     """Return the log of calls, and the webhook that they are sent to.
 
     Raises:
         ConsoleError: There is an address, and no secret to sign with.
     """
-    calls = CallLog()
+    calls = CallLog(say)
     if config.notify is None:
         return calls, None
     secret = read_secret(os.environ, config.notify_secret)
-    webhook = Webhook(config.notify, secret, config.robot, calls.note)
+    webhook = Webhook(config.notify, secret, config.robot, calls.note, say=say)
     calls.send_to(webhook.send, place_of(config.notify))
     return calls, webhook
 
 
-def _gateway(config: ConsoleConfig, console: RobotConsole, accounts: Accounts | None) -> Gateway:
+def _gateway(
+    config: ConsoleConfig, console: RobotConsole, accounts: Accounts | None, say: Words
+) -> Gateway:
     hosts = Hosts(config.host, config.names)
+    assets = Assets(say)
     parts = (console.viser_server, console.state_feed, console.link)
     if accounts is None:
-        return Gateway(*parts, OpenAccess(console.browsers), hosts)
+        return Gateway(*parts, OpenAccess(console.browsers), hosts, assets=assets)
     access = LoginAccess(console.browsers, is_secure=config.tls_cert is not None)
-    return Gateway(*parts, access, hosts, LoginPages(access, accounts))
+    return Gateway(*parts, access, hosts, LoginPages(access, accounts, say), assets)
 
 
 def _accounts(config: ConsoleConfig) -> Accounts | None:

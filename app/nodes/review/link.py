@@ -8,8 +8,7 @@ from app.nodes.console.critical_thread import OnFailure
 from app.nodes.console.link.commands import CommandError
 from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.scene.inbox import Inbox
-
-REFUSAL = "this is a recording: nothing here commands a robot"
+from app.view.words import ENGLISH, Words
 
 
 class RecordedLink(NavigatorLink):
@@ -17,8 +16,8 @@ class RecordedLink(NavigatorLink):
 
     recorded = True
 
-    def __init__(self, inbox: Inbox, on_failure: OnFailure) -> None:
-        super().__init__("the recording", "recorded", (), inbox, on_failure)
+    def __init__(self, inbox: Inbox, on_failure: OnFailure, say: Words = ENGLISH) -> None:
+        super().__init__("the recording", "recorded", (), inbox, on_failure, say)
 
     def start(self) -> None:
         """Do nothing: there is no network."""
@@ -44,4 +43,4 @@ class RecordedLink(NavigatorLink):
         return LeaseStatus()
 
     def _request(self, *_: Any, **__: Any) -> NoReturn:
-        raise CommandError(REFUSAL)
+        raise CommandError(self.say("refusal.recorded"))

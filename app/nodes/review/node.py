@@ -26,6 +26,7 @@ from app.nodes.console.scene.inbox import Inbox
 from app.nodes.console.scene.scene_thread import SceneThread
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.access import OpenAccess
+from app.nodes.console.web.assets import Assets
 from app.nodes.console.web.browsers import Browsers
 from app.nodes.console.web.gateway import Gateway
 from app.nodes.console.web.guard import Hosts
@@ -40,6 +41,7 @@ from app.recording.writing.session import thumbnail
 from app.view.model.scene_model import SceneModel
 from app.view.model.scene_reader import SceneReader
 from app.view.model.seek_history import SEEK_HISTORY
+from app.view.words import ENGLISH, Words
 
 logger = logging.getLogger(__name__)
 
@@ -65,6 +67,8 @@ class ReviewConfig:
     """Folder of the sessions to choose from."""
     port: int = 8080
     """Port of the page, on 127.0.0.1; 0 takes any free one."""
+    language: str = "en"
+    """Language of page and panels."""
 
 
 class SessionList(msgspec.Struct, frozen=True, kw_only=True):
@@ -83,6 +87,7 @@ class ReviewPages:
         playback: Playback,
         state_feed: StateFeed,
         second: SideBySideScene,
+        say: Words = ENGLISH,
     ) -> None:
         self._config = config
         self._playback = playback
@@ -91,10 +96,10 @@ class ReviewPages:
         self._entries: list[SessionEntry] = []
         self._link = "/"
         root = resources.files("web_assets")
-        shell = (root / "index.html").read_bytes()
+        shell = say.page((root / "index.html").read_text("utf-8")).encode()
         assert _SHELL_SCRIPT in shell, "the page must load the shell"
         self._shell = shell.replace(_SHELL_SCRIPT, _HEAD + _SHELL_SCRIPT)
-        self._list = (root / "sessions.html").read_bytes()
+        self._list = say.page((root / "sessions.html").read_text("utf-8")).encode()
         self._assets = {name: (root / name).read_bytes() for name in _ASSETS}
 
     def routes(self) -> list[BaseRoute]:
@@ -239,7 +244,9 @@ def run_review(config: ReviewConfig) -> None:
     Raises:
         ConsoleError: The port is taken, or a part has failed.
         RecordingError: The recording cannot be shown.
+        LanguageError: There are no words in the language.
     """
+    say = Words(config.language)
     listener = listen_on(ConsoleConfig(port=config.port))
     topics = (SEEK_HISTORY, *SceneReader(SceneModel()).keys)
     shell, timeline = StateFeed(), StateFeed()
@@ -250,14 +257,16 @@ def run_review(config: ReviewConfig) -> None:
         failures.append(error)
         server.should_exit = True
 
-    link = RecordedLink(inboxes[0], fail)
+    link = RecordedLink(inboxes[0], fail, say)
     browsers = Browsers()
     viser_server = start_viser(browsers)
-    gateway = Gateway(viser_server, shell, link, OpenAccess(browsers), Hosts("127.0.0.1"))
+    gateway = Gateway(
+        viser_server, shell, link, OpenAccess(browsers), Hosts("127.0.0.1"), assets=Assets(say)
+    )
     playback = Playback(tuple(inbox.put for inbox in inboxes), timeline, fail)
     scene_thread = SceneThread(viser_server, link, inboxes[0], shell, fail)
     second = SideBySideScene(viser_server, inboxes[1], scene_thread.follow, fail)
-    pages = ReviewPages(config, playback, timeline, second)
+    pages = ReviewPages(config, playback, timeline, second, say)
     app = gateway.app()
     app.router.routes[:0] = pages.routes()
     server = uvicorn.Server(server_settings(app))

@@ -111,18 +111,20 @@ class CameraFollow:
         if watcher is not None:
             watcher.free, watcher.flight = False, None
 
-    def fly(self, client: Any, centre: Point, size_m: Point) -> None:
+    def fly(self, client: Any, centre: Point, size_m: Point, *, at_once: bool = False) -> None:
         """Fly to a thing in one browser, and stay there.
 
         Args:
             client: The browser.
             centre: Centre of the thing, metres in the world.
             size_m: Edges of the box around it.
+            at_once: Without the flight, for people whom motion makes sick.
         """
         watcher = self._watchers.get(client.client_id)
         if watcher is not None:
             now = watcher.seen or watcher.now or START
-            watcher.now, watcher.flight = now, _close_up(now, centre, size_m)
+            watcher.flight = _close_up(now, centre, size_m)
+            watcher.now = None if at_once else now
 
     def step(self, bounds: tuple[Float64Array, Float64Array] | None) -> None:
         """Move every camera a step towards the view of the whole map."""

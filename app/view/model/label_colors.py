@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.view.colors import UNMAPPED, LegendEntry, Rgb
+from app.view.words import Words
 
 KIND_COLORS: Final[tuple[Rgb, ...]] = (
     (90, 150, 255), (255, 75, 0), (210, 255, 75), (135, 45, 120), (150, 255, 195), (150, 30, 0),
@@ -73,8 +74,13 @@ class LabelColors:
         for color, n in zip(KIND_COLORS, self._given, strict=False):
             table[n] = color
             entries.append(LegendEntry(color=color, text=self._labels[n].replace("_", " ")))
-        entries.append(LegendEntry(color=STRUCTURE_COLORS["wall"], text="wall and floor"))
-        if len(self._given) == len(KIND_COLORS):
-            entries.append(LegendEntry(color=OTHER, text="other kinds: click one for its name"))
-        entries.append(LegendEntry(color=UNMAPPED, text="not classified"))
         self.table, self.entries = table, tuple(entries)
+
+
+def with_rest(kinds: tuple[LegendEntry, ...], say: Words) -> tuple[LegendEntry, ...]:
+    """Return a legend of kinds with the colours of what is none of them."""
+    rest = [(STRUCTURE_COLORS["wall"], "structure"), (UNMAPPED, "unclassified")]
+    if len(kinds) == len(KIND_COLORS):
+        rest.insert(1, (OTHER, "others"))
+    named = (LegendEntry(color=c, text=say(f"panel.legend.{key}")) for c, key in rest)
+    return (*kinds, *named)

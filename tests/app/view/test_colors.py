@@ -15,6 +15,7 @@ from app.view.colors import (
     node_colors,
     voxel_colors,
 )
+from app.view.words import ENGLISH
 from ippon.guidance.levels import Level
 from ippon.planning.plan import NodeKind
 
@@ -96,14 +97,14 @@ def test_linear_light_keeps_the_ends_and_the_order():
 
 
 def test_legends_say_what_the_colours_mean():
-    assert [entry.text for entry in legend("proximity", 2.0).entries][:4] == [
+    assert [entry.text for entry in legend("proximity", 2.0, ENGLISH).entries][:4] == [
         "certain",
         "near",
         "average",
         "far",
     ]
-    assert legend("height", 1.6).high == "1.6 m"
-    assert legend("ooi", 1.6).ramp is not None
+    assert legend("height", 1.6, ENGLISH).high == "1.6 m"
+    assert legend("ooi", 1.6, ENGLISH).ramp is not None
     assert hex_of((213, 94, 0)) == "#d55e00"
 
 
@@ -112,6 +113,6 @@ def test_things_have_the_colours_of_their_kinds_unless_one_is_chosen():
     assert (voxel_colors("thing", **_voxels(kind=kind)) == kind).all()
     chosen = voxel_colors("thing", **_voxels())
     assert (chosen == voxel_colors("ooi", **_voxels(ooi=np.full(5, 50, np.uint8)))).all()
-    entries = legend("thing", 2.0, ()).entries
+    entries = legend("thing", 2.0, ENGLISH, ()).entries
     assert entries == ()
-    assert legend("thing", 2.0).ramp is not None
+    assert legend("thing", 2.0, ENGLISH).ramp is not None

@@ -8,16 +8,6 @@ CallKind = Literal[
     "found", "perhaps", "out_of_reach", "not_found", "stuck", "lost", "contact", "disk"
 ]
 KINDS: Final[tuple[CallKind, ...]] = get_args(CallKind)
-TITLES: Final[dict[CallKind, str]] = {
-    "found": "Found",
-    "perhaps": "Perhaps found",
-    "out_of_reach": "Found, out of reach",
-    "not_found": "Not found",
-    "stuck": "The robot is stuck",
-    "lost": "The robot does not know where it is",
-    "contact": "No contact with the robot",
-    "disk": "The recording is in danger",
-}
 
 
 class Occasion(msgspec.Struct, frozen=True, kw_only=True):

@@ -6,6 +6,7 @@ from typing import Final
 from app.messages.recording import RecordingStatus
 from app.messages.status import Event, Status, goal_of
 from app.nodes.console.calls.call import CallKind, Occasion
+from app.view.words import ENGLISH, Words
 
 LASTS_S: Final = 5.0
 """Time that contact or position must be lost: shorter gaps need nobody."""
@@ -20,7 +21,8 @@ _Key = tuple[CallKind, object]
 class CallDetection:
     """Compares what holds now with what held before; one thread calls it."""
 
-    def __init__(self) -> None:
+    def __init__(self, say: Words = ENGLISH) -> None:
+        self._words = say
         self._began_s: dict[_Key, float] = {}
         """Since when each condition holds."""
         self._told: set[_Key] = set()
@@ -72,25 +74,25 @@ class CallDetection:
             return []
         found: list[tuple[Occasion, object, float]] = []
         if silence_s > LASTS_S:
-            text = f"the navigator has been silent for more than {LASTS_S:g} s"
+            text = self._words("call.silent.text", n=f"{LASTS_S:g}")
             found.append((Occasion(kind="contact", text=text), "silence", 0.0))
         elif status.localization:
             lost = Occasion(kind="lost", text=status.localization)
             found.append((lost, None, LASTS_S))
         elif status.state == "lost":
             found.append((Occasion(kind="contact", text=status.why), "streams", LASTS_S))
-        find = _find(status)
+        find = _find(status, self._words)
         if find is not None:
             found.append((find, (find.goal_id, find.position_world), 0.0))
         goal = status.goal
         if status.state == "exhausted" and goal is not None:
             name = goal.display or _words(goal.object)
-            text = f"everything that the robot can reach was searched for: {name}"
+            text = self._words("call.not_found.text", name=name)
             ended = Occasion(kind="not_found", text=text, goal_id=goal.goal_id, object=name)
             found.append((ended, goal.goal_id, 0.0))
         recent = [at_s for at_s in self._contacts_s if now_s - at_s < STUCK_S]
         if len(recent) >= STUCK_TIMES:
-            text = f"{STUCK_TIMES} times in {STUCK_S:g} s it touched something or did not get on"
+            text = self._words("call.stuck.text", n=STUCK_TIMES, s=f"{STUCK_S:g}")
             found.append((Occasion(kind="stuck", text=text), None, 0.0))
         if recording is not None and (recording.warning or recording.state == "failed"):
             text = recording.warning or recording.text
@@ -98,7 +100,7 @@ class CallDetection:
         return found
 
 
-def _find(status: Status) -> Occasion | None:
+def _find(status: Status, say: Words) -> Occasion | None:
     """Return the find that waits for a verdict; None without one."""
     find = status.find
     if find is None:
@@ -108,12 +110,12 @@ def _find(status: Status) -> Occasion | None:
         return None
     name = goal.display or _words(find.object)
     kind: CallKind = "perhaps" if find.perhaps else "found"
-    text = f"{name}: confirm or reject it"
+    text = say("call.found.text", name=name)
     if find.out_of_reach_m is not None:
         kind = "out_of_reach"
-        text = f"{name}: {find.out_of_reach_m:.1f} m from where the robot can stand"
+        text = say("call.out_of_reach.text", name=name, m=say.number(find.out_of_reach_m, 1))
     elif find.perhaps:
-        text = f"{name}: nothing looks more like it; confirm or reject it"
+        text = say("call.perhaps.text", name=name)
     return Occasion(
         kind=kind,
         text=text,

@@ -8,7 +8,8 @@ from typing import Final
 
 import msgspec
 
-from app.nodes.console.calls.call import TITLES, Call, CallKind, Occasion
+from app.nodes.console.calls.call import KINDS, Call, CallKind, Occasion
+from app.view.words import ENGLISH, Words
 
 logger = logging.getLogger(__name__)
 
@@ -30,7 +31,9 @@ class CallsShown(msgspec.Struct, frozen=True, kw_only=True):
 class CallLog:
     """Numbers, limits and keeps the calls; one thread steps it, any thread may read and note."""
 
-    def __init__(self) -> None:
+    def __init__(self, say: Words = ENGLISH) -> None:
+        self._words = say
+        self._titles: dict[CallKind, str] = {kind: say(f"call.{kind}") for kind in KINDS}
         self._send: Callable[[Call], None] | None = None
         self._webhook = ""
         self._lock = threading.Lock()
@@ -78,17 +81,17 @@ class CallLog:
         """Return what a page shows."""
         with self._lock:
             calls = list(self._calls)[::-1]
-        return CallsShown(calls=calls, titles=dict(TITLES), webhook=self._webhook)
+        return CallsShown(calls=calls, titles=self._titles, webhook=self._webhook)
 
     def _call(self, one: Occasion, count: int, wall_ns: int) -> None:
         self._number += 1
         call = Call(
             number=self._number,
-            title=TITLES[one.kind],
+            title=self._titles[one.kind],
             occasion=one,
             wall_ns=wall_ns,
             count=count,
-            webhook="is being sent" if self._send is not None else "",
+            webhook=self._words("call.sending") if self._send is not None else "",
         )
         logger.info("call %d: %s: %s", call.number, call.title, one.text)
         with self._lock:

@@ -18,6 +18,7 @@ import httpx2
 
 from app.nodes.console.calls.call import Call
 from app.nodes.console.config import LOOPBACK, SECRET_VARIABLE, ConsoleError
+from app.view.words import ENGLISH, Words
 
 logger = logging.getLogger(__name__)
 
@@ -47,6 +48,7 @@ class Webhook:
         robot: Key prefix of the robot, part of each message.
         note: Told the number of a call and what became of it.
         patience: How long and how often a call is tried.
+        say: The words of what became of a call.
     """
 
     def __init__(
@@ -56,7 +58,9 @@ class Webhook:
         robot: str,
         note: Callable[[int, str], None],
         patience: Patience | None = None,
+        say: Words = ENGLISH,
     ) -> None:
+        self._words = say
         self._url, self._secret, self._robot, self._note = url, secret, robot, note
         self._patience = patience or Patience()
         self._loop = asyncio.new_event_loop()
@@ -93,7 +97,7 @@ class Webhook:
 
     def _begin(self, call: Call) -> None:
         if len(self._tasks) >= MAX_WAITING:
-            self._tell(call, f"not sent: {MAX_WAITING} calls wait for the webhook", arrived=False)
+            self._tell(call, self._words("webhook.unsent", n=MAX_WAITING), arrived=False)
             return
         task = self._loop.create_task(self._deliver(call))
         self._tasks.add(task)
@@ -112,12 +116,13 @@ class Webhook:
             tried += 1
             problem, again = await self._attempt(body, headers)
             if not problem:
-                self._tell(call, f"arrived{_times(tried)}", arrived=True)
+                self._tell(call, self._words.count("webhook.arrived", tried), arrived=True)
                 return
             if not again or tried > len(self._patience.pauses_s):
                 break
-            self._note(call.number, f"{problem}; it is tried again")
-        self._tell(call, f"did not arrive{_times(tried)}: {problem}", arrived=False)
+            self._note(call.number, self._words("webhook.again", problem=problem))
+        failed = self._words.count("webhook.failed", tried, problem=problem)
+        self._tell(call, failed, arrived=False)
 
     async def _attempt(self, body: bytes, headers: Mapping[str, str]) -> tuple[str, bool]:
         """Return why an attempt failed, empty if it did not, and whether another one may help."""
@@ -129,15 +134,13 @@ class Webhook:
                 self._client.stream("POST", self._url, content=body, headers=headers) as answer,
             ):
                 status = answer.status_code
-        except TimeoutError:
-            return f"no answer within {limit_s:g} s", True
-        except httpx2.TimeoutException:
-            return f"no answer within {limit_s:g} s", True
+        except (TimeoutError, httpx2.TimeoutException):
+            return self._words("webhook.late", n=f"{limit_s:g}"), True
         except httpx2.HTTPError as error:
             return str(error) or type(error).__name__, True
         if 200 <= status < 300:
             return "", False
-        return f"the answer was {status}", status >= 500 or status in _AGAIN
+        return self._words("webhook.answer", status=status), status >= 500 or status in _AGAIN
 
     def _tell(self, call: Call, what: str, *, arrived: bool) -> None:
         self._note(call.number, what)
@@ -202,7 +205,3 @@ def place_of(url: str) -> str:
     parts = urlsplit(url)
     port = "" if parts.port is None else f":{parts.port}"
     return f"{parts.scheme}://{parts.hostname}{port}"
-
-
-def _times(tried: int) -> str:
-    return "" if tried == 1 else f" after {tried} attempts"

@@ -11,6 +11,7 @@ from app.nodes.console.web.browsers import Browsers
 from app.nodes.console.web.viser_server import start_viser
 from app.view.model.scene_model import SceneModel
 from app.view.model.scene_reader import SceneReader
+from app.view.words import ENGLISH, Words
 
 
 class RobotConsole:
@@ -21,10 +22,16 @@ class RobotConsole:
         robot: Key prefix of the robot.
         on_failure: Told when a part of it fails.
         calls: Where people are called.
+        say: The words.
     """
 
     def __init__(
-        self, endpoint: str, robot: str, on_failure: OnFailure, calls: CallLog | None = None
+        self,
+        endpoint: str,
+        robot: str,
+        on_failure: OnFailure,
+        calls: CallLog | None = None,
+        say: Words = ENGLISH,
     ) -> None:
         self.robot = robot
         self.browsers = Browsers()
@@ -32,10 +39,10 @@ class RobotConsole:
         self.state_feed = StateFeed()
         inbox = Inbox(EVERY, self.state_feed.camera.takers, CAMERA_ONLY)
         topics = (*SceneReader(SceneModel()).keys, *CAMERA_ONLY)
-        self.link = NavigatorLink(endpoint, robot, topics, inbox, on_failure)
+        self.link = NavigatorLink(endpoint, robot, topics, inbox, on_failure, say)
         self.viser_server = start_viser(self.browsers)
         self._scene_thread = SceneThread(
-            self.viser_server, self.link, inbox, self.state_feed, on_failure, calls or CallLog()
+            self.viser_server, self.link, inbox, self.state_feed, on_failure, calls or CallLog(say)
         )
 
     def start(self) -> None:

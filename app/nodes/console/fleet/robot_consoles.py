@@ -18,6 +18,7 @@ from app.nodes.console.fleet.robot_console import RobotConsole
 from app.nodes.console.fleet.robot_list import RobotList
 from app.nodes.console.fleet.robot_paths import path_of, split_path
 from app.nodes.console.web.gateway import Gateway
+from app.view.words import ENGLISH, Words
 
 logger = logging.getLogger(__name__)
 
@@ -44,12 +45,14 @@ class RobotConsoles:
         endpoint: Of the router.
         own: The console's own robot, whose page is also at /robot/NAME/.
         own_gateway: Serves it.
+        say: The words.
     """
 
-    def __init__(self, endpoint: str, own: str, own_gateway: Gateway) -> None:
+    def __init__(self, endpoint: str, own: str, own_gateway: Gateway, say: Words = ENGLISH) -> None:
+        self._words = say
         self._endpoint, self._own = endpoint, own
         self._own_gateway = own_gateway
-        self._list = RobotList(endpoint)
+        self._list = RobotList(endpoint, say)
         self._lock = threading.Lock()
         self._open: dict[str, _Opened] = {}
         self._stop = threading.Event()
@@ -134,7 +137,7 @@ class RobotConsoles:
         def fail(_: Exception) -> None:
             opened.has_failed = True
 
-        console = RobotConsole(self._endpoint, robot, fail)
+        console = RobotConsole(self._endpoint, robot, fail, say=self._words)
         gateway = self._own_gateway.beside(
             console.viser_server, console.state_feed, console.link, path_of(robot)
         )

@@ -14,6 +14,7 @@ from app.messages.control import decode
 from app.messages.keys import check_prefix
 from app.messages.status import Status
 from app.nodes.console.fleet.robot_paths import path_of
+from app.view.words import ENGLISH, Words
 
 logger = logging.getLogger(__name__)
 
@@ -61,9 +62,11 @@ class RobotList:
 
     Args:
         endpoint: Of the router.
+        say: The words.
     """
 
-    def __init__(self, endpoint: str) -> None:
+    def __init__(self, endpoint: str, say: Words = ENGLISH) -> None:
+        self._words = say
         self._endpoint = endpoint
         self._lock = threading.Lock()
         self._session: zenoh.Session | None = None
@@ -105,7 +108,7 @@ class RobotList:
         for name in names:
             replies = answers[name]
             if replies:
-                one = _listed(name, replies)
+                one = _listed(name, replies, self._words)
                 self._heard[name] = (now, one)
                 shown.append(one)
             else:
@@ -178,7 +181,7 @@ def _statuses(
     return {name: list(replies) for name, replies in answers.items()}
 
 
-def _listed(name: str, replies: list[tuple[float, zenoh.ZBytes]]) -> ListedRobot:
+def _listed(name: str, replies: list[tuple[float, zenoh.ZBytes]], say: Words) -> ListedRobot:
     after_s, payload = replies[0]
     one = ListedRobot(
         name=name,
@@ -189,7 +192,7 @@ def _listed(name: str, replies: list[tuple[float, zenoh.ZBytes]]) -> ListedRobot
     try:
         status = decode(payload.to_bytes(), Status)
     except msgspec.DecodeError as error:
-        return msgspec.structs.replace(one, why=f"its status cannot be read: {str(error)[:200]}")
+        return msgspec.structs.replace(one, why=say("robots.unreadable", problem=str(error)[:200]))
     goal = status.goal
     holder = status.lease.holder
     return msgspec.structs.replace(

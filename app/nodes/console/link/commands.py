@@ -14,6 +14,7 @@ from app.messages.driving import DriveModeName
 from app.messages.lease import LeaseReply
 from app.messages.memory import MemoryNoteRequest, MemoryReply
 from app.nodes.console.web.browsers import Browser
+from app.view.words import Words
 from ippon.control.drive_mode import TeleopInput
 from ippon.guidance.language.requests.goals import Attribute
 from ippon.guidance.levels import LevelName
@@ -129,6 +130,8 @@ class Actions(Protocol):
 
     recorded: bool
     """Whether a recording is shown, without a robot."""
+    say: Words
+    """The words of the replies, and of the panels."""
 
     def search(
         self,

@@ -31,6 +31,7 @@ from app.nodes.console.web.permissions import (
     request_refusal,
     take_refusal,
 )
+from app.view.words import ENGLISH, Words
 from ippon.control.drive_mode import TeleopInput
 
 logger = logging.getLogger(__name__)
@@ -55,7 +56,9 @@ class NavigatorLink(PanelRequests):
         topics: Iterable[str],
         inbox: Inbox,
         on_failure: OnFailure,
+        say: Words = ENGLISH,
     ) -> None:
+        self.say = say
         self.endpoint = endpoint
         self.robot = robot
         self.problem = ""
@@ -153,24 +156,24 @@ class NavigatorLink(PanelRequests):
     def pause(self) -> str:
         """Pause the robot."""
         self._control(ControlRequest(action="pause", requester=REQUESTER))
-        return "The robot is paused."
+        return self.say("reply.paused")
 
     def resume(self) -> str:
         """Resume after a pause or a stop."""
         self._control(ControlRequest(action="resume", requester=REQUESTER))
-        return "The robot continues."
+        return self.say("reply.resumed")
 
     def cancel(self) -> str:
         """End the current search."""
         self._control(ControlRequest(action="cancel", requester=REQUESTER))
-        return "The search is cancelled; the map is kept."
+        return self.say("reply.ended")
 
     def _lease(self, action: LeaseAction) -> LeaseReply:
         browser = acting_browser()
         if browser is None:
-            raise CommandError("only a page can request control")
+            raise CommandError(self.say("refusal.page"))
         if action == "take":
-            refusal = take_refusal(browser)
+            refusal = take_refusal(browser, self.say)
             if refusal:
                 raise CommandError(refusal)
             reply = self._request(keys.LEASE_TAKE, TakeRequest(), LeaseReply)
@@ -192,11 +195,11 @@ class NavigatorLink(PanelRequests):
         self, topic: str, message: msgspec.Struct, kind: type[M], timeout_s: float | None = None
     ) -> M:
         session, browser = self._commanding, acting_browser()
-        refusal = "" if browser is None else request_refusal(browser, message)
+        refusal = "" if browser is None else request_refusal(browser, message, self.say)
         if refusal:
             raise CommandError(refusal)
         if session is None:
-            raise _UndeliveredError(f"no navigator at {self.endpoint}")
+            raise _UndeliveredError(self.say("refusal.nobody", endpoint=self.endpoint))
         try:
             who = browser.credential() if browser is not None else None
             return ask(session, self._key(topic), message, kind, timeout_s or REPLY_S, who)
@@ -205,7 +208,7 @@ class NavigatorLink(PanelRequests):
         except LinkError as error:
             raise _UndeliveredError(str(error)) from error
         except zenoh.ZError as error:
-            raise _UndeliveredError(f"the command could not be sent: {error}") from error
+            raise _UndeliveredError(self.say("refusal.unsent", error=error)) from error
 
     def _key(self, topic: str) -> str:
         return f"{self.robot}/{topic}"

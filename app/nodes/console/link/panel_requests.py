@@ -36,6 +36,7 @@ from app.messages.memory import (
 )
 from app.messages.recording import RecordingStatus, RecordRequest
 from app.nodes.console.link.commands import PaintAction, RecordAction
+from app.view.words import Words
 from ippon.guidance.language.requests.goals import Attribute
 from ippon.guidance.levels import LevelName
 
@@ -51,6 +52,7 @@ class PanelRequests(ABC):
     """The `Actions` that are a single request and its reply."""
 
     recorded = False
+    say: Words
     _last_goal: int | None = None
     """Number of the goal that was accepted last."""
 
@@ -72,7 +74,7 @@ class PanelRequests(ABC):
         """Start or stop recording, or add a note or mark."""
         request = RecordRequest(action=action, text=text, requester=REQUESTER)
         status = self._request(keys.RECORD, request, RecordingStatus)
-        return "Stored with the recording." if action in {"note", "mark"} else status.text
+        return self.say("reply.stored") if action in {"note", "mark"} else status.text
 
     def cancel_go_to(self) -> str:
         """Cancel the waypoint."""
@@ -98,7 +100,7 @@ class PanelRequests(ABC):
         """Name the room at a point; an empty name removes it."""
         request = RoomNameRequest(x_m=x_m, y_m=y_m, name=name)
         self._request(keys.ROOM_NAME, request, RoomsReply, PLACES_S)
-        return "The room is named." if name.strip() else "The room has no name any more."
+        return self.say("reply.room.named" if name.strip() else "reply.room.unnamed")
 
     def things(self) -> MemoryReply:
         """Return everything that the robot remembers."""
@@ -112,12 +114,14 @@ class PanelRequests(ABC):
     def note_thing(self, request: MemoryNoteRequest) -> str:
         """Say something of a remembered thing."""
         thing = self._request(keys.MEMORY_NOTE, request, RememberedThing)
-        kind = _words(thing.label) or "thing"
+        kind = _words(thing.label) or self.say("reply.thing")
         if request.deny:
-            return f"It is not a {_words(request.deny)}; no search will take it for one."
+            return self.say("reply.denied", label=_words(request.deny))
         if request.allow:
-            return f"It may be a {_words(request.allow)} again, from the next search on."
-        return f"This {kind} is {thing.name}." if thing.name else f"This {kind} has no name."
+            return self.say("reply.allowed", label=_words(request.allow))
+        return self.say(
+            "reply.named" if thing.name else "reply.unnamed", kind=kind, name=thing.name
+        )
 
     def search_for(self, wanted: str) -> str:
         """Start a search for an object of which nothing else is known."""
@@ -161,10 +165,11 @@ class PanelRequests(ABC):
         accepted = self._request(keys.SEARCH, request, SearchAccepted)
         self._last_goal = accepted.goal_id
         name = accepted.object.replace("_", " ")
-        when = "" if accepted.position == 0 else f", after {_goals(accepted.position)}"
-        when = when if accepted.joined is None else f"{when}, in one tour"
-        notes = [f"{note[:1].upper()}{note[1:]}." for note in accepted.notes]
-        return " ".join([f"Looking for: {name}{when}.", *notes])
+        key = "reply.looking" + ".after" * (accepted.position > 0)
+        key += ".joined" * (accepted.joined is not None)
+        before = accepted.position
+        looking = self.say.count(key, before, name=name) if before else self.say(key, name=name)
+        return " ".join([looking, *(_sentence(note) for note in accepted.notes)])
 
     def read(self, sentence: str) -> SentenceReading:
         """Read the goals of a sentence; a language model may need seconds for it."""
@@ -180,18 +185,18 @@ class PanelRequests(ABC):
         """Confirm the find, in a tour that of a goal."""
         request = FeedbackRequest(verdict="confirm", goal_id=goal_id)
         self._request(keys.FEEDBACK, request, Accepted)
-        return "Confirmed."
+        return self.say("reply.confirmed")
 
     def reject_find(self, goal_id: int | None = None) -> str:
         """Reject the find, in a tour that of a goal, and continue the search."""
         request = FeedbackRequest(verdict="reject", goal_id=goal_id)
         self._request(keys.FEEDBACK, request, Accepted)
-        return "The search continues; this place is excluded."
+        return self.say("reply.rejected")
 
     def set_level(self, label: str, level: LevelName) -> str:
         """Change the proximity level of one label."""
         self._request(keys.GUIDANCE, GuidanceRequest(label=label, level=level), Accepted)
-        return f"{_words(label)} is now {level}."
+        return self.say("reply.level", label=_words(label), level=self.say(f"panel.level.{level}"))
 
 
 def _words(label: str) -> str:
@@ -200,7 +205,3 @@ def _words(label: str) -> str:
 
 def _sentence(text: str) -> str:
     return f"{text[:1].upper()}{text[1:]}." if text else ""
-
-
-def _goals(count: int) -> str:
-    return "1 other goal" if count == 1 else f"{count} other goals"

@@ -5,6 +5,8 @@ from typing import Final
 
 import msgspec
 
+from app.view.words import Words
+
 OWN: Final = version("ippon")
 
 
@@ -14,27 +16,25 @@ class _Versioned(msgspec.Struct):
     version: str = ""
 
 
-def not_understood(status: bytes, problem: str) -> str:
+def not_understood(status: bytes, problem: str, say: Words) -> str:
     """Return why a status could not be read.
 
     Args:
         status: Status as received.
         problem: Error of the reader.
+        say: The words.
     """
     try:
         theirs = msgspec.json.decode(status[: 4 * 2**20], type=_Versioned).version[:40]
     except (msgspec.DecodeError, UnicodeDecodeError):
         theirs = ""
     if theirs and theirs != OWN:
-        return (
-            f"The navigator has version {theirs} and this console {OWN}, which are incompatible. "
-            f"Install the same version on both."
-        )
-    return f"The navigator's status cannot be read ({problem[:300]})."
+        return say("link.incompatible", theirs=theirs, own=OWN)
+    return say("link.unreadable", problem=problem[:300])
 
 
-def difference(theirs: str) -> str:
+def difference(theirs: str, say: Words) -> str:
     """Return a note if a compatible navigator has another version, else ""."""
     if theirs == OWN:
         return ""
-    return f"The navigator has version {theirs[:40]}, this console {OWN}."
+    return say("link.versions", theirs=theirs[:40], own=OWN)

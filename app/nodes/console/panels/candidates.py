@@ -23,12 +23,15 @@ class CandidatesPanel:
         self._shown: tuple[Candidate, ...] | None = None
         self._goal = ("", "")
         """Object and context of the finished search."""
+        say = self._words = actions.say
         self._head = gui.add_html("", visible=False)
         self._rows: list[tuple[Any, Any]] = []
         for n in range(LISTED):
             text = gui.add_html("", visible=False)
             buttons = gui.add_button_group(
-                f"Place {n + 1}", ("Look again", "Go there"), visible=False
+                say("panel.places.place", n=n + 1),
+                (say("panel.places.again"), say("panel.places.go")),
+                visible=False,
             )
             buttons.on_click(lambda event, n=n: attempt(lambda: self._act(n, event.target.value)))
             self._rows.append((text, buttons))
@@ -49,7 +52,7 @@ class CandidatesPanel:
             return
         self._shown = shown
         self._head.visible = is_over
-        self._head.content = markup.not_found(len(shown or ()))
+        self._head.content = markup.not_found(len(shown or ()), self._words)
         start_ns = status.stamp_ns - int(status.elapsed_s * 1e9)
         labels = [row.label for row in model.proximity.rows] if model.proximity is not None else []
         for n, (text, buttons) in enumerate(self._rows):
@@ -60,14 +63,14 @@ class CandidatesPanel:
                 place = shown[n]
                 picture = None if place.picture is None else crop(place.picture)
                 label = labels[place.label] if place.label < len(labels) else ""
-                text.content = markup.candidate(n + 1, place, picture, label, start_ns)
+                text.content = markup.candidate(n + 1, place, picture, label, start_ns, self._words)
 
     def _act(self, n: int, word: str) -> str:
         if self._shown is None or n >= len(self._shown):
-            raise CommandError("That place is no longer in the list. Search for the object again.")
+            raise CommandError(self._words("panel.places.gone"))
         x, y, _ = self._shown[n].point_world
-        if word == "Go there":
+        if word == self._words("panel.places.go"):
             return self._actions.go_to(x, y)
         wanted, context = self._goal
-        asked = self._search(wanted, context)
-        return f"{asked} The robot visits place {n + 1} first. {self._actions.go_to(x, y)}"
+        asked, going = self._search(wanted, context), self._actions.go_to(x, y)
+        return self._words("panel.places.first", asked=asked, n=n + 1, going=going)

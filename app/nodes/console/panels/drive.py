@@ -1,7 +1,7 @@
 """The Drive tab: drive mode, speed limit, and what a click on the map does."""
 
 from collections.abc import Callable
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, get_args
 
 from app.messages.driving import DriveModeName, DriveStatus
 from app.nodes.console.link.commands import Actions, CommandError
@@ -11,30 +11,8 @@ from app.view.model.scene_model import Part, SceneModel
 
 Tool = Literal["explain", "go", "look_here", "not_here"]
 
-MODES: Final[dict[str, DriveModeName]] = {
-    "Auto": "auto",
-    "Assisted": "assisted",
-    "Manual": "manual",
-}
-MODE_TEXT: Final[dict[DriveModeName, str]] = {
-    "auto": "The robot drives by itself.",
-    "assisted": "Hold W: the planner steers and you set the speed. Steer yourself with A, D and S. "
-    "Release all keys to stop.",
-    "manual": "Drive with W A S D, in curves with Q E, and tilt the camera with R F. "
-    "Release all keys to stop. Mapping continues.",
-}
-TOOLS: Final[dict[str, Tool]] = {
-    "Explain": "explain",
-    "Go": "go",
-    "Look here": "look_here",
-    "Not here": "not_here",
-}
-TOOL_TEXT: Final[dict[Tool, str]] = {
-    "explain": "Click a viewpoint or a surface to see what the map stores about it.",
-    "go": "Click the floor: the robot drives there, then continues its search.",
-    "look_here": "Click the floor where to search first, or hold Shift and drag a rectangle.",
-    "not_here": "Click the floor where not to search, or hold Shift and drag a rectangle.",
-}
+MODES: Final[tuple[DriveModeName, ...]] = get_args(DriveModeName)
+TOOLS: Final[tuple[Tool, ...]] = get_args(Tool)
 
 
 class DrivePanel:
@@ -45,30 +23,40 @@ class DrivePanel:
         self._drive = DriveStatus()
         self.tool: Tool = "explain"
         """What a click on the map does."""
-        self._mode = gui.add_button_group("Drive mode", tuple(MODES))
+        say = self._words = actions.say
+        modes: dict[str, DriveModeName] = {say(f"panel.drive.{mode}"): mode for mode in MODES}
+        tools: dict[str, Tool] = {say(f"panel.drive.{tool}"): tool for tool in TOOLS}
+        self._mode = gui.add_button_group(say("panel.drive.mode"), tuple(modes))
         self._mode_text = gui.add_html("")
         self._limit = gui.add_slider(
-            "Speed limit, %",
+            say("panel.drive.limit"),
             min=10,
             max=100,
             step=5,
             initial_value=100,
-            hint="Percent of the robot's top speed, in every mode",
+            hint=say("panel.drive.limit.hint"),
         )
         self._filter = gui.add_html("")
-        self._cancel = gui.add_button("Cancel this waypoint", color=QUIET, visible=False)
-        with gui.add_folder("A click on the map"):
-            self._tools = gui.add_button_group("does", tuple(TOOLS))
+        self._cancel = gui.add_button(say("panel.drive.cancel"), color=QUIET, visible=False)
+        with gui.add_folder(say("panel.drive.click")):
+            self._tools = gui.add_button_group(say("panel.drive.does"), tuple(tools))
             self._tool_text = gui.add_html("")
             self._brush = gui.add_slider(
-                "Brush, m", min=0.2, max=2.0, step=0.1, initial_value=0.6, hint="Radius in metres"
+                say("panel.drive.brush"),
+                min=0.2,
+                max=2.0,
+                step=0.1,
+                initial_value=0.6,
+                hint=say("panel.drive.brush.hint"),
             )
-            self._undo = gui.add_button_group("Painted", ("Undo", "Clear"))
+            self._undo = gui.add_button_group(
+                say("panel.drive.painted"), (say("panel.drive.undo"), say("panel.drive.clear"))
+            )
         self._answer = gui.add_html("")
-        self._mode.on_click(lambda event: self._set_mode(MODES[event.target.value]))
+        self._mode.on_click(lambda event: self._set_mode(modes[event.target.value]))
         self._limit.on_update(lambda _: self._set_mode(self._drive.mode))
         self._cancel.on_click(lambda _: self.attempt(actions.cancel_go_to))
-        self._tools.on_click(lambda event: self._choose(TOOLS[event.target.value]))
+        self._tools.on_click(lambda event: self._choose(tools[event.target.value]))
         self._undo.on_click(lambda event: self._unpaint(event.target.value))
         self._show(DriveStatus())
         self._choose("explain")
@@ -96,16 +84,17 @@ class DrivePanel:
 
     def _choose(self, tool: Tool) -> None:
         self.tool = tool
-        self._tool_text.content = markup.choice(tool, TOOL_TEXT[tool])
+        self._tool_text.content = markup.choice(tool, self._words(f"panel.drive.{tool}.text"))
 
     def _unpaint(self, word: str) -> None:
-        undo = word == "Undo"
+        undo = word == self._words("panel.drive.undo")
         self.attempt(lambda: self._actions.paint("undo" if undo else "clear", (), 0.5))
 
     def _show(self, drive: DriveStatus) -> None:
         if drive == self._drive and self._mode_text.content:
             return
         self._drive = drive
-        self._mode_text.content = markup.choice(drive.mode, MODE_TEXT[drive.mode])
-        self._filter.content = markup.intervention(drive)
+        mode_text = self._words(f"panel.drive.{drive.mode}.text")
+        self._mode_text.content = markup.choice(drive.mode, mode_text)
+        self._filter.content = markup.intervention(drive, self._words)
         self._cancel.visible = drive.waypoint is not None

@@ -4,39 +4,16 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from app.nodes.console.panels import markup
-from app.view.colors import QUIET, TREE_LEGEND, ColorMode, LegendEntry, legend
+from app.view.colors import COLOR_MODES, QUIET, ColorMode, LegendEntry, legend, tree_legend
+from app.view.model.label_colors import with_rest
 from app.view.model.scene_model import Part, SceneModel
 from app.view.view_options import LAYERS, SHOWN_FIRST, Layer, ViewOptions
+from app.view.words import Words
 
-MODE_WORDS: Final[dict[str, ColorMode]] = {
-    "Camera": "camera",
-    "Object": "ooi",
-    "Proximity": "proximity",
-    "Height": "height",
-    "Thing": "thing",
-    "Gain": "gain",
-}
-LAYER_WORDS: Final[dict[Layer, str]] = {
-    "map": "Voxels",
-    "mesh": "Mesh",
-    "object": "Object boxes",
-    "tree": "Viewpoints",
-    "path": "Path",
-    "camera": "Camera",
-    "trail": "Trail",
-    "finds": "Finds",
-    "labels": "Names",
-    "far_evidence": "Distant candidates",
-    "clearance": "Clearance",
-}
-LAYER_HINTS: Final[dict[Layer, str]] = {
-    "mesh": "The same surfaces as a mesh instead of voxels",
-    "object": "Boxes around voxels that are likely to be the object",
-    "tree": "White: can end the search; black: little gain; blue to red: low to high gain",
-    "far_evidence": "Directions in which images show a possible object beyond the range of the map",
-    "clearance": "Distance to the nearest obstacle at the height of the robot's body",
-    "labels": "The text above found objects",
-}
+_HINTED: Final[frozenset[Layer]] = frozenset(
+    {"mesh", "object", "tree", "far_evidence", "clearance", "labels"}
+)
+"""Layers whose name needs an explanation."""
 _NO_CUT_M: Final = 4.0
 _NO_THING: Final = "–"
 
@@ -50,48 +27,51 @@ class MapPanel:
     """Builds the tab inside the current container; calls back with every new choice."""
 
     def __init__(
-        self, gui: Any, on_change: Callable[[ViewOptions], None], on_follow: Callable[[], None]
+        self,
+        gui: Any,
+        on_change: Callable[[ViewOptions], None],
+        on_follow: Callable[[], None],
+        say: Words,
     ) -> None:
         self._on_change = on_change
+        self._words = say
+        self._modes: dict[str, ColorMode] = {say(f"panel.map.{mode}"): mode for mode in COLOR_MODES}
         start = ViewOptions()
-        self._mode = gui.add_button_group("Colour", tuple(MODE_WORDS))
+        self._mode = gui.add_button_group(say("panel.map.colour"), tuple(self._modes))
         self._chosen: ColorMode = start.mode
         self._legend = gui.add_html("")
         self._things: tuple[str, ...] = ()
         self._kinds: tuple[LegendEntry, ...] = ()
         self._thing = gui.add_dropdown(
-            "Thing",
-            (_NO_THING,),
-            hint="Kind of object whose probability the colour mode Thing shows; without one each "
-            "surface has the colour of its most probable kind",
+            say("panel.map.thing.choice"), (_NO_THING,), hint=say("panel.map.thing.hint")
         )
         self._ceiling = gui.add_slider(
-            "Cut above, m",
+            say("panel.map.cut"),
             min=0.4,
             max=_NO_CUT_M,
             step=0.1,
             initial_value=start.ceiling_m or _NO_CUT_M,
-            hint=f"Hides the map above this height, in metres; {_NO_CUT_M:g} shows everything",
+            hint=say("panel.map.cut.hint", most=f"{_NO_CUT_M:g}"),
         )
         self._threshold = gui.add_slider(
-            "Object threshold",
+            say("panel.map.threshold"),
             min=0.05,
             max=0.95,
             step=0.05,
             initial_value=start.object_threshold,
-            hint="Least probability at which a voxel is drawn as an object box",
+            hint=say("panel.map.threshold.hint"),
         )
-        with gui.add_folder("Layers"):
+        with gui.add_folder(say("panel.map.layers")):
             self._layers: dict[Layer, Any] = {
                 layer: gui.add_checkbox(
-                    LAYER_WORDS[layer],
+                    say(f"panel.map.layer.{layer}"),
                     initial_value=layer in SHOWN_FIRST,
-                    hint=LAYER_HINTS.get(layer),
+                    hint=say(f"panel.map.layer.{layer}.hint") if layer in _HINTED else None,
                 )
                 for layer in LAYERS
             }
-        gui.add_html(markup.legend(TREE_LEGEND))
-        self._frame = gui.add_button("Show the whole map", color=QUIET)
+        gui.add_html(markup.legend(tree_legend(say)))
+        self._frame = gui.add_button(say("panel.map.frame"), color=QUIET)
         self._frame.on_click(lambda _: on_follow())
         self._mode.on_click(lambda event: self._choose(event.target.value))
         for handle in (self._ceiling, self._thing, self._threshold, *self._layers.values()):
@@ -133,7 +113,7 @@ class MapPanel:
         return rows.get(thing)
 
     def _choose(self, word: str) -> None:
-        mode = MODE_WORDS.get(word)
+        mode = self._modes.get(word)
         if mode is not None:
             self._chosen = mode
             self._changed()
@@ -143,7 +123,8 @@ class MapPanel:
         self._on_change(self.options())
 
     def _show_legend(self) -> None:
-        kinds = self._kinds if self._row(str(self._thing.value)) is None else None
+        is_one = self._row(str(self._thing.value)) is not None
+        kinds = None if is_one else with_rest(self._kinds, self._words)
         self._legend.content = markup.legend(
-            legend(self._chosen, float(self._ceiling.value), kinds), self._chosen
+            legend(self._chosen, float(self._ceiling.value), self._words, kinds), self._chosen
         )

@@ -13,6 +13,7 @@ from app.messages.driving import DriveStatus
 from app.messages.status import Event, GoalStatus, LevelTable, Status, StreamStatus
 from app.view.colors import LEVEL_COLORS, Legend, Rgb, hex_of
 from app.view.model.candidates import Candidate
+from app.view.words import Words
 from ippon.guidance.language.requests.goals import Goal
 from ippon.guidance.language.words import with_article
 from ippon.guidance.levels import Level
@@ -24,28 +25,6 @@ NAMED = 12
 
 GOALS_SHOWN = 8
 """Goals of a sentence that are shown in full."""
-
-EXPORTS = (
-    '<p class="ip-exports"><a href="/api/export/map.ply" download>Map (PLY)</a>'
-    '<a href="/api/export/trail.csv" download>Trail (CSV)</a>'
-    '<a href="/api/export/figures.csv" download>Plots (CSV)</a></p>'
-    '<p class="ip-muted">The current state. For a mesh, video, report or scene of a recording: '
-    "<code>ippon export</code></p>"
-)
-
-STATE_WORDS: dict[str, str] = {
-    "starting": "Starting",
-    "looking_around": "Looking around",
-    "searching": "Searching",
-    "approaching": "Approaching",
-    "found": "Found",
-    "exhausted": "Not found",
-    "paused": "Paused",
-    "manual": "Manual",
-    "stopped": "Stopped",
-    "lost": "Waiting for a stream",
-    "ended": "The replay has ended",
-}
 
 
 def escape(text: str, limit: int = 400) -> str:
@@ -66,17 +45,33 @@ def swatch(color: Rgb) -> str:
     return f'<i class="ip-swatch" style="background:{hex_of(color)}"></i>'
 
 
-def now(status: Status | None) -> str:
+def exports(say: Words) -> str:
+    """Return the links to what can be exported now."""
+    links = [("map.ply", "map"), ("trail.csv", "trail"), ("figures.csv", "plots")]
+    body = "".join(
+        f'<a href="/api/export/{file}" download>{escape(say(f"panel.export.{name}"))}</a>'
+        for file, name in links
+    )
+    hint = escape(say("panel.export.hint"))
+    return f'<p class="ip-exports">{body}</p>{muted(f"{hint} <code>ippon export</code>")}'
+
+
+def muted(html: str) -> str:
+    """Return a paragraph of quiet text; `html` is escaped already."""
+    return f'<p class="ip-muted">{html}</p>'
+
+
+def now(status: Status | None, say: Words) -> str:
     """Return the state of the robot and the reason for it."""
     if status is None:
-        return '<div class="ip-now"><p class="ip-muted">No data from the navigator yet.</p></div>'
-    state = STATE_WORDS[status.state]
+        return f'<div class="ip-now">{muted(escape(say("panel.no_data")))}</div>'
+    state = say(f"panel.state.{status.state}")
     if status.find is not None and status.find.out_of_reach_m is not None:
-        state = "Found, out of reach:" if status.state == "found" else state
+        state = say("panel.state.unreachable") if status.state == "found" else state
     goal = f" <b>{words(status.goal.object)}</b>" if status.goal is not None else ""
     return (
         f'<div class="ip-now" data-state="{status.state}">'
-        f'<p class="ip-state">{state}{goal}</p>'
+        f'<p class="ip-state">{escape(state)}{goal}</p>'
         f'<p class="ip-why">{escape(status.why)}</p></div>'
     )
 
@@ -89,29 +84,33 @@ def answer(text: str, *, ok: bool) -> str:
     return f'<p class="ip-answer ip-{kind}">{escape(text)}</p>'
 
 
-def understood(reading: SentenceReading) -> str:
+def understood(reading: SentenceReading, say: Words) -> str:
     """Return a line of chips for each goal, and below them what is doubtful or not used."""
-    lines = [_line(goal, number) for number, goal in enumerate(reading.goals[:GOALS_SHOWN])]
+    lines = [_line(goal, number, say) for number, goal in enumerate(reading.goals[:GOALS_SHOWN])]
     if len(reading.goals) > GOALS_SHOWN:
-        lines.append(f'<p class="ip-muted">and {len(reading.goals) - GOALS_SHOWN} more</p>')
-    told = [f"“{words}” was not understood" for words in reading.unused]
+        more = say("panel.understood.more", n=len(reading.goals) - GOALS_SHOWN)
+        lines.append(muted(escape(more)))
+    told = [say("panel.understood.unused", words=words) for words in reading.unused]
     told += reading.notes
     if reading.note:
-        told.append(f"Read by rules: {reading.note}")
-    lines += [f'<p class="ip-muted">{escape(text)}</p>' for text in told]
+        told.append(say("panel.understood.rules", note=reading.note))
+    lines += [muted(escape(text)) for text in told]
     if reading.doubtful:
         lines.append(f'<p class="ip-answer ip-bad">{escape(reading.because)}</p>')
     return "".join(lines)
 
 
-def _line(goal: Goal, number: int) -> str:
-    order = goal.order if number else "Look for"
+def _line(goal: Goal, number: int, say: Words) -> str:
+    order = escape(say(f"panel.understood.{goal.order if number else 'look'}"))
     chips = [f"<b>{_chip(goal.object)}</b>"]
     if goal.count != 1:
         chips.append(_chip(f"× {goal.count}"))
     if goal.refers_to:
-        chips.append(_chip(goal.refers_to))
-    chips += [_chip(f"not {one.value}" if one.negated else one.value) for one in goal.attributes]
+        chips.append(_chip(say(f"panel.understood.{goal.refers_to}")))
+    chips += [
+        _chip(say("panel.understood.not", value=one.value) if one.negated else one.value)
+        for one in goal.attributes
+    ]
     chips += [_chip(place.text) for place in goal.relations]
     return f'<p class="ip-understood">{order} {" ".join(chips)}</p>'
 
@@ -125,116 +124,125 @@ def choice(chosen: str, text: str) -> str:
     return f'<p class="ip-choice" data-choice="{escape(chosen)}">{escape(text)}</p>'
 
 
-def intervention(drive: DriveStatus) -> str:
+def intervention(drive: DriveStatus, say: Words) -> str:
     """Return the safety filter's intervention, or the waypoint that the robot drives to."""
     if drive.intervention:
         return f'<p class="ip-answer ip-bad">{escape(drive.intervention)}</p>'
     if drive.waypoint is not None:
-        x, y = drive.waypoint
-        return f'<p class="ip-answer ip-ok">Driving to ({x:.1f}, {y:.1f}).</p>'
+        x, y = (say.number(v, 1) for v in drive.waypoint)
+        return answer(say("panel.drive.waypoint", x=x, y=y), ok=True)
     return ""
 
 
-def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus]) -> str:
+def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus], say: Words) -> str:
     """List the goals of a tour and the waiting ones, and the last four finished ones."""
     rows = [
-        f"<li><b>{words(goal.object)}</b> <span>{words(goal.outcome)}</span></li>"
+        f"<li><b>{words(goal.object)}</b> <span>{escape(outcome)}</span></li>"
         for goal in (*queue, *list(history)[::-1][:4])
+        for outcome in (say(f"panel.outcome.{goal.outcome}"),)
     ]
     if not rows:
         return ""
-    hint = (
-        '<p class="ip-muted">Change the order, repeat, save: press <b>Goals</b> on the map (G).</p>'
-    )
+    hint = muted(escape(say("panel.goals.hint")))
     return f'<ul class="ip-goals">{"".join(rows)}</ul>{hint}'
 
 
-def not_found(count: int) -> str:
+def not_found(count: int, say: Words) -> str:
     """Return the heading of the candidate list after a search without a find."""
-    text = (
-        "Most likely places, best first:"
-        if count
-        else "Nothing in the map looks like the object. Try another name or add context."
-    )
-    return f'<p class="ip-not-found">{text}</p>'
+    text = say("panel.places.some" if count else "panel.places.none")
+    return f'<p class="ip-not-found">{escape(text)}</p>'
 
 
 def candidate(
-    number: int, place: Candidate, picture: bytes | None, label: str, start_ns: int
+    number: int,
+    place: Candidate,
+    picture: bytes | None,
+    label: str,
+    start_ns: int,
+    say: Words,
 ) -> str:
     """Return one candidate: image, probability, position, and when it was seen."""
-    x, y, z = place.point_world
-    image = '<span class="ip-no-picture">no image</span>'
-    seen = "no image available"
+    x, y, z = (say.number(v, 1) for v in place.point_world)
+    image = f'<span class="ip-no-picture">{escape(say("panel.places.no_image"))}</span>'
+    seen = say("panel.places.unseen")
     if picture is not None and place.picture is not None:
         data = base64.b64encode(picture).decode()
         image = f'<img alt="" src="data:image/jpeg;base64,{data}">'
         since_ns = place.picture.picture.stamp_ns - start_ns
-        when = "before this search" if since_ns < 0 else f"at {_clock(since_ns)}"
-        seen = f"seen {when} from {place.picture.depth_m:.1f} m"
-    taken_for = f"classified as: {words(label)}<br>" if label else ""
+        key = "panel.places.before" if since_ns < 0 else "panel.places.seen"
+        seen = say(key, time=_clock(since_ns), m=say.number(place.picture.depth_m, 1))
+    likely = escape(say("panel.places.likely", share=say.percent(place.probability)))
+    taken_for = say("panel.places.classified", label=label.replace("_", " "))
+    line = f"{escape(taken_for)}<br>" if label else ""
+    where = escape(say("panel.places.where", x=x, y=y, z=z))
     return (
-        f'<div class="ip-candidate">{image}<p><b>{number}</b> {place.probability:.0%} likely<br>'
-        f"{taken_for}<span>at ({x:.1f}, {y:.1f}) m, {z:.1f} m high<br>{seen}</span></p></div>"
+        f'<div class="ip-candidate">{image}<p><b>{number}</b> {likely}<br>'
+        f"{line}<span>{where}<br>{escape(seen)}</span></p></div>"
     )
 
 
-def levels(table: LevelTable | None) -> str:
+def levels(table: LevelTable | None, say: Words) -> str:
     """Return the table of labels by level, the nearest first."""
     if table is None:
-        return (
-            '<div class="ip-levels"><p class="ip-muted">Start a search to see how near '
-            "to it each kind of object is likely to be.</p></div>"
-        )
+        return f'<div class="ip-levels">{muted(escape(say("panel.levels.none")))}</div>'
     by_level: dict[str, list[str]] = defaultdict(list)
     for row in table.rows:
         by_level[row.level].append(words(row.label))
     rows = "".join(
-        f"<tr><th>{swatch(LEVEL_COLORS[level])}{name}</th><td>{_some(by_level[name])}</td></tr>"
+        f"<tr><th>{swatch(LEVEL_COLORS[level])}{escape(say(f'panel.level.{level.text}'))}</th>"
+        f"<td>{_some(by_level[level.text], say)}</td></tr>"
         for level in LEVEL_ORDER
-        for name in (level.text,)
     )
-    sought = escape(with_article(table.object.replace("_", " ")))
-    asking = f"waiting for {table.asking}; using for now: " if table.asking else ""
-    lines = [asking + table.provider, *table.notes[:3]] if asking else table.notes[:3]
-    notes = "".join(f'<p class="ip-muted">{escape(note)}</p>' for note in lines)
-    cached = ", cached" if table.from_cache else ""
+    sought = table.object.replace("_", " ")
+    sought = with_article(sought) if say.language == "en" else sought
+    title = escape(say("panel.levels.title", object=sought))
+    lines = list(table.notes[:3])
+    if table.asking:
+        asking = say("panel.levels.asking", asking=table.asking, provider=table.provider)
+        lines.insert(0, asking)
+    notes = "".join(muted(escape(note)) for note in lines)
+    source = say(
+        "panel.levels.cached" if table.from_cache else "panel.levels.fresh",
+        provider=table.provider[:40],
+        time=_milliseconds(table.elapsed_ms, say),
+    )
     return (
-        f'<div class="ip-levels"><p class="ip-title">Levels for {sought}'
-        f"<span>{escape(table.provider, 40)}, {_milliseconds(table.elapsed_ms)}{cached}</span></p>"
+        f'<div class="ip-levels"><p class="ip-title">{title}<span>{escape(source)}</span></p>'
         f"<table>{rows}</table>{notes}</div>"
     )
 
 
-def _some(labels: list[str]) -> str:
+def _some(labels: list[str], say: Words) -> str:
     """Join labels; a long list is cut, because the reasons below list every label."""
     if len(labels) <= NAMED:
         return ", ".join(labels) or "–"
-    return f"{', '.join(labels[: NAMED - 2])} <i>and {len(labels) - NAMED + 2} more</i>"
+    more = escape(say("panel.levels.more", n=len(labels) - NAMED + 2))
+    return f"{', '.join(labels[: NAMED - 2])} <i>{more}</i>"
 
 
-def conversation(table: LevelTable) -> str:
+def conversation(table: LevelTable, say: Words) -> str:
     """Return the exact prompt to the language model and its reply."""
-    when = "cached from an earlier search" if table.from_cache else "asked for this search"
+    when = escape(say("panel.chat.cached" if table.from_cache else "panel.chat.asked"))
+    question, reply = escape(say("panel.chat.question")), escape(say("panel.chat.answer"))
     return (
-        f'<div class="ip-chat"><p class="ip-title">Question<span>{when}</span></p>'
-        f"<div>{_paragraphs(table.prompt)}</div>"
-        f'<p class="ip-title">Answer<span>{_milliseconds(table.elapsed_ms)}</span></p>'
-        f"<div>{_paragraphs(table.reply or 'none')}</div></div>"
+        f'<div class="ip-chat"><p class="ip-title">{question}<span>{when}</span></p>'
+        f"<div>{_paragraphs(table.prompt, say)}</div>"
+        f'<p class="ip-title">{reply}<span>{_milliseconds(table.elapsed_ms, say)}</span></p>'
+        f"<div>{_paragraphs(table.reply or say('panel.chat.none'), say)}</div></div>"
     )
 
 
-def _paragraphs(text: str, most: int = 500) -> str:
+def _paragraphs(text: str, say: Words, most: int = 500) -> str:
     """Escape a text of many lines; after `most` lines it is cut, with a note."""
     lines = text.splitlines()
-    cut = [f"… {len(lines) - most} more lines"] if len(lines) > most else []
+    cut = [say("panel.chat.more", n=len(lines) - most)] if len(lines) > most else []
     return "".join(f"<p>{escape(line, 4000)}</p>" for line in (*lines[:most], *cut))
 
 
-def reasons(table: LevelTable | None) -> str:
+def reasons(table: LevelTable | None, say: Words) -> str:
     """List every label with its level and the reason for it."""
     if table is None:
-        return '<p class="ip-muted">No levels yet.</p>'
+        return muted(escape(say("panel.levels.no_reasons")))
     order = {level.text: n for n, level in enumerate(LEVEL_ORDER)}
     rows = "".join(
         f"<tr><td>{swatch(LEVEL_COLORS[Level.parse(row.level)])}</td>"
@@ -271,59 +279,64 @@ def warnings(notes: Sequence[str]) -> str:
     )
 
 
-def figures(status: Status | None, voxels: int) -> str:
+def figures(status: Status | None, voxels: int, say: Words) -> str:
     """Show the key figures of the session."""
     if status is None:
-        return '<p class="ip-muted">No figures yet.</p>'
+        return muted(escape(say("panel.figures.none")))
     timings = status.timings
-    first = "–" if timings.first_motion_s is None else f"{timings.first_motion_s:.1f} s"
+    first_s = timings.first_motion_s
     cells = [
-        ("Best match", f"{status.best_ooi:.0%}"),
-        ("Explored", f"{status.explored_m2:.1f} m²"),
-        ("Path", f"{status.path_length_m:.1f} m"),
-        ("Frames", f"{status.frames}"),
-        ("Surface voxels", f"{voxels:,}".replace(",", "\u2009")),
-        ("First motion", first),
-        ("Step", _milliseconds(timings.step_ms)),
-        ("Map", _milliseconds(timings.map_ms)),
-        ("Plan", _milliseconds(timings.plan_ms)),
+        ("best", say.percent(status.best_ooi)),
+        ("explored", f"{say.number(status.explored_m2, 1)} m²"),
+        ("path", f"{say.number(status.path_length_m, 1)} m"),
+        ("frames", f"{status.frames}"),
+        ("voxels", f"{voxels:,}".replace(",", "\u2009")),
+        ("first", "–" if first_s is None else f"{say.number(first_s, 1)} s"),
+        ("step", _milliseconds(timings.step_ms, say)),
+        ("map", _milliseconds(timings.map_ms, say)),
+        ("plan", _milliseconds(timings.plan_ms, say)),
     ]
-    body = "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in cells)
+    body = "".join(
+        f"<div><dt>{escape(say(f'panel.figures.{name}'))}</dt><dd>{value}</dd></div>"
+        for name, value in cells
+    )
     return f'<dl class="ip-figures">{body}</dl>'
 
 
-def streams(rows: Iterable[StreamStatus]) -> str:
+def streams(rows: Iterable[StreamStatus], say: Words) -> str:
     """Show the health of the robot's streams."""
     body = "".join(
         f'<tr data-late="{int(row.age_s is None or row.age_s > 1.0)}"><th>{escape(row.name)}</th>'
-        f"<td>{row.rate_hz:.1f} Hz</td><td>{_age(row.age_s)}</td>"
+        f"<td>{say.number(row.rate_hz, 1)} Hz</td><td>{_age(row.age_s, say)}</td>"
         f"<td>{row.dropped + row.rejected or ''}</td></tr>"
         for row in rows
     )
     if not body:
-        return '<p class="ip-muted">No streams yet.</p>'
-    head = "<tr><th>Stream</th><td>rate</td><td>age</td><td>lost</td></tr>"
+        return muted(escape(say("panel.streams.none")))
+    names = [escape(say(f"panel.streams.{name}")) for name in ("rate", "age", "lost")]
+    cells = "".join(f"<td>{name}</td>" for name in names)
+    head = f"<tr><th>{escape(say('panel.streams.stream'))}</th>{cells}</tr>"
     return (
         f'<div class="ip-streams"><table><thead>{head}</thead><tbody>{body}</tbody></table></div>'
     )
 
 
-def event_log(events: Iterable[Event], start_ns: int) -> str:
+def event_log(events: Iterable[Event], start_ns: int, say: Words) -> str:
     """List the latest events, the newest first."""
     rows = "".join(
         f'<li data-kind="{event.kind}"><time>{_clock(event.stamp_ns - start_ns)}</time>'
         f"<span>{escape(event.text)}</span></li>"
         for event in list(events)[-14:][::-1]
     )
-    return f'<ol class="ip-log">{rows}</ol>' if rows else '<p class="ip-muted">No events yet.</p>'
+    return f'<ol class="ip-log">{rows}</ol>' if rows else muted(escape(say("panel.events.none")))
 
 
-def _milliseconds(value: float) -> str:
-    return f"{value:.0f} ms" if value >= 10.0 else f"{value:.1f} ms"
+def _milliseconds(value: float, say: Words) -> str:
+    return f"{say.number(value, 0 if value >= 10.0 else 1)} ms"
 
 
-def _age(age_s: float | None) -> str:
-    return "never" if age_s is None else f"{age_s:.1f} s"
+def _age(age_s: float | None, say: Words) -> str:
+    return escape(say("panel.streams.never")) if age_s is None else f"{say.number(age_s, 1)} s"
 
 
 def _clock(nanoseconds: int) -> str:

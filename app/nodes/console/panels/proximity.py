@@ -23,26 +23,27 @@ class ProximityPanel:
         self._actions = actions
         self._labels: tuple[str, ...] = ()
         self._table: LevelTable | None = None
-        self._levels = gui.add_html(markup.levels(None))
-        title = "Reasons" if actions.recorded else "Reasons and corrections"
+        say = self._words = actions.say
+        self._levels = gui.add_html(markup.levels(None, say))
+        title = say("panel.levels.reasons" if actions.recorded else "panel.levels.corrections")
         with gui.add_folder(title, expand_by_default=False):
             if not actions.recorded:
                 self._build_corrections(gui)
             self._question = gui.add_button(
-                "Question and answer",
+                say("panel.levels.question"),
                 color=QUIET,
                 icon=viser.Icon.MESSAGE_2,
-                hint="The exact prompt to the language model and its reply",
+                hint=say("panel.levels.question.hint"),
                 visible=False,
             )
             self._question.on_click(self._show_conversation)
-            self._reasons = gui.add_html(markup.reasons(None))
+            self._reasons = gui.add_html(markup.reasons(None, say))
 
     def show(self, table: LevelTable) -> None:
         """Show the levels of a search."""
         self._table = table
-        self._levels.content = markup.levels(table)
-        self._reasons.content = markup.reasons(table)
+        self._levels.content = markup.levels(table, self._words)
+        self._reasons.content = markup.reasons(table, self._words)
         self._question.visible = bool(table.prompt)
         labels = tuple(sorted(row.label for row in table.rows))
         if labels and labels != self._labels and not self._actions.recorded:
@@ -50,27 +51,29 @@ class ProximityPanel:
             self._label.options = labels
 
     def _build_corrections(self, gui: Any) -> None:
-        self._label = gui.add_dropdown("Object kind", (_NO_LABEL,))
-        self._level = gui.add_dropdown("Level", get_args(LevelName), initial_value="near")
-        change = gui.add_button("Change the level", color=QUIET)
+        say = self._words
+        self._names: dict[str, LevelName] = {
+            say(f"panel.level.{level}"): level for level in get_args(LevelName)
+        }
+        self._label = gui.add_dropdown(say("panel.levels.kind"), (_NO_LABEL,))
+        self._level = gui.add_dropdown(
+            say("panel.levels.level"), tuple(self._names), initial_value=say("panel.level.near")
+        )
+        change = gui.add_button(say("panel.levels.change"), color=QUIET)
         change.on_click(lambda _: self._try(self._change_level))
         self._known = gui.add_text(
-            "Suppose", "", hint='Context to try, for example "it is next to the bed"'
+            say("panel.levels.suppose"), "", hint=say("panel.levels.suppose.hint")
         )
         what_if = gui.add_button(
-            "What if?",
+            say("panel.levels.what_if"),
             color=QUIET,
             icon=viser.Icon.HELP,
-            hint="Shows the next viewpoint with this level and context; the search does not change",
+            hint=say("panel.levels.what_if.hint"),
         )
         what_if.on_click(lambda _: self._try(self._what_if))
         self._answer = gui.add_html("")
-        self._more = gui.add_text(
-            "New kind",
-            "",
-            hint="Another kind of object to recognise from now on, for example bookcase",
-        )
-        add = gui.add_button("Add this kind", color=QUIET, icon=viser.Icon.PLUS)
+        self._more = gui.add_text(say("panel.levels.new"), "", hint=say("panel.levels.new.hint"))
+        add = gui.add_button(say("panel.levels.add"), color=QUIET, icon=viser.Icon.PLUS)
         add.on_click(lambda _: self._try(self._add_label))
 
     def _try(self, command: Callable[[], str]) -> None:
@@ -81,26 +84,27 @@ class ProximityPanel:
             self._answer.content = markup.answer(str(error), ok=False)
 
     def _change_level(self) -> str:
-        label, level = self._label.value, self._level.value
+        label, level = self._label.value, self._names[self._level.value]
         if label == _NO_LABEL:
-            raise CommandError("Start a search first, then change its levels.")
+            raise CommandError(self._words("panel.levels.first"))
         return self._actions.set_level(label, level)
 
     def _what_if(self) -> str:
         label, context = self._label.value, self._known.value.strip()
-        levels: dict[str, LevelName] = {} if label == _NO_LABEL else {label: self._level.value}
+        level = self._names[self._level.value]
+        levels: dict[str, LevelName] = {} if label == _NO_LABEL else {label: level}
         if len(context) > MAX_CONTEXT:
-            raise CommandError(f"At most {MAX_CONTEXT} characters; this is {len(context)}.")
+            raise CommandError(self._words("panel.search.long", most=MAX_CONTEXT, n=len(context)))
         reply = self._actions.preview(context or None, levels)
-        changed = ", ".join(reply.changed[:6]).replace("_", " ") or "no level would change"
-        if reply.same:
-            return f"The choice would not change: {reply.now} ({changed})."
-        return f"Now {reply.now}. It would be {reply.then} ({changed})."
+        changed = ", ".join(reply.changed[:6]).replace("_", " ")
+        changed = changed or self._words("panel.levels.unchanged")
+        key = "panel.levels.same" if reply.same else "panel.levels.then"
+        return self._words(key, now=reply.now, then=reply.then, changed=changed)
 
     def _add_label(self) -> str:
         label = self._more.value.strip()
         if not 1 <= len(label) <= MAX_LABEL:
-            raise CommandError(f"Type one to {MAX_LABEL} characters, for example: bookcase")
+            raise CommandError(self._words("panel.levels.add.long", most=MAX_LABEL))
         done = self._actions.add_label(label)
         self._more.value = ""
         return done
@@ -110,7 +114,7 @@ class ProximityPanel:
         if table is None or event.client is None:
             return
         gui = event.client.gui
-        with gui.add_modal("Question and answer") as modal:
-            gui.add_html(markup.conversation(table))
-            close = gui.add_button("Close")
+        with gui.add_modal(self._words("panel.levels.question")) as modal:
+            gui.add_html(markup.conversation(table, self._words))
+            close = gui.add_button(self._words("panel.chat.close"))
         close.on_click(lambda _: modal.close())

@@ -5,12 +5,12 @@ from html import escape
 from typing import Any, Final
 
 from app.messages.recording import RecordingStatus
-from app.nodes.console.link.commands import Actions, CommandError
+from app.nodes.console.link.commands import Actions, CommandError, RecordAction
 from app.nodes.console.panels import markup
 from app.view.colors import QUIET
+from app.view.words import Words
 
 MAX_NOTE: Final = 2000
-NOBODY = "No recorder is running. Start one for a running robot with: ippon record"
 
 
 class RecordPanel:
@@ -18,13 +18,16 @@ class RecordPanel:
 
     def __init__(self, gui: Any, actions: Actions) -> None:
         self._actions = actions
-        self._state = gui.add_html(recording_line(None))
-        self._switch = gui.add_button_group("Record", ("On", "Off", "Mark"))
+        say = self._words = actions.say
+        self._state = gui.add_html(recording_line(None, say))
+        on, off, mark = (say(f"panel.record.{word}") for word in ("on", "off", "mark"))
+        self._names: dict[str, RecordAction] = {on: "start", off: "stop", mark: "mark"}
+        self._switch = gui.add_button_group(say("panel.record.record"), (on, off, mark))
         with gui.add_form(None) as form:
             self._text = gui.add_text(
-                "Note", "", hint="Stored with the recording at the current time"
+                say("panel.record.note"), "", hint=say("panel.record.note.hint")
             )
-            note = gui.add_button("Save the note", color=QUIET)
+            note = gui.add_button(say("panel.record.save"), color=QUIET)
         self._answer = gui.add_html("")
         self._switch.on_click(lambda event: self._press(event.target.value))
         note.on_click(lambda _: form.submit())
@@ -32,23 +35,18 @@ class RecordPanel:
 
     def show(self, status: RecordingStatus) -> None:
         """Show what the recorder does."""
-        self._state.content = recording_line(status)
+        self._state.content = recording_line(status, self._words)
 
     def _press(self, word: str) -> None:
-        actions: dict[str, Callable[[], str]] = {
-            "On": lambda: self._actions.record("start", ""),
-            "Off": lambda: self._actions.record("stop", ""),
-            "Mark": lambda: self._actions.record("mark", ""),
-        }
-        self._try(actions[word])
+        self._try(lambda: self._actions.record(self._names[word], ""))
 
     def _note(self) -> None:
         text = self._text.value.strip()
         if not text:
-            self._answer.content = markup.answer("The note is empty.", ok=False)
+            self._answer.content = markup.answer(self._words("panel.record.empty"), ok=False)
             return
         if len(text) > MAX_NOTE:
-            problem = f"A note has at most {MAX_NOTE} characters; this is {len(text)}."
+            problem = self._words("panel.record.long", most=MAX_NOTE, n=len(text))
             self._answer.content = markup.answer(problem, ok=False)
         elif self._try(lambda: self._actions.record("note", text)):
             self._text.value = ""
@@ -62,14 +60,18 @@ class RecordPanel:
         return True
 
 
-def recording_line(status: RecordingStatus | None) -> str:
+def recording_line(status: RecordingStatus | None, say: Words) -> str:
     """Return the state of the recording and any warning, as HTML."""
     if status is None:
-        return f'<p class="ip-muted">{NOBODY}</p>'
+        return markup.muted(escape(say("panel.record.nobody")))
     minutes, seconds = divmod(int(status.seconds), 60)
-    figures = f"{minutes}:{seconds:02d}, {status.written_bytes / 1e6:.0f} MB"
-    lost = f", {status.dropped} messages lost" if status.dropped else ""
-    head = f"Recording: {figures}{lost}" if status.state == "recording" else escape(status.text)
+    text = say(
+        "panel.record.lost" if status.dropped else "panel.record.running",
+        time=f"{minutes}:{seconds:02d}",
+        size=f"{status.written_bytes / 1e6:.0f}",
+        n=status.dropped,
+    )
+    head = escape(text if status.state == "recording" else status.text)
     warning = f'<p class="ip-muted">{escape(status.warning)}</p>' if status.warning else ""
     where = escape(status.session.rsplit("/", 1)[-1])
     return f'<p class="ip-recording"><b>{head}</b><span>{where}</span></p>{warning}'

@@ -18,6 +18,7 @@ from app.nodes.console.scene.find_picture import outlined
 from app.view.colors import QUIET
 from app.view.drawing.viser_private import show_jpeg_in_panel
 from app.view.model.scene_model import Part, SceneModel
+from app.view.words import Words
 from ippon.guidance.language.requests.goals import Attribute, Goal
 from ippon.guidance.language.requests.sentence import is_name, search_name
 
@@ -34,6 +35,7 @@ class SearchPanel:
 
     def __init__(self, gui: Any, actions: Actions) -> None:
         self._actions = actions
+        say = self._words = actions.say
         self._find: FindReport | None = None
         self._judged: int | None = None
         """Number of the goal of a tour whose find is shown."""
@@ -48,8 +50,12 @@ class SearchPanel:
             self._build_query(gui)
         self._understood = gui.add_html("")
         self._answer = gui.add_html("")
-        self._now = gui.add_html(markup.now(None))
-        self._steer = gui.add_button_group("This search", ("Pause", "Resume", "End"), visible=False)
+        self._now = gui.add_html(markup.now(None, say))
+        self._steer = gui.add_button_group(
+            say("panel.search.steer"),
+            tuple(say(f"panel.search.{word}") for word in ("pause", "resume", "end")),
+            visible=False,
+        )
         self._steer.on_click(lambda event: self._control(event.target.value))
         self._build_find(gui)
         self._candidates = CandidatesPanel(gui, actions, self._try, self._search)
@@ -67,20 +73,20 @@ class SearchPanel:
             self._common_sense.show(model.proximity)
 
     def _build_query(self, gui: Any) -> None:
+        say = self._words
         with gui.add_form(None) as form:
             self._wanted = gui.add_text(
-                "Find", "", hint='An object, "hat", or a whole sentence: '
-                '"find my hat, I left it on the sofa"',
-            )  # fmt: skip
+                say("panel.search.find"), "", hint=say("panel.search.find.hint")
+            )
             self._context = gui.add_text(
-                "Context", "", hint="What you know about it, for example where you used it last"
+                say("panel.search.context"), "", hint=say("panel.search.context.hint")
             )
             self._scenario = gui.add_text(
-                "Scenario",
+                say("panel.search.scenario"),
                 USUAL_SCENARIO,
-                hint="Where the robot is: a flat, an office. Used by the language model",
+                hint=say("panel.search.scenario.hint"),
             )
-            search = gui.add_button("Search", icon=viser.Icon.SEARCH)
+            search = gui.add_button(say("panel.search.search"), icon=viser.Icon.SEARCH)
         search.on_click(lambda _: form.submit())
         form.on_submit(lambda _: self._ask())
 
@@ -92,15 +98,15 @@ class SearchPanel:
                 self._build_verdict(gui)
 
     def _build_verdict(self, gui: Any) -> None:
-        confirm = gui.add_button("Confirm: this is it", color=(0, 158, 115))
-        reject = gui.add_button("Not this: keep looking", color=QUIET)
+        confirm = gui.add_button(self._words("panel.search.confirm"), color=(0, 121, 90))
+        reject = gui.add_button(self._words("panel.search.reject"), color=QUIET)
         confirm.on_click(lambda _: self._try(lambda: self._actions.confirm_find(self._judged)))
         reject.on_click(lambda _: self._try(lambda: self._actions.reject_find(self._judged)))
 
     def _ask(self) -> None:
         typed, context = self._wanted.value.strip(), self._context.value.strip()
         if len(typed) > MAX_TYPED:
-            self._say(f"At most {MAX_TYPED} characters; this is {len(typed)}.", ok=False)
+            self._say(self._words("panel.search.long", most=MAX_TYPED, n=len(typed)), ok=False)
             return
         self._understood.content = ""
         ready, self._ready = self._ready, []
@@ -109,7 +115,7 @@ class SearchPanel:
         elif is_name(typed):
             self._try(lambda: self._search(typed, context))
         else:
-            self._say("Reading …", ok=True)
+            self._say(self._words("panel.search.reading"), ok=True)
             self._try(lambda: self._read(typed, context))
 
     def _read(self, sentence: str, context: str) -> str:
@@ -117,7 +123,7 @@ class SearchPanel:
         reading = self._actions.read(sentence)
         if not reading.goals:
             raise CommandError(f"{reading.because[:1].upper()}{reading.because[1:]}.")
-        self._understood.content = markup.understood(reading)
+        self._understood.content = markup.understood(reading, self._words)
         if not reading.doubtful:
             return self._search_all(reading.goals, context)
         self._ready = [
@@ -127,7 +133,7 @@ class SearchPanel:
             self._wanted.value = search_name(self._ready[0])
             self._context.value = self._ready[0].context
         self._proposed = (self._wanted.value.strip(), self._context.value.strip())
-        return f"Read by {reading.provider}. Correct it above, or press Search to start."
+        return self._words("panel.search.read_by", provider=reading.provider)
 
     def _search_all(self, goals: Sequence[Goal], context: str) -> str:
         """Search for goals: for those named with "and" in one tour, else one after the other."""
@@ -154,7 +160,7 @@ class SearchPanel:
         other: bool = False,
     ) -> str:
         scenario = self._scenario.value.strip()
-        problem = _problem(wanted, context, scenario)
+        problem = _problem(wanted, context, scenario, self._words)
         if problem is not None:
             raise CommandError(problem)
         return self._actions.search(
@@ -168,8 +174,9 @@ class SearchPanel:
         )
 
     def _control(self, word: str) -> None:
-        actions = self._actions
-        self._try({"Pause": actions.pause, "Resume": actions.resume, "End": actions.cancel}[word])
+        actions, say = self._actions, self._words
+        done = {"pause": actions.pause, "resume": actions.resume, "end": actions.cancel}
+        self._try({say(f"panel.search.{name}"): act for name, act in done.items()}[word])
 
     def _try(self, command: Callable[[], str]) -> None:
         try:
@@ -182,8 +189,10 @@ class SearchPanel:
         self._fades = ok
 
     def _show_status(self, status: Status, model: SceneModel) -> None:
-        self._now.content = markup.now(status)
-        self._goals.content = markup.goals([*status.tour, *status.queue], status.history)
+        self._now.content = markup.now(status, self._words)
+        self._goals.content = markup.goals(
+            [*status.tour, *status.queue], status.history, self._words
+        )
         has_search = status.goal is not None and status.state != "exhausted"
         self._steer.visible = has_search and not self._actions.recorded
         if status.state != self._state and status.state in _ENDS and self._fades:
@@ -198,7 +207,8 @@ class SearchPanel:
             return
         self._find = find
         self._judged = find.goal_id if find is not None and status.tour else None
-        self._found.content = "" if find is None else find_card(find, in_tour=bool(status.tour))
+        in_tour = bool(status.tour)
+        self._found.content = "" if find is None else find_card(find, self._words, in_tour=in_tour)
         if find is not None and model.image is not None:
             show_jpeg_in_panel(self._crop, outlined(model.image.encoded, find.box_px))
         self._find_box.visible = find is not None
@@ -212,13 +222,15 @@ def _both(one: str, other: str) -> str:
     return ", ".join(part for part in (one, other) if part)
 
 
-def _problem(wanted: str, context: str, scenario: str) -> str | None:
+def _problem(wanted: str, context: str, scenario: str, say: Words) -> str | None:
     if not wanted:
-        return "Type what to look for, for example: hat"
-    if len(wanted) > MAX_OBJECT:
-        return f"The object has at most {MAX_OBJECT} characters; this is {len(wanted)}."
-    if len(context) > MAX_CONTEXT:
-        return f"The context has at most {MAX_CONTEXT} characters; this is {len(context)}."
-    if len(scenario) > MAX_SCENARIO:
-        return f"The scenario has at most {MAX_SCENARIO} characters; this is {len(scenario)}."
+        return say("panel.search.empty")
+    limits = (
+        ("object", wanted, MAX_OBJECT),
+        ("context", context, MAX_CONTEXT),
+        ("scenario", scenario, MAX_SCENARIO),
+    )
+    for name, text, most in limits:
+        if len(text) > most:
+            return say(f"panel.search.long.{name}", most=most, n=len(text))
     return None

@@ -11,6 +11,7 @@ from app.nodes.console.panels.record import RecordPanel
 from app.view.colors import BLUE, GREEN, ORANGE, SKY, VERMILION, hex_of
 from app.view.model.history import History
 from app.view.model.scene_model import Part, SceneModel
+from app.view.words import Words
 
 _PLOT_EVERY: Final = 5
 # Between the inks of the light and of the dark page, because a plot is drawn once for both.
@@ -22,9 +23,6 @@ _INK: Final[dict[str, Any]] = {
     "ticks": uplot.Axis_Ticks(stroke=_LINES, size=4),
     "font": _FONT,
 }
-_TIME: Final = uplot.Axis(
-    **_INK, size=22, gap=2, label="seconds", labelSize=14, labelGap=0, labelFont=_FONT
-)
 _VALUE: Final = uplot.Axis(**_INK, size=44, gap=4)
 
 
@@ -32,26 +30,27 @@ class SessionPanel:
     """Builds the tab inside the current container and updates it from the model."""
 
     def __init__(self, gui: Any, actions: Actions) -> None:
+        say = self._words = actions.say
         self._updates = 0
         self._start_ns: int | None = None
         self._warnings = gui.add_html(markup.warnings(()))
-        self._figures = gui.add_html(markup.figures(None, 0))
+        self._figures = gui.add_html(markup.figures(None, 0, say))
         self._record: RecordPanel | None = None
         if not actions.recorded:
-            with gui.add_folder("Recording"):
+            with gui.add_folder(say("panel.session.recording")):
                 self._record = RecordPanel(gui, actions)
-        with gui.add_folder("Export"):
-            gui.add_html(markup.EXPORTS)
-        with gui.add_folder("Streams"):
-            self._streams = gui.add_html(markup.streams(()))
-        with gui.add_folder("Events"):
-            self._log = gui.add_html(markup.event_log((), 0))
+        with gui.add_folder(say("panel.session.export")):
+            gui.add_html(markup.exports(say))
+        with gui.add_folder(say("panel.session.streams")):
+            self._streams = gui.add_html(markup.streams((), say))
+        with gui.add_folder(say("panel.session.events")):
+            self._log = gui.add_html(markup.event_log((), 0, say))
         self._plots = [
-            _plot(gui, "Best match, %", hex_of(GREEN)),
-            _plot(gui, "Explored, m²", hex_of(SKY)),
-            _plot(gui, "Path, m", hex_of(BLUE)),
-            _plot(gui, "Navigator step, ms", hex_of(ORANGE)),
-            _plot(gui, "Image to command, ms", hex_of(VERMILION)),
+            _plot(gui, "best", hex_of(GREEN), say),
+            _plot(gui, "explored", hex_of(SKY), say),
+            _plot(gui, "path", hex_of(BLUE), say),
+            _plot(gui, "step", hex_of(ORANGE), say),
+            _plot(gui, "age", hex_of(VERMILION), say),
         ]
 
     def update(self, model: SceneModel, changed: frozenset[Part]) -> None:
@@ -65,14 +64,14 @@ class SessionPanel:
             self._start_ns = status.stamp_ns
         if "status" in changed:
             self._warnings.content = markup.warnings(status.notes)
-            self._figures.content = markup.figures(status, model.voxels.count)
-            self._streams.content = markup.streams(status.streams)
+            self._figures.content = markup.figures(status, model.voxels.count, self._words)
+            self._streams.content = markup.streams(status.streams, self._words)
             self._updates += 1
             # A seek in a recording replaces the events and the plotted history.
             if self._updates % _PLOT_EVERY == 1 or "events" in changed:
                 self._draw_plots(model.history)
         if "events" in changed:
-            self._log.content = markup.event_log(model.events, self._start_ns)
+            self._log.content = markup.event_log(model.events, self._start_ns, self._words)
 
     def _draw_plots(self, history: History) -> None:
         columns = history.columns()
@@ -84,7 +83,12 @@ class SessionPanel:
             plot.visible = True
 
 
-def _plot(gui: Any, name: str, color: str) -> Any:
+def _plot(gui: Any, figure: str, color: str, say: Words) -> Any:
+    name = say(f"panel.session.plot.{figure}")
+    seconds = say("panel.session.seconds")
+    time = uplot.Axis(
+        **_INK, size=22, gap=2, label=seconds, labelSize=14, labelGap=0, labelFont=_FONT
+    )
     return gui.add_uplot(
         data=(np.zeros(1), np.zeros(1)),
         series=(
@@ -92,7 +96,7 @@ def _plot(gui: Any, name: str, color: str) -> Any:
             uplot.Series(label=name, stroke=color, width=2, points=uplot.Series_Points(show=False)),
         ),
         scales={"x": uplot.Scale(time=False)},
-        axes=(_TIME, _VALUE),
+        axes=(time, _VALUE),
         title=name,
         legend=uplot.Legend(show=False),
         height=112,

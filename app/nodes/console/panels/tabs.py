@@ -22,15 +22,16 @@ class Tabs:
     def __init__(self, server: viser.ViserServer, actions: Actions) -> None:
         self._server = server
         gui: Any = server.gui
+        say = actions.say
         group = gui.add_tab_group()
-        with group.add_tab("Search", viser.Icon.SEARCH):
+        with group.add_tab(say("tab.search"), viser.Icon.SEARCH):
             self._search = SearchPanel(gui, actions)
         self.drive: DrivePanel | None = None
         if not actions.recorded:
-            with group.add_tab("Drive", viser.Icon.STEERING_WHEEL):
+            with group.add_tab(say("tab.drive"), viser.Icon.STEERING_WHEEL):
                 self.drive = DrivePanel(gui, actions)
-        self.map = group.add_tab("Map", viser.Icon.MAP_2)
-        with group.add_tab("Session", viser.Icon.ACTIVITY):
+        self.map = group.add_tab(say("tab.map"), viser.Icon.MAP_2)
+        with group.add_tab(say("tab.session"), viser.Icon.ACTIVITY):
             self._session = SessionPanel(gui, actions)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(WIDTH_PX)

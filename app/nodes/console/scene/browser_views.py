@@ -13,6 +13,7 @@ from app.view.drawing.viser_private import ignore_disconnect, uuid_of
 from app.view.drawing.viser_scene import ALL_PARTS, ROOTS, ViserScene
 from app.view.model.scene_model import Part, SceneModel
 from app.view.view_options import ViewOptions
+from app.view.words import ENGLISH, Words
 from ippon.geometry import Float64Array
 
 OWN: Final = "/own"
@@ -29,7 +30,12 @@ class BrowserView:
     """
 
     def __init__(
-        self, client: Any, browser: Browser | None, tab: Any, on_change: Callable[[], None]
+        self,
+        client: Any,
+        browser: Browser | None,
+        tab: Any,
+        on_change: Callable[[], None],
+        say: Words,
     ) -> None:
         self.client = client
         self.options = ViewOptions()
@@ -40,7 +46,7 @@ class BrowserView:
         self._is_new = True
         self._has_changed = False
         with client.atomic(), tab:
-            self._panel = MapPanel(client.gui, self._choose, self._recall)
+            self._panel = MapPanel(client.gui, self._choose, self._recall, say)
         self._controls = {uuid_of(handle) for handle in self._panel.controls()}
         if browser is not None:
             browser.own_controls |= self._controls
@@ -89,7 +95,12 @@ class BrowserViews:
     """All browsers' views; viser's threads call `join` and `leave`, the scene thread the rest."""
 
     def __init__(
-        self, server: Any, tab: Any, follow: CameraFollow, on_change: Callable[[], None]
+        self,
+        server: Any,
+        tab: Any,
+        follow: CameraFollow,
+        on_change: Callable[[], None],
+        say: Words = ENGLISH,
     ) -> None:
         """Create the shared drawing.
 
@@ -98,7 +109,9 @@ class BrowserViews:
             tab: Container of each browser's own controls.
             follow: Keeps the map in view in each browser.
             on_change: Called when a browser has changed its options.
+            say: The words of the controls.
         """
+        self._words = say
         self._common = ViserScene(server)
         self._tab = tab
         self._follow = follow
@@ -155,7 +168,7 @@ class BrowserViews:
             if comes:
                 with ignore_disconnect(client):
                     self._open[client.client_id] = BrowserView(
-                        client, browser, self._tab, self._on_change
+                        client, browser, self._tab, self._on_change, self._words
                     )
                 self._follow.add(client)
                 continue

@@ -19,17 +19,13 @@ from app.view.model.picking import SurfaceLookup, first_voxel, nearest_viewpoint
 from app.view.model.picture_store import StoredPicture
 from app.view.model.scene_model import SceneModel
 from app.view.model.voxel_pictures import SEEN_M, pictures_showing
+from app.view.words import ENGLISH, Words
 from ippon.geometry import Float64Array, make_transform, rotation_y
 from ippon.guidance.levels import Level
 from ippon.planning.plan import NodeKind, TreeView
 
 PICTURES: Final = 3
 _MARK_PX: Final = 5
-KIND_WORDS: Final = {
-    NodeKind.EXPLORING: "explores",
-    NodeKind.MINIMAL: "low gain",
-    NodeKind.TERMINATING: "can end the search",
-}
 
 
 class ShownPicture(msgspec.Struct, frozen=True, kw_only=True):
@@ -55,7 +51,8 @@ Show = Callable[[str, bytes], None]
 class ExplanationBuilder:
     """Builds explanations from the scene model; called by the scene thread."""
 
-    def __init__(self, model: SceneModel, show: Show) -> None:
+    def __init__(self, model: SceneModel, show: Show, say: Words = ENGLISH) -> None:
+        self._words = say
         self._model = model
         self._show = show
 
@@ -67,13 +64,10 @@ class ExplanationBuilder:
         Returns:
             The explanation, the highlight, and the voxel to ask the navigator about, or None.
         """
-        model, size = self._model, self._model.voxel_size_m
+        model, size, say = self._model, self._model.voxel_size_m, self._words
         if size is None:
-            return (
-                ClickExplanation(title="Nothing here yet", note="The map is empty."),
-                NOTHING,
-                None,
-            )
+            empty = ClickExplanation(title=say("click.empty"), note=say("click.empty.note"))
+            return empty, NOTHING, None
         below = None if ceiling_m is None else round(ceiling_m / size)
         lookup = SurfaceLookup(model.voxels, below)
         voxel = first_voxel(origin, direction, size, lookup)
@@ -81,8 +75,8 @@ class ExplanationBuilder:
         if model.tree is not None and bead is not None and (voxel is None or bead[1] < voxel[1]):
             return (*self._viewpoint(model.tree, bead[0], size), None)
         if voxel is None:
-            note = "Click a surface of the map, or the sphere of a viewpoint."
-            return ClickExplanation(title="Nothing there", note=note), NOTHING, None
+            nothing = ClickExplanation(title=say("click.nothing"), note=say("click.nothing.note"))
+            return nothing, NOTHING, None
         return self._voxel(voxel[0], size, lookup)
 
     def _bead(
@@ -97,23 +91,24 @@ class ExplanationBuilder:
         x, y, z = (float(v) for v in tree.positions_world[node])
         seen = self._seen_from(tree, node, size)
         kind = NodeKind(int(tree.kinds[node]))
-        level = Level(int(tree.levels[node])).text
+        say, number = self._words, self._words.number
+        level = say(f"panel.level.{Level(int(tree.levels[node])).text}")
         yaw_deg, tilt_deg = (
             math.degrees(float(angles[node])) for angles in (tree.yaws_rad, tree.tilts_rad)
         )
         rows = [
-            ("Gain", f"{tree.gains[node]:.1f} expected object voxels"),
-            ("Cost", f"{tree.path_costs_s[node]:.1f} s to drive there"),
-            ("Gain per second", f"{tree.gains[node] / (tree.path_costs_s[node] + 1.0):.2f}"),
-            ("Level", f"{level}: weight of unseen space there"),
+            (say("click.gain"), say("click.gain.value", n=number(tree.gains[node], 1))),
+            (say("click.cost"), say("click.cost.value", n=number(tree.path_costs_s[node], 1))),
+            (say("click.rate"), number(tree.gains[node] / (tree.path_costs_s[node] + 1.0), 2)),
+            (say("click.level"), say("click.level.value", level=level)),
+            (say("click.voxels"), say("click.voxels.value", n=number(tree.terminations[node]))),
             (
-                "Object voxels",
-                f"{tree.terminations[node]:.0f} visible from close by",
+                say("click.looks"),
+                say("click.looks.value", yaw=f"{yaw_deg:.0f}", tilt=f"{tilt_deg:.0f}"),
             ),
-            ("Looks", f"to {yaw_deg:.0f}°, tilt {tilt_deg:.0f}°"),
-            ("Sees", f"{len(seen)} surface voxels, highlighted in the scene"),
+            (say("click.sees"), say("click.sees.value", n=len(seen))),
         ]
-        title = "The robot" if node == 0 else f"Viewpoint: {KIND_WORDS[kind]}"
+        title = say("click.robot" if node == 0 else f"click.viewpoint.{kind.name.lower()}")
         at = (x, y, z + HEIGHT_M)
         return (
             ClickExplanation(title=title, rows=rows[5:] if node == 0 else rows),
@@ -142,11 +137,13 @@ class ExplanationBuilder:
         center = (np.array(voxel) + 0.5) * size
         point = (float(center[0]), float(center[1]), float(center[2]))
         pictures = self._pictures(voxel, size, lookup)
+        say = self._words
+        x, y, z = (say.number(v, 2) for v in point)
         explanation = ClickExplanation(
-            title="Surface",
-            rows=[("Where", f"{point[0]:.2f}, {point[1]:.2f}, height {point[2]:.2f} m")],
+            title=say("click.surface"),
+            rows=[(say("click.where"), say("click.where.value", x=x, y=y, z=z))],
             pictures=pictures,
-            note="" if pictures else "No stored image shows it.",
+            note="" if pictures else say("click.unpictured"),
         )
         return explanation, Highlight(seen=NOTHING.seen, at=point, voxel_size_m=size), point
 
@@ -157,22 +154,25 @@ class ExplanationBuilder:
         for seen in islice(pictures_showing(self._model.pictures, voxel, size, lookup), PICTURES):
             name = f"{seen.picture.number}-{seen.u}-{seen.v}"
             self._show(name, marked(seen.picture, seen.u, seen.v))
-            shown.append(ShownPicture(name=name, caption=f"from {seen.depth_m:.1f} m"))
+            caption = self._words("click.picture", m=self._words.number(seen.depth_m, 1))
+            shown.append(ShownPicture(name=name, caption=caption))
         return shown
 
 
 def with_labels(
-    explanation: ClickExplanation, reply: InspectReply, wanted: str
+    explanation: ClickExplanation, reply: InspectReply, wanted: str, say: Words
 ) -> ClickExplanation:
     """Add the navigator's reply about a voxel."""
     rows: list[tuple[str, str]] = []
     if reply.ooi is not None and wanted:
-        rows.append((wanted, f"{reply.ooi:.1%}"))
-    rows += [(share.label.replace("_", " "), f"{share.probability:.1%}") for share in reply.labels]
-    title = "Surface" if not reply.labels else reply.labels[0].label.replace("_", " ")
-    level = [("Level", reply.level)] if reply.level is not None else []
-    room = [("Room", reply.room)] if reply.room else []
-    unknown = [] if rows else [("Labels", "not classified yet")]
+        rows.append((wanted, say.percent(reply.ooi, 1)))
+    rows += [
+        (share.label.replace("_", " "), say.percent(share.probability, 1)) for share in reply.labels
+    ]
+    title = say("click.surface") if not reply.labels else reply.labels[0].label.replace("_", " ")
+    level = [] if reply.level is None else [(say("click.level"), say(f"panel.level.{reply.level}"))]
+    room = [(say("click.room"), reply.room)] if reply.room else []
+    unknown = [] if rows else [(say("click.labels"), say("click.unclassified"))]
     return msgspec.structs.replace(
         explanation,
         title=title.capitalize(),

@@ -66,13 +66,11 @@ class Clicks:
 
     def _paint_region(self, tool: Tool, event: Any) -> str:
         if tool not in ("look_here", "not_here"):
-            raise CommandError(
-                "Choose Look here or Not here first, then hold Shift and drag to paint."
-            )
+            raise CommandError(self._actions.say("panel.drive.choose"))
         try:
             corners = floor_region(event.client.camera, event.screen_min, event.screen_max, 0.0)
         except ValueError as error:
-            raise CommandError(str(error)) from error
+            raise CommandError(self._actions.say("click.not_floor")) from error
         dabs, radius_m = brush_strokes(corners)
         return self._actions.paint(tool, dabs, radius_m)
 
@@ -80,7 +78,7 @@ class Clicks:
         try:
             x, y, _ = floor_point(origin, direction, 0.0).tolist()
         except ValueError as error:
-            raise CommandError(str(error)) from error
+            raise CommandError(self._actions.say("click.not_floor")) from error
         if panel.tool == "go":
             return self._actions.go_to(x, y)
         action = "look_here" if panel.tool == "look_here" else "not_here"

@@ -23,6 +23,8 @@ class Look:
     browser: Browser
     centre_world: Point
     size_m: Point
+    at_once: bool = False
+    """Without a flight."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -117,7 +117,7 @@ class SceneThread:
             calls: Where people are called; None for a recording, which needs nobody.
         """
         self._calls = calls
-        self._detection = CallDetection()
+        self._detection = CallDetection(link.say)
         self.model = SceneModel()
         self.reader = SceneReader(self.model)
         self._link = link
@@ -127,10 +127,10 @@ class SceneThread:
         self.follow = CameraFollow()
         self._tabs = Tabs(viser_server.server, link)
         self._browser_views = BrowserViews(
-            viser_server.server, self._tabs.map, self.follow, inbox.wake
+            viser_server.server, self._tabs.map, self.follow, inbox.wake, link.say
         )
         self._clicks = Clicks(viser_server.server, self._tabs.drive, link)
-        self._explanations = ExplanationBuilder(self.model, state_feed.show)
+        self._explanations = ExplanationBuilder(self.model, state_feed.show, link.say)
         self._explanation: ClickExplanation | None = None
         self._answers: queue.SimpleQueue[tuple[int, InspectReply]] = queue.SimpleQueue()
         self._asked = 0
@@ -185,7 +185,10 @@ class SceneThread:
         if is_read and key == keys.EVENT:
             self._detection.hear(self.model.events[-1], time.monotonic())
         if key == keys.STATUS:
-            self._unread = "" if is_read else not_understood(payload, self.reader.problem or "")
+            self._unread = ""
+            if not is_read:
+                problem = self.reader.problem or ""
+                self._unread = not_understood(payload, problem, self._link.say)
         if not is_read:
             total = self.reader.rejected.total()
             if total >= 2 * self._told_rejects:
@@ -241,7 +244,7 @@ class SceneThread:
             if number == self._asked and self._explanation is not None:
                 goal = self.model.status.goal if self.model.status is not None else None
                 wanted = goal.object.replace("_", " ") if goal is not None else ""
-                self._explanation = with_labels(self._explanation, reply, wanted)
+                self._explanation = with_labels(self._explanation, reply, wanted, self._link.say)
 
     def _looks(self) -> list[Question]:
         """Fly to the things that pages want to see, and return what to explain."""
@@ -249,7 +252,8 @@ class SceneThread:
         for look in self._state_feed.scene.looks():
             views = self._browser_views.of(look.browser)
             for view in views:
-                self.follow.fly(view.client, look.centre_world, look.size_m)
+                at_once = look.at_once
+                self.follow.fly(view.client, look.centre_world, look.size_m, at_once=at_once)
             client_id = views[0].client.client_id if views else NOBODY
             asked.append((*ray_onto(look, self.model.voxel_size_m or 0.0), client_id))
         return asked
@@ -305,7 +309,7 @@ class SceneThread:
         link, status = self._link, self.model.status
         silence = link.silence_s()
         if status is None or self._unread:
-            nobody = f"No navigator answers at {link.endpoint} for robot “{link.robot}”."
+            nobody = link.say("link.nobody", endpoint=link.endpoint, robot=link.robot)
             return ShellState(
                 instance=self._instance, link="waiting", link_text=self._unread or nobody
             )
@@ -328,7 +332,7 @@ class SceneThread:
             drive=status.drive,
             walk=status.walk,
             lease=link.lease_status,
-            warning=difference(status.version),
+            warning=difference(status.version, link.say),
             explanation=self._explanation,
             goals=zlib.crc32(self._state_feed.goals),
             waiting=len(status.queue),

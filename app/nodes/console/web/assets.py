@@ -10,6 +10,7 @@ from starlette.responses import Response
 
 from app.nodes.console.web.viser_server import client_page
 from app.view.drawing.viser_client import unpack_client
+from app.view.words import ENGLISH, Words
 
 PREFIX: Final = "/assets/"
 _NAMES: Final = (
@@ -17,8 +18,9 @@ _NAMES: Final = (
     "answers.js", "base.js", "calls.js", "camera.css", "camera.js", "camera_worker.js",
     "draw_rate.js", "drive.css", "drive.js", "explain.js", "fold.js", "goals.js", "help.js",
     "hover.js", "introduction.css", "introduction.js", "lease.css", "lease.js", "login.css",
-    "map_first.js", "notice.js", "one_layout.js", "plan.css", "plan.js", "plan_drawing.js",
-    "robots.js", "scene_area.js", "side.css", "side.js", "things.js", "walk.css", "walk.js",
+    "map_first.js", "notice.js", "one_layout.js", "panel_names.js", "plan.css", "plan.js",
+    "plan_drawing.js", "robots.js", "scene_area.js", "side.css", "side.js", "things.js", "walk.css",
+    "walk.js", "words.js",
 )  # fmt: skip
 _TYPES: Final = {
     "css": "text/css",
@@ -52,13 +54,18 @@ class Asset:
 
 
 class Assets:
-    """The shell page, the scene's page inside it, and the files of both."""
+    """The shell page, the scene's page inside it, and the files of both.
 
-    def __init__(self) -> None:
+    Args:
+        say: The words of the page.
+    """
+
+    def __init__(self, say: Words = ENGLISH) -> None:
         root = resources.files("web_assets")
         client = unpack_client(client_page().read_bytes(), PREFIX)
         # The browser fetches and compiles the scene's script while it loads the shell.
-        shell = _with_head(root.joinpath("index.html").read_bytes(), client.links)
+        page = say.page(root.joinpath("index.html").read_text("utf-8"))
+        shell = _with_head(page.encode(), client.links)
         # Not deferred, because the scene's script uses it.
         ours = (
             f'<link rel="stylesheet" href="{PREFIX}view.css">'
@@ -68,7 +75,8 @@ class Assets:
         ).encode()
         self._shell = shell
         self.shell = self.shell_at("/")
-        self.view = Asset("view.html", _with_head(client.page, ours), _ASK_AGAIN)
+        scene = client.page.replace(b'lang="en"', f'lang="{say.language}"'.encode(), 1)
+        self.view = Asset("view.html", _with_head(scene, ours), _ASK_AGAIN)
         self.files: Mapping[str, Asset] = {
             name: Asset(name, (root / name).read_bytes(), _ASK_AGAIN) for name in _NAMES
         } | {name: Asset(name, content, _FOR_GOOD) for name, content in client.files.items()}

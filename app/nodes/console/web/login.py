@@ -19,6 +19,7 @@ from app.nodes.console.web.access import LoginAccess, cookie_of
 from app.nodes.console.web.accounts import Accounts
 from app.nodes.console.web.browsers import Browser
 from app.nodes.console.web.throttle import Throttle
+from app.view.words import ENGLISH, Words
 
 logger = logging.getLogger(__name__)
 
@@ -28,19 +29,19 @@ FORM_S: Final = 5.0
 GUESSES: Final = 2
 """Passwords checked concurrently; each check takes 32 MiB."""
 FORM_COOKIE: Final = "ippon-form"
-WRONG: Final = "Name or password is wrong."
-STALE: Final = "This form was open for too long. Try again."
 
 
 class LoginPages:
     """Serves the login form and checks passwords."""
 
-    def __init__(self, access: LoginAccess, accounts: Accounts) -> None:
+    def __init__(self, access: LoginAccess, accounts: Accounts, say: Words = ENGLISH) -> None:
+        self._words = say
         self._access = access
         self._accounts = accounts
         self._throttle = Throttle()
         self._guesses = asyncio.Semaphore(GUESSES)
-        self._page = (resources.files("web_assets") / "login.html").read_text(encoding="utf-8")
+        page = (resources.files("web_assets") / "login.html").read_text(encoding="utf-8")
+        self._page = say.page(page)
 
     def routes(self) -> list[Route]:
         """Return the routes of login and logout."""
@@ -61,12 +62,12 @@ class LoginPages:
             return Response("a form of name and password was expected\n", status_code=400)
         expected = cookie_of(request.headers, FORM_COOKIE)
         if not expected or not hmac.compare_digest(expected.encode(), form["form"].encode()):
-            return self._form(STALE, 403)
+            return self._form(self._words("login.stale"), 403)
         address = request.client.host if request.client is not None else ""
         name = form["name"].strip()[:40]
         wait_s = self._throttle.wait_s(address, name, time.monotonic())
         if wait_s > 0.0:
-            text = f"Too many wrong passwords. Try again in {math.ceil(wait_s)} s."
+            text = self._words("login.throttled", n=math.ceil(wait_s))
             answer = self._form(text, 429)
             answer.headers["Retry-After"] = str(math.ceil(wait_s))
             return answer
@@ -76,7 +77,7 @@ class LoginPages:
             role = await asyncio.to_thread(self._accounts.verify, name, form["password"])
         if role is None:
             logger.warning("wrong password for %r from %s", name, address)
-            return self._form(WRONG, 401)
+            return self._form(self._words("login.wrong"), 401)
         self._throttle.succeeded(address, name)
         logger.info("%s (%s) logged in from %s", name, role, address)
         granted = self._access.issue(name, role)

@@ -10,6 +10,7 @@ import msgspec
 from app.messages.control import ControlRequest
 from app.messages.lease import LeaseStatus
 from app.nodes.console.web.browsers import Browser
+from app.view.words import Words
 
 VIEW_MESSAGES: Final = frozenset(
     {"ViewerCameraMessage", "GetRenderResponseMessage", "LocalStorageGetItemResponseMessage"}
@@ -61,16 +62,16 @@ def may_send(browser: Browser, message_type: str, control_uuid: str, *, panels: 
     return panels or (message_type == "GuiUpdateMessage" and control_uuid in browser.own_controls)
 
 
-def request_refusal(browser: Browser, request: msgspec.Struct) -> str:
+def request_refusal(browser: Browser, request: msgspec.Struct, say: Words) -> str:
     """Return why a browser may not send a request, empty when it may. Everyone may stop."""
     is_stop = isinstance(request, ControlRequest) and request.action == "stop"
     if may_command(browser) or is_stop:
         return ""
-    return "your login (viewer) can watch and stop the robot, but not command it"
+    return say("refusal.viewer")
 
 
-def take_refusal(browser: Browser) -> str:
+def take_refusal(browser: Browser, say: Words) -> str:
     """Return why a browser may not take control from its holder, empty when it may."""
     if browser.role == "supervisor":
         return ""
-    return f"your login ({browser.role}) cannot take control: request it instead"
+    return say("refusal.take", role=say(f"role.{browser.role}"))

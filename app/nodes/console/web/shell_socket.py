@@ -102,6 +102,8 @@ class ShellLook(msgspec.Struct, tag="look", forbid_unknown_fields=True):
 
     position: tuple[Metres, Metres, Metres]
     size: tuple[Metres, Metres, Metres] = (0.5, 0.5, 0.5)
+    at_once: bool = False
+    """Without a flight, for people who want less motion."""
 
 
 class ShellHover(msgspec.Struct, tag="hover", forbid_unknown_fields=True):
@@ -213,6 +215,7 @@ async def _listen(
                         browser=standing.browser,
                         centre_world=message.position,
                         size_m=message.size,
+                        at_once=message.at_once,
                     )
                 )
                 continue

@@ -83,15 +83,16 @@ from pathlib import Path
 from app.nodes.console.config import ConsoleConfig
 from app.nodes.console.node import run_console
 logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s %(message)s")
-more = {"users": Path(sys.argv[3])} if len(sys.argv) > 3 else {}
-run_console(ConsoleConfig(connect=sys.argv[1], port=int(sys.argv[2]), **more))
+connect, port, language = sys.argv[1], int(sys.argv[2]), sys.argv[3]
+users = Path(sys.argv[4]) if len(sys.argv) > 4 else None
+run_console(ConsoleConfig(connect=connect, port=port, language=language, users=users))
 """
 
 
 class ConsoleProcess:
     """The console as its own process."""
 
-    def __init__(self, zenoh_port, port, users=None):
+    def __init__(self, zenoh_port, port, users=None, language="en"):
         self.url = f"http://127.0.0.1:{port}"
         self.started_at = time.monotonic()
         self.process = subprocess.Popen(
@@ -101,6 +102,7 @@ class ConsoleProcess:
                 START,
                 f"tcp/127.0.0.1:{zenoh_port}",
                 str(port),
+                language,
                 *([] if users is None else [str(users)]),
             ],
             cwd=ROOT,

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from app.view.colors import UNMAPPED
-from app.view.model.label_colors import KIND_COLORS, OTHER, STRUCTURE_COLORS, LabelColors
+from app.view.model.label_colors import KIND_COLORS, OTHER, STRUCTURE_COLORS, LabelColors, with_rest
+from app.view.words import ENGLISH
 
 # Machado, Oliveira, Fernandes 2009, severity 1, on linear light.
 SIGHT = {
@@ -71,7 +72,7 @@ LABELS = ["wall", "sofa", "tv_stand", *(f"thing_{n}" for n in range(20))]
 def test_the_most_frequent_kinds_have_the_first_colours():
     colors = LabelColors()
     assert colors.update(LABELS, _counts(wall=900, sofa=50, tv_stand=80, thing_3=5))
-    assert [entry.text for entry in colors.entries] == [
+    assert [entry.text for entry in with_rest(colors.entries, ENGLISH)] == [
         "tv stand", "sofa", "wall and floor", "not classified",
     ]  # fmt: skip
     assert tuple(colors.table[LABELS.index("tv_stand")]) == KIND_COLORS[0]
@@ -95,7 +96,9 @@ def test_the_thirteenth_kind_has_no_colour_of_its_own():
     colors = LabelColors()
     colors.update(LABELS, _counts(**{f"thing_{n}": 100 - n for n in range(13)}))
     assert tuple(colors.table[LABELS.index("thing_12")]) == OTHER
-    assert "other kinds: click one for its name" in [entry.text for entry in colors.entries]
+    assert "other kinds: click one for its name" in [
+        entry.text for entry in with_rest(colors.entries, ENGLISH)
+    ]
 
 
 def test_another_vocabulary_begins_anew():

@@ -2,10 +2,13 @@
 
 from app.messages.control import Accepted, FeedbackRequest, SearchAccepted
 from app.nodes.console.link.panel_requests import PanelRequests
+from app.view.words import ENGLISH
 
 
 class Requests(PanelRequests):
     """Accept every search, and note what it joins."""
+
+    say = ENGLISH
 
     def __init__(self):
         self.joins, self.feedback = [], []

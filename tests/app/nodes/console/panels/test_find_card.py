@@ -1,5 +1,6 @@
 from app.messages.status import FindAttribute, FindReport
 from app.nodes.console.panels.find_card import find_card
+from app.view.words import ENGLISH
 
 
 def _find(*attributes):
@@ -15,8 +16,8 @@ def _find(*attributes):
 
 
 def test_a_find_without_attributes_is_named_in_a_tour_only():
-    assert find_card(_find(), in_tour=False) == ""
-    assert "Found: <b>coffee mug</b>" in find_card(_find(), in_tour=True)
+    assert find_card(_find(), ENGLISH, in_tour=False) == ""
+    assert "Found: <b>coffee mug</b>" in find_card(_find(), ENGLISH, in_tour=True)
 
 
 def test_each_attribute_says_what_checked_it_and_what_was_not_checked():
@@ -26,6 +27,7 @@ def test_each_attribute_says_what_checked_it_and_what_was_not_checked():
             FindAttribute(value="<b>Anna", kind="owner", verdict="unchecked"),
             FindAttribute(value="large", kind="size", verdict="wrong", by="gemma", seen="small"),
         ),
+        ENGLISH,
         in_tour=False,
     )
     assert html == (

@@ -19,10 +19,11 @@ from app.messages.status import (
 )
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.find_card import find_card
-from app.view.colors import COLOR_MODES, TREE_LEGEND, legend
+from app.view.colors import COLOR_MODES, legend, tree_legend
 from app.view.model.candidates import Candidate
 from app.view.model.picture_store import StoredPicture
 from app.view.model.voxel_pictures import VoxelPicture
+from app.view.words import ENGLISH
 from ippon.camera import PinholeCamera
 from ippon.guidance.language.requests.goals import Attribute, Goal, Relation, Request
 from ippon.guidance.language.requests.sentence import read_request
@@ -76,19 +77,19 @@ def test_no_text_from_outside_becomes_markup(text, stage):
     )  # fmt: skip
     status = stage.status_of(why=text, goal=goal, robot=text)
     for html in (
-        markup.now(status),
+        markup.now(status, ENGLISH),
         markup.answer(text, ok=False),
-        markup.goals([goal], [goal]),
-        find_card(find, in_tour=True),
-        markup.levels(table),
-        markup.reasons(table),
-        markup.conversation(table),
+        markup.goals([goal], [goal], ENGLISH),
+        find_card(find, ENGLISH, in_tour=True),
+        markup.levels(table, ENGLISH),
+        markup.reasons(table, ENGLISH),
+        markup.conversation(table, ENGLISH),
         markup.warnings([text]),
-        markup.figures(status, 3),
-        markup.streams([StreamStatus(name=text, age_s=None, rate_hz=0.0)]),
-        markup.not_found(3),
-        markup.candidate(1, PLACE, None, text, 0),
-        markup.event_log([Event(stamp_ns=1, kind="error", text=text)], 0),
+        markup.figures(status, 3, ENGLISH),
+        markup.streams([StreamStatus(name=text, age_s=None, rate_hz=0.0)], ENGLISH),
+        markup.not_found(3, ENGLISH),
+        markup.candidate(1, PLACE, None, text, 0, ENGLISH),
+        markup.event_log([Event(stamp_ns=1, kind="error", text=text)], 0, ENGLISH),
     ):
         _assert_harmless(html)
 
@@ -96,7 +97,7 @@ def test_no_text_from_outside_becomes_markup(text, stage):
 def test_what_was_understood_is_shown_with_what_is_not_used():
     said = "the red mug next to the white sink, not in the kitchen, then two chairs for the quokka"
     answer = SentenceAnswer(read_request(said), RULES, "", "", "no answer within 8 s")
-    html = markup.understood(as_reading(answer, 1.0))
+    html = markup.understood(as_reading(answer, 1.0), ENGLISH)
     _assert_harmless(html)
     text = re.sub(r"<[^>]+>", " ", html)
     words = " ".join(text.split())
@@ -114,7 +115,7 @@ def test_no_text_of_a_sentence_becomes_markup(text):
         relations=(Relation(relation=text, place=text),),
     )
     request = Request(goals=(goal,) * 9, doubtful=True, because=text, unused=(text,))
-    html = markup.understood(as_reading(SentenceAnswer(request, text, "", "", text), 1.0))
+    html = markup.understood(as_reading(SentenceAnswer(request, text, "", "", text), 1.0), ENGLISH)
     _assert_harmless(html)
     assert "and 1 more" in html
 
@@ -127,7 +128,7 @@ def test_escape_is_short_printable_and_without_markup(text):
 
 
 def test_levels_stand_in_the_order_of_nearness(stage):
-    html = markup.levels(stage.proximity_of())
+    html = markup.levels(stage.proximity_of(), ENGLISH)
     places = [html.index(f"</i>{name}<") for name in ("certain", "near", "average", "far")]
     assert places == sorted(places)
     assert "embedded common sense" in html
@@ -136,13 +137,13 @@ def test_levels_stand_in_the_order_of_nearness(stage):
 
 @pytest.mark.parametrize("mode", COLOR_MODES)
 def test_every_mode_has_a_legend(mode):
-    html = markup.legend(legend(mode, 2.0))
+    html = markup.legend(legend(mode, 2.0, ENGLISH))
     _assert_harmless(html)
     assert "ip-title" in html
 
 
 def test_the_tree_legend_names_the_colours_of_the_paper():
-    html = markup.legend(TREE_LEGEND)
+    html = markup.legend(tree_legend(ENGLISH))
     assert "#ffffff" in html
     assert "ends the search" in html
 
@@ -150,7 +151,7 @@ def test_the_tree_legend_names_the_colours_of_the_paper():
 def test_late_streams_stand_out():
     fresh = StreamStatus(name="a", age_s=0.1, rate_hz=5.0)
     late = StreamStatus(name="b", age_s=3.0, rate_hz=0.0, dropped=2)
-    html = markup.streams([fresh, late])
+    html = markup.streams([fresh, late], ENGLISH)
     assert 'data-late="0"><th>a' in html
     assert 'data-late="1"><th>b' in html
 
@@ -164,10 +165,10 @@ def test_what_is_wrong_is_said_line_by_line():
 
 
 def test_nothing_yet_is_said_in_words():
-    assert "No data from the navigator yet" in markup.now(None)
-    assert "Start a search to see" in markup.levels(None)
+    assert "No data from the navigator yet" in markup.now(None, ENGLISH)
+    assert "Start a search to see" in markup.levels(None, ENGLISH)
     assert markup.answer("", ok=True) == ""
-    assert markup.goals([], []) == ""
+    assert markup.goals([], [], ENGLISH) == ""
 
 
 def test_a_find_that_no_way_leads_to_says_so(stage):
@@ -177,10 +178,12 @@ def test_a_find_that_no_way_leads_to_says_so(stage):
         probability=0.97, voxels=14, out_of_reach_m=1.4,
     )  # fmt: skip
     status = stage.status_of(state="found", goal=goal, find=find)
-    assert "Found, out of reach: <b>hat</b>" in markup.now(status)
+    assert "Found, out of reach: <b>hat</b>" in markup.now(status, ENGLISH)
     near = msgspec.structs.replace(find, out_of_reach_m=None)
-    assert "Found <b>hat</b>" in markup.now(stage.status_of(state="found", goal=goal, find=near))
-    assert "<span>out of reach</span>" in markup.goals([], [goal])
+    assert "Found <b>hat</b>" in markup.now(
+        stage.status_of(state="found", goal=goal, find=near), ENGLISH
+    )
+    assert "<span>out of reach</span>" in markup.goals([], [goal], ENGLISH)
 
 
 def test_a_place_says_how_likely_where_when_and_what_else_it_may_be():
@@ -192,10 +195,10 @@ def test_a_place_says_how_likely_where_when_and_what_else_it_may_be():
         T_world_camera=np.eye(4),
     )
     seen = replace(PLACE, picture=VoxelPicture(picture=picture, u=5, v=5, depth_m=1.84))
-    html = markup.candidate(2, seen, b"jpeg", "coffee_table", 10_000_000_000)
+    html = markup.candidate(2, seen, b"jpeg", "coffee_table", 10_000_000_000, ENGLISH)
     for said in ("41% likely", "classified as: coffee table", "at (2.4, 5.2) m, 0.6 m high"):
         assert said in html
     assert "seen at 0:42 from 1.8 m" in html
     assert "data:image/jpeg;base64,anBlZw==" in html
-    assert "before this search" in markup.candidate(2, seen, b"jpeg", "", 60_000_000_000)
-    assert "no image available" in markup.candidate(1, PLACE, None, "", 0)
+    assert "before this search" in markup.candidate(2, seen, b"jpeg", "", 60_000_000_000, ENGLISH)
+    assert "no image available" in markup.candidate(1, PLACE, None, "", 0, ENGLISH)

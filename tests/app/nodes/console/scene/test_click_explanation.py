@@ -17,6 +17,7 @@ from app.nodes.console.scene.click_explanation import ExplanationBuilder, marked
 from app.nodes.console.scene.clicks import Clicks
 from app.view.model.picture_store import StoredPicture
 from app.view.model.scene_model import SceneModel
+from app.view.words import ENGLISH
 from ippon.camera import PinholeCamera
 from ippon.geometry import base_pose
 from ippon.robot import ZED
@@ -72,7 +73,7 @@ def test_a_surface_is_explained_with_the_picture_that_shows_it(model):
         ooi=0.25,
         level="certain",
     )
-    full = with_labels(explanation, reply, "hat")
+    full = with_labels(explanation, reply, "hat", ENGLISH)
     assert full.title == "Sofa"
     assert full.rows[:4] == [
         ("hat", "25.0%"),
@@ -139,6 +140,7 @@ def _clicks(tool):
     """Return clicks with a tool, and what tells what was said to the operator."""
     scene = SimpleNamespace(on_click=lambda: id, on_rect_select=lambda **_: id)
     actions: Any = SimpleNamespace(
+        say=ENGLISH,
         go_to=lambda x, y: f"to {x:g} {y:g}",
         paint=lambda wish, strokes, radius: f"{wish} {strokes} {radius}",
     )
@@ -185,7 +187,7 @@ def test_a_click_off_the_floor_or_without_a_ray_commands_nothing():
 
 def test_what_the_filter_says_is_escaped(stage):
     drive = stage.status_of().drive
-    assert markup.intervention(drive) == ""
+    assert markup.intervention(drive, ENGLISH) == ""
     hostile = msgspec.structs.replace(drive, intervention="<img onerror=x>")
-    assert "<img" not in markup.intervention(hostile)
+    assert "<img" not in markup.intervention(hostile, ENGLISH)
     assert "&lt;img" in markup.choice("auto", "<img>")

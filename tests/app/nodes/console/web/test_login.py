@@ -20,8 +20,9 @@ from app.nodes.console.web.access import COOKIE, LoginAccess
 from app.nodes.console.web.accounts import add_account, load_accounts
 from app.nodes.console.web.gateway import Gateway
 from app.nodes.console.web.guard import Hosts
-from app.nodes.console.web.login import STALE, WRONG, LoginPages
+from app.nodes.console.web.login import LoginPages
 from app.nodes.console.web.throttle import FREE
+from app.view.words import ENGLISH
 
 PASSWORDS = {"anna": "correct horse", "vera": "battery staple", "sue": "trombone shop"}
 ROLES = {"anna": "operator", "vera": "viewer", "sue": "supervisor"}
@@ -115,7 +116,7 @@ def test_the_password_opens_everything_and_the_cookie_is_hidden(client):
 def test_a_wrong_password_is_refused_and_says_nothing_more(client, name, password):
     answer = post(client, name, password)
     assert answer.status_code == 401
-    assert WRONG in answer.text
+    assert ENGLISH("login.wrong") in answer.text
     assert "<b>" not in answer.text
     assert COOKIE not in client.http.cookies
 
@@ -135,7 +136,7 @@ def test_a_form_that_we_did_not_serve_is_refused(client, form):
     data = {"form": form, "name": "anna", "password": PASSWORDS["anna"]}
     answer = client.post("/login", data=data)
     assert answer.status_code == 403
-    assert STALE in answer.text
+    assert ENGLISH("login.stale") in answer.text
     form_of(client)
     assert client.post("/login", data=data).status_code == 403
 

@@ -12,6 +12,7 @@ from app.nodes.console.web.permissions import (
     request_refusal,
     take_refusal,
 )
+from app.view.words import ENGLISH
 
 
 def browser_of(role, standing="watches", epoch=0):
@@ -44,15 +45,19 @@ def test_a_holder_of_an_earlier_lease_may_not_use_the_panels():
 def test_a_viewer_may_stop_and_nothing_else():
     viewer = browser_of("viewer")
     assert not may_command(viewer)
-    assert request_refusal(viewer, ControlRequest(action="stop")) == ""
-    assert "can watch and stop the robot" in request_refusal(viewer, ControlRequest(action="pause"))
-    assert "not command it" in request_refusal(viewer, FeedbackRequest(verdict="confirm"))
-    assert request_refusal(browser_of("operator"), ControlRequest(action="pause")) == ""
+    assert request_refusal(viewer, ControlRequest(action="stop"), ENGLISH) == ""
+    assert "can watch and stop the robot" in request_refusal(
+        viewer, ControlRequest(action="pause"), ENGLISH
+    )
+    assert "not command it" in request_refusal(viewer, FeedbackRequest(verdict="confirm"), ENGLISH)
+    assert request_refusal(browser_of("operator"), ControlRequest(action="pause"), ENGLISH) == ""
 
 
 def test_only_a_supervisor_takes_control():
-    assert take_refusal(browser_of("supervisor")) == ""
-    assert "your login (operator) cannot take control" in take_refusal(browser_of("operator"))
+    assert take_refusal(browser_of("supervisor"), ENGLISH) == ""
+    assert "your login (operator) cannot take control" in take_refusal(
+        browser_of("operator"), ENGLISH
+    )
 
 
 def test_messages_to_viser_by_permission():

@@ -1,0 +1,244 @@
+"""The page on every screen and for everybody: German, sizes, keyboard, names, contrast, motion.
+
+Every picture can be kept and looked at: set IPPON_KEEP_PICTURES to a folder.
+"""
+
+import json
+import os
+from pathlib import Path
+
+import msgspec
+import pytest
+from playwright.sync_api import expect
+
+from app.messages.driving import DriveStatus
+from tests.app.nodes.console.page_checks import (
+    CUT_OFF,
+    LOW_CONTRAST,
+    UNNAMED,
+    in_page,
+    in_panels,
+)
+from tests.chromium import new_window, open_browser
+
+pytestmark = pytest.mark.browser
+
+KEEP_PICTURES = "IPPON_KEEP_PICTURES"
+TABS = ("Suche", "Fahren", "Karte", "Sitzung")
+SIDES = ("goals", "things", "calls", "robots")
+WORDS = Path(__file__).parents[5] / "web_assets/words"
+
+
+@pytest.fixture(scope="module")
+def parts(stage):
+    """The page of a console in German, and what it shows."""
+    with open_browser() as browser:
+        zenoh_port = stage.free_port()
+        home = stage.PublishedHome(zenoh_port, most_voxels=2_000)
+        console = stage.ConsoleProcess(zenoh_port, stage.free_port(), language="de")
+        window = new_window(browser)
+        console.wait_until_up()
+        page = window.new_page()
+        page.goto(console.url)
+        expect(page.locator("#state")).to_have_text("Sucht")
+        expect(_tab(page, "Suche")).to_be_visible()
+        yield page, home
+        window.close()
+        console.close()
+        home.close()
+
+
+@pytest.fixture
+def at_first(parts):
+    """The page in its usual size, with nothing open, of a robot that searches."""
+    page, home = parts
+    home.begin_again()
+    page.set_viewport_size({"width": 1440, "height": 900})
+    yield page
+    page.evaluate("document.getElementById('help').close()")
+    for name in SIDES:
+        if page.locator(f"#{name}").is_visible():
+            page.locator(f"#{name}-close").click()
+    if page.locator("#plan").get_attribute("data-size") == "full":
+        page.locator("#plan-close").click()
+
+
+def _tab(page, name):
+    return page.frame_locator("#view").get_by_role("tab", name=name, exact=True)
+
+
+def _open(page, name):
+    """Open a panel over the scene, the plan or the help, and wait until it has its content."""
+    opener = (
+        "#help-open" if name == "help" else f".scene-tools :is(#{name}-open, [data-opens={name}])"
+    )
+    page.locator(opener).click()
+    expect(page.locator(f"#{name}")).to_be_visible()
+    if name in ("things", "goals", "robots"):
+        expect(page.locator(f"#{name} li").first).to_be_visible()
+
+
+def _views(page):
+    """Open everything in turn; yields the name of each view."""
+    for name in TABS:
+        _tab(page, name).click()
+        expect(_tab(page, name)).to_have_attribute("aria-selected", "true")
+        yield name
+    for name in (*SIDES, "plan", "help"):
+        _open(page, name)
+        yield name
+        page.keyboard.press("Escape")
+        expect(page.locator(f"#{name}")).to_be_hidden()
+
+
+def _keep(page, name):
+    folder = os.environ.get(KEEP_PICTURES)
+    if folder:
+        page.screenshot(path=Path(folder) / f"{name}.png")
+
+
+SAID = """(doc) => [...doc.querySelectorAll("*")].filter((e) => e.checkVisibility())
+.flatMap((e) => [
+  ...[...e.childNodes].filter((n) => n.nodeType === 3).map((n) => n.data.trim()),
+  e.title, e.getAttribute("aria-label"), e.placeholder,
+]).filter((text) => typeof text === "string" && text !== "")"""
+
+
+def test_nothing_of_the_page_is_left_in_english(at_first):
+    english, german = (json.loads((WORDS / f"{name}.json").read_text()) for name in ("en", "de"))
+    both = set(german.values())
+    others = {text for key, text in english.items() if text != german[key]} - both
+    assert at_first.locator("html").get_attribute("lang") == "de"
+    assert in_panels(at_first, "(doc) => doc.documentElement.lang") == "de"
+    said = set()
+    for name in _views(at_first):
+        said |= {*in_page(at_first, SAID), *in_panels(at_first, SAID)}
+        _keep(at_first, f"german-{name}")
+    assert {"Leertaste", "Stufen für: hat", "Woran der Roboter sich erinnert"} <= said
+    # Said by the robot, not by the console: names of what it knows.
+    assert said & others <= {"hat", "object"}
+
+
+@pytest.mark.parametrize(("width", "height"), [(390, 844), (720, 450), (1024, 768)])
+def test_nothing_is_cut_off_on_a_small_screen_or_enlarged(at_first, width, height):
+    at_first.set_viewport_size({"width": width, "height": height})
+    at_first.wait_for_timeout(600)
+    assert in_page(at_first, CUT_OFF) == []
+    for name in _views(at_first):
+        wrong = in_panels(at_first, CUT_OFF) if name in TABS else in_page(at_first, CUT_OFF)
+        _keep(at_first, f"{width}-{name}")
+        assert wrong == [], name
+
+
+def test_every_control_has_a_name_and_every_text_contrast_in_both_themes(at_first):
+    for theme in ("dark", "light"):
+        if at_first.locator("html").get_attribute("data-theme") != theme:
+            at_first.locator("#theme").click()
+        expect(at_first.locator("html")).to_have_attribute("data-theme", theme)
+        for name in _views(at_first):
+            at_first.wait_for_timeout(350)
+            assert in_page(at_first, UNNAMED) + in_panels(at_first, UNNAMED) == [], name
+            low = in_page(at_first, LOW_CONTRAST) + in_panels(at_first, LOW_CONTRAST)
+            assert low == [], (theme, name)
+            _keep(at_first, f"{theme}-{name}")
+    at_first.locator("#theme").click()
+
+
+def _states(home, stage):
+    """Have the robot do one thing after the other; yields what the page calls each."""
+    home.find = stage.find_of()
+    home.goal = msgspec.structs.replace(home.goal, outcome="found")
+    for state, word in (
+        ("found", "Gefunden"),
+        ("stopped", "Gestoppt"),
+        ("exhausted", "Nicht gefunden"),
+        ("lost", "Ohne Daten"),
+    ):
+        home.state = state
+        yield word
+        home.find = None
+    home.state = "manual"
+    home.status_changes = {"drive": DriveStatus(mode="manual", intervention="0.4 m")}
+    yield "Manuell"
+
+
+WATCHED = """() => {
+  for (const id of ["lease-request", "lease-over", "log-out"]) {
+    document.getElementById(id).hidden = false;
+  }
+  document.getElementById("lease-take").hidden = true;
+  document.getElementById("holder").textContent = "Annas Tablet";
+}"""
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
+def test_every_state_is_whole_named_and_readable(at_first, parts, stage, width, height):
+    page, home = parts
+    page.set_viewport_size({"width": width, "height": height})
+    _tab(page, "Suche").click()
+    for word in _states(home, stage):
+        expect(page.locator("#state")).to_have_text(word)
+        page.wait_for_timeout(400)
+        _keep(page, f"{width}-{word}")
+        wrong = in_page(page, CUT_OFF)
+        for check in (UNNAMED, LOW_CONTRAST):
+            wrong += in_page(page, check) + in_panels(page, check)
+        assert wrong == [], word
+    home.begin_again()
+    expect(page.locator("#state")).to_have_text("Sucht")
+    assert page.evaluate(f"({WATCHED})() ?? ({CUT_OFF})(document)") == []
+    assert page.evaluate(f"({WATCHED})() ?? ({LOW_CONTRAST})(document)") == []
+
+
+FOCUSED = """() => {
+  let [doc, e] = [document, document.activeElement];
+  if (e.tagName === "IFRAME") [doc, e] = [e.contentDocument, e.contentDocument.activeElement];
+  const style = doc.defaultView.getComputedStyle(e);
+  const isSeen = style.outlineStyle !== "none" && parseFloat(style.outlineWidth) >= 1;
+  return [e.id || e.getAttribute("aria-label") || e.textContent.trim(), isSeen || e === doc.body];
+}"""
+
+
+def test_the_keyboard_alone_reaches_everything_and_escape_closes_it(at_first):
+    page = at_first
+    _tab(page, "Fahren").click()
+    page.locator("#help-open").focus()
+    met = {}
+    for _ in range(40):
+        page.keyboard.press("Tab")
+        name, is_seen = page.evaluate(FOCUSED)
+        met[name] = is_seen
+    assert {"stop", "lease-take", "theme", "plan-open", "Ziele", "camera-size", "Karte"} <= set(met)
+    assert {"Tempolimit, %", "Hinfahren", "Löschen"} <= set(met)
+    assert [name for name, is_seen in met.items() if not is_seen] == []
+    opener = page.locator(".scene-tools [data-opens=goals]")
+    opener.focus()
+    page.keyboard.press("Enter")
+    expect(page.locator("#goals-close")).to_be_focused()
+    page.keyboard.press("Escape")
+    expect(page.locator("#goals")).to_be_hidden()
+    expect(opener).to_be_focused()
+    page.keyboard.press("p")
+    page.locator("#plan-export summary").focus()
+    page.keyboard.press("Enter")
+    expect(page.get_by_text("ROS-Karte (PGM)")).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(page.get_by_text("ROS-Karte (PGM)")).to_be_hidden()
+    expect(page.locator("#plan")).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(page.locator("#plan-open")).to_be_focused()
+
+
+MOVING = """(doc) => [...doc.querySelectorAll("*")].filter((e) => {
+  const style = doc.defaultView.getComputedStyle(e);
+  const lasting = style.transitionDuration.split(", ").some((s) => parseFloat(s) > 0);
+  return style.animationName !== "none" || lasting;
+}).map((e) => e.className)"""
+
+
+def test_less_motion_is_honoured(at_first):
+    at_first.emulate_media(reduced_motion="reduce")
+    assert in_page(at_first, MOVING) == []
+    assert in_panels(at_first, MOVING) == []
+    at_first.emulate_media(reduced_motion="no-preference")
+    assert in_panels(at_first, MOVING) != [], "the check sees motion"

@@ -1,0 +1,23 @@
+// The words of the page in the language of the console, from the table that the page carries.
+
+const { language, table } = JSON.parse(document.getElementById("table-of-words").textContent);
+
+export const LANGUAGE = language;
+
+export const has = (key) => Object.hasOwn(table, key);
+
+export function say(key, values = {}) {
+  if (!has(key)) throw new Error(`no words for ${key}`);
+  return table[key].replace(/\{(\w+)\}/g, (_, name) => String(values[name]));
+}
+
+// The text for one or for several.
+export const sayCount = (key, n, values = {}) => say(`${key}.${n === 1 ? "one" : "other"}`, { n, ...values });
+
+export function decimal(value, digits) {
+  return value.toLocaleString(LANGUAGE, {
+    minimumFractionDigits: digits, maximumFractionDigits: digits, useGrouping: false,
+  });
+}
+
+export const percent = (share) => say("number.percent", { n: Math.round(100 * share) });
