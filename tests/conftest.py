@@ -1,6 +1,7 @@
 """What all tests share; threads and numba's cache are set before any test module is imported."""
 
 import pytest
+from xdist.scheduler import LoadFileScheduling
 
 from app.process.environment import prevent_spinning
 from app.process.kernel_cache import use_kernel_cache
@@ -10,19 +11,39 @@ use_kernel_cache()
 
 
 _LONG = ("process", "browser", "slow")
+_PAGES = ("tests/product/", "_page.py")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run long files first, and repeat a failed test of processes or of a browser once.
+    """Run files with a browser first, then other long ones; repeat what needs processes once.
 
-    Two workers take one file after the other: what is left for the end should be short.
+    Workers take one file after the other: what is left for the end should be short.
 
     Tests of processes share two cores with one another. A dead-man's switch or a lease that ends
     because a page had no processor time for seconds is right, and not what the test is about. The
     report lists each repetition.
     """
-    long = {item.path for item in items if any(map(item.get_closest_marker, _LONG))}
-    items.sort(key=lambda item: item.path not in long)
+    browser, long = (
+        {item.path for item in items if any(map(item.get_closest_marker, markers))}
+        for markers in (("browser",), _LONG)
+    )
+    items.sort(key=lambda item: (item.path not in browser, item.path not in long))
     for item in items:
         if any(map(item.get_closest_marker, ("process", "browser"))):
             item.add_marker(pytest.mark.flaky(reruns=1))
+
+
+class _OneBrowserAtATime(LoadFileScheduling):
+    """Gives a file of tests to one worker, and all files that draw a scene to the same.
+
+    A page without a GPU uses a core to draw: two at once leave nothing for what they show.
+    """
+
+    def _split_scope(self, nodeid: str) -> str:
+        file = super()._split_scope(nodeid)
+        draws = any(part in file for part in _PAGES)
+        return "pages" if draws else file
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> LoadFileScheduling:
+    return _OneBrowserAtATime(config, log)
