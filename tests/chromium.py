@@ -32,6 +32,12 @@ ARGUMENTS = [
 HUMBLE = Path(__file__).with_name("humble_browser")
 """Starts root's Chromium without the right to raise the priority of its drawing: without a GPU that
 takes the processor's time from the tests and from what they test."""
+KEEP_PICTURES = "IPPON_KEEP_PICTURES"
+"""Set it to a folder to keep the pictures that tests take, with scenes in full resolution."""
+COARSE = """if (location.pathname.endsWith("/view/"))
+  history.replaceState(null, "", `${location.href}&fixedDpr=0.4`);"""
+"""Has viser's client draw a scene with fewer pixels from the start: the rest of the page stays as
+it is, and so do all places on the screen."""
 PATIENCE_MS = 90_000
 """How long a thing may take to come about before it counts as missing, machine busy or not."""
 
@@ -62,6 +68,8 @@ def new_window(
     """
     window = browser.new_context(viewport={"width": width, "height": height}, color_scheme="dark")
     window.set_default_timeout(PATIENCE_MS)
+    if KEEP_PICTURES not in os.environ:
+        window.add_init_script(COARSE)
     if not is_first_visit:
         window.add_init_script("localStorage.setItem('ippon-introduction', 'done')")
     return window

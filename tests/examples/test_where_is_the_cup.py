@@ -1,6 +1,7 @@
 """The quick start: a recorded sequence is mapped, and the cups are where they are known to be."""
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -25,7 +26,8 @@ def test_the_cups_of_the_kitchen_are_found(tmp_path):
     (tmp_path / "sequence.json").write_text(json.dumps(sequence))
     done = subprocess.run(
         [sys.executable, "examples/where_is_the_cup.py", str(tmp_path), str(MODEL)],
-        cwd=ROOT, env={"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=True,
+        cwd=ROOT, env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True,
+        check=True,
     )  # fmt: skip
     lines = done.stdout.splitlines()
     known = json.loads((SEQUENCE / "objects.json").read_text())

@@ -20,12 +20,11 @@ from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.motion import decode_twist
 from tests.app.conftest import Process
-from tests.chromium import PATIENCE_MS, box_at_rest, new_page, open_browser
+from tests.chromium import KEEP_PICTURES, PATIENCE_MS, box_at_rest, new_page, open_browser
 
 pytestmark = [pytest.mark.browser, pytest.mark.process, pytest.mark.slow]
 
 ROBOT = "ippon"
-KEEP_PICTURES = "IPPON_KEEP_PICTURES"
 FLOOR = (690, 350)
 """A pixel amid the floor of the first room."""
 

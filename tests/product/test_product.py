@@ -13,13 +13,11 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from app.recording.notes import read_notes
-from tests.chromium import PATIENCE_MS, new_page, open_browser
+from tests.chromium import KEEP_PICTURES, PATIENCE_MS, new_page, open_browser
 
 pytestmark = [pytest.mark.browser, pytest.mark.process, pytest.mark.slow]
 
 SEARCH_MS = 240_000
-KEEP_PICTURES = "IPPON_KEEP_PICTURES"
-"""Set it to a folder to keep the pictures; docs/guides/operator.md shows some of them."""
 
 
 @pytest.fixture

@@ -50,6 +50,14 @@ _CHANGES: Final = (
         re.compile(rb"(\w+\(\(\)=>\{)performance\.now\(\)<\w+\.current&&(\w+)\(\)(?=\}\))"),
         rb"\1globalThis.ipponDrawRate.drawn(\2)",
     ),
+    # The monitor that lowers the resolution by frames per second: `draw_rate.js` decides instead.
+    (
+        re.compile(
+            rb"(let (\w+)=\w+\(\w+=>\w+\.setDpr\),\w+=\w+\.useRef\(\{windowStart:[^;]*;"
+            rb"return \w+\(\(\)=>\{)(?=let )"
+        ),
+        rb"\1return globalThis.ipponDrawRate.sharpen(\2);",
+    ),
 )
 """Patterns in the client and their replacements."""
 _BASE: Final = 88

@@ -15,7 +15,9 @@ DEFAULTS = (
     b"t.messageQueue.length=0,t.firstMessageBatch=!0;"
     b"function q(e,t){let n=e.messageQueue,r=1}"
     b"t.current.requestRender=()=>{a.current=performance.now()+B,i()},"
-    b"qf(()=>{performance.now()<a.current&&i()})"
+    b"qf(()=>{performance.now()<a.current&&i()});"
+    b"function L(){let e=K(e=>e.setDpr),t=b.useRef({windowStart:-1/0,averages:[]});"
+    b"return qf(()=>{let n=t.current,r=performance.now();e(r)}),null}"
 )
 CHANGED = (
     b"null,enableDefaultLights:!1,enableDefaultLightsShadows:!1;"
@@ -23,7 +25,10 @@ CHANGED = (
     b"function q(e,t){t=globalThis.ipponMapFirst.sieve(t,e.messageQueue,held=>q(e,held));"
     b"let n=e.messageQueue,r=1}"
     b"t.current.requestRender=()=>globalThis.ipponDrawRate.request(i),"
-    b"qf(()=>{globalThis.ipponDrawRate.drawn(i)})"
+    b"qf(()=>{globalThis.ipponDrawRate.drawn(i)});"
+    b"function L(){let e=K(e=>e.setDpr),t=b.useRef({windowStart:-1/0,averages:[]});"
+    b"return qf(()=>{return globalThis.ipponDrawRate.sharpen(e);"
+    b"let n=t.current,r=performance.now();e(r)}),null}"
 )
 
 
@@ -50,7 +55,7 @@ def test_the_installed_client_unpacks_to_files_that_its_page_names(page):
     assert f'fetch("/assets/{decoder}")'.encode() in client.files[script]
     assert b"data:image/jpeg" not in client.files[script], "our own surroundings only"
     assert client.files[script].count(b"globalThis.ipponMapFirst") == 2, "the map comes first"
-    assert client.files[script].count(b"globalThis.ipponDrawRate") == 2, "frames are spaced"
+    assert client.files[script].count(b"globalThis.ipponDrawRate") == 3, "frames are spaced"
     assert b"mantine" in client.files[style]
     assert client.files[decoder].startswith(b"\0asm")
     assert f'src="/assets/{script}"'.encode() in client.page

@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import expect
 
 from app.nodes.console.web.accounts import add_account
-from tests.chromium import new_page, open_browser
+from tests.chromium import KEEP_PICTURES, new_page, open_browser
 
 pytestmark = pytest.mark.browser
 
@@ -19,7 +19,7 @@ LEASE_PACE = 0.1
 
 @pytest.fixture(scope="module")
 def pictures(tmp_path_factory):
-    folder = Path(os.environ.get("IPPON_KEEP_PICTURES", tmp_path_factory.mktemp("pictures")))
+    folder = Path(os.environ.get(KEEP_PICTURES, tmp_path_factory.mktemp("pictures")))
     folder.mkdir(parents=True, exist_ok=True)
     return folder
 

@@ -26,11 +26,10 @@ from app.messages.memory import MemoryNoteRequest
 from app.messages.perception.heatmaps import encode_heatmap
 from app.messages.status import FindReport, GoalStatus
 from ippon.observation import Heatmap
-from tests.chromium import PATIENCE_MS, box_at_rest, new_window, open_browser
+from tests.chromium import KEEP_PICTURES, PATIENCE_MS, box_at_rest, new_window, open_browser
 
 pytestmark = pytest.mark.browser
 
-KEEP_PICTURES = "IPPON_KEEP_PICTURES"
 HZ = 10.0
 
 

@@ -13,11 +13,10 @@ from playwright.sync_api import expect
 
 from ippon.robot import ZED, CollisionSphere
 from tests.app.nodes.console.light_navigators import LightNavigator
-from tests.chromium import new_window, open_browser
+from tests.chromium import KEEP_PICTURES, new_window, open_browser
 
 pytestmark = pytest.mark.browser
 
-KEEP_PICTURES = "IPPON_KEEP_PICTURES"
 DOG = dataclasses.replace(
     ZED,
     spheres=tuple(

@@ -19,11 +19,10 @@ from tests.app.nodes.console.page_checks import (
     in_page,
     in_panels,
 )
-from tests.chromium import new_window, open_browser
+from tests.chromium import KEEP_PICTURES, new_window, open_browser
 
 pytestmark = pytest.mark.browser
 
-KEEP_PICTURES = "IPPON_KEEP_PICTURES"
 TABS = ("Suche", "Fahren", "Karte", "Sitzung")
 SIDES = ("goals", "things", "calls", "robots")
 WORDS = Path(__file__).parents[5] / "web_assets/words"
@@ -182,9 +181,7 @@ WATCHED = """() => {
 }"""
 
 
-@pytest.mark.parametrize(
-    ("theme", "width", "height"), [("light", 1440, 900), ("dark", 390, 844)]
-)
+@pytest.mark.parametrize(("theme", "width", "height"), [("light", 1440, 900), ("dark", 390, 844)])
 def test_every_state_is_whole_named_and_readable(at_first, parts, stage, theme, width, height):
     page, home = parts
     _use_theme(page, theme)

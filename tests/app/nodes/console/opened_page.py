@@ -1,0 +1,49 @@
+"""A console's page in a real browser, and what tests do on it."""
+
+from playwright.sync_api import expect
+
+from tests.chromium import new_window
+
+
+class PageParts:
+    """A console, the navigator that it watches, and a window to open its page in."""
+
+    def __init__(self, stage, browser, navigator=True, **home):
+        self.zenoh_port, self.port = stage.free_port(), stage.free_port()
+        self.home = stage.PublishedHome(self.zenoh_port, **home) if navigator else None
+        self.console = stage.ConsoleProcess(self.zenoh_port, self.port)
+        self.window = new_window(browser)
+        # The map is looked at by its pixels, which the camera's picture would cover.
+        self.window.add_init_script("localStorage.setItem('ippon-camera', 'off')")
+        self.console.wait_until_up()
+
+    def open_page(self):
+        """Open the page as an operator would."""
+        page = self.window.new_page()
+        page.goto(self.console.url)
+        return page
+
+    def close(self):
+        self.window.close()
+        self.console.close()
+        if self.home is not None:
+            self.home.close()
+
+
+def panels(page):
+    return page.frame_locator("#view")
+
+
+def open_tab(page, name):
+    panels(page).get_by_role("tab", name=name, exact=True).click()
+
+
+def text_field(page, label):
+    """The text field beside a label; viser does not tie the two together."""
+    return panels(page).locator(
+        f"xpath=//label[text()='{label}']/ancestor::div[.//input][1]//input"
+    )
+
+
+def expect_state(page, text):
+    expect(page.locator("#state")).to_have_text(text)
