@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-import open3d
 from numpy.typing import NDArray
 
 from ippon.camera import PinholeCamera
@@ -19,8 +18,6 @@ from ippon.tracking.depth_points import SurfacePoints, points_of
 from ippon.tracking.keyframes import Keyframes
 from ippon.tracking.surface_model import SurfaceModel
 
-_o3d: Any = open3d
-"""Untyped on purpose: open3d's stubs refuse the arrays that it takes."""
 ODOMETRY_WIDTH: Final = 320
 """Wider images are reduced for the odometry, which loses nothing but time by it."""
 _ODOMETRY_STEPS: Final = (6, 6, 8)
@@ -164,12 +161,12 @@ class CameraTracker:
 
     def _odometry(self, image: Any) -> Float64Array:
         """Return T_last_camera by Open3D's RGB-D odometry; where that fails, as the step before."""
-        odometry = _o3d.t.pipelines.odometry
+        odometry = _open3d().t.pipelines.odometry
         steps = [odometry.OdometryConvergenceCriteria(n) for n in _ODOMETRY_STEPS]
         loss = odometry.OdometryLossParams(_OUTLIER_M, _HUBER_M, _HUBER_INTENSITY)
         try:
             result = odometry.rgbd_odometry_multi_scale(
-                image, self._last, self._intrinsics, _o3d.core.Tensor(self._step), 1.0,
+                image, self._last, self._intrinsics, _open3d().core.Tensor(self._step), 1.0,
                 self.config.farthest_m, steps, odometry.Method.Hybrid, loss,
             )  # fmt: skip
         except RuntimeError:
@@ -187,12 +184,12 @@ class CameraTracker:
         self, seen: SurfacePoints, start: Float64Array, reaches_m: tuple[float, ...]
     ) -> tuple[Float64Array, float]:
         """Return a pose after alignment to the surface near it, and the share that fits."""
-        registration = _o3d.pipelines.registration
+        registration = _open3d().pipelines.registration
         surface = self._model.in_view(self._camera, start, self.config.farthest_m + reaches_m[0])
         if len(surface) < self.config.min_points // 2:
             return start, 0.0
         source, target = _cloud(seen.points), _cloud(surface.points)
-        target.normals = _o3d.utility.Vector3dVector(surface.normals)
+        target.normals = _open3d().utility.Vector3dVector(surface.normals)
         estimation = registration.TransformationEstimationPointToPlane(
             registration.HuberLoss(_HUBER_M)
         )
@@ -223,22 +220,32 @@ class CameraTracker:
         return TrackedPose(T_world_camera=None, fit=0.0, problem=problem)
 
     def _rgbd(self, color: NDArray[np.uint8], depth: NDArray[np.float32]) -> Any:
-        images, k = _o3d.t.geometry, self._stride
+        images, k = _open3d().t.geometry, self._stride
         height, width = (size // k * k for size in depth.shape)
         blocks = color[:height, :width].reshape(height // k, k, width // k, k, 3)
         small = np.ascontiguousarray(blocks.mean(axis=(1, 3)).astype(np.uint8))
         near = np.ascontiguousarray(depth[:height:k, :width:k])
-        tensor = _o3d.core.Tensor
+        tensor = _open3d().core.Tensor
         return images.RGBDImage(images.Image(tensor(small)), images.Image(tensor(near)))
+
+
+def _open3d() -> Any:
+    """Return open3d, which takes most of a second to load, and only who tracks needs it.
+
+    Untyped on purpose: its stubs refuse the arrays that it takes.
+    """
+    import open3d  # noqa: PLC0415
+
+    return open3d
 
 
 def _matrix(camera: PinholeCamera) -> Any:
     rows = [[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]]
-    return _o3d.core.Tensor(np.array(rows, np.float64))
+    return _open3d().core.Tensor(np.array(rows, np.float64))
 
 
 def _cloud(points: Float64Array) -> Any:
-    return _o3d.geometry.PointCloud(_o3d.utility.Vector3dVector(points))
+    return _open3d().geometry.PointCloud(_open3d().utility.Vector3dVector(points))
 
 
 def _rigid(transform: NDArray[np.float64]) -> Float64Array:
