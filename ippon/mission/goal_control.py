@@ -25,7 +25,7 @@ from ippon.mission.tour import Tour, target_of
 from ippon.planning.interface import Planner
 from ippon.planning.plan import Plan
 
-_NO_GOAL: Final = "levels belong to a goal, and there is none; set a goal first"
+_NO_GOAL: Final = "there is no such goal; set a goal first"
 
 
 class GoalControl:
@@ -197,6 +197,22 @@ class GoalControl:
         if self.tour is None:
             self._planner.set_termination_min(search.termination_min)
         else:
+            self.tour.replan()
+
+    def count_again(self, goal_id: int, finds: Sequence[Find]) -> None:
+        """Count what an earlier run of the search has found, which it then does not find again.
+
+        Args:
+            goal_id: Number of a goal that has just been set.
+            finds: What counts.
+        """
+        search = self._of(goal_id)
+        if search is None:
+            raise ValueError(_NO_GOAL)
+        for find in finds:
+            search.counted.append(find)
+            exclude_only(search, self._voxel_map, find)
+        if self.tour is not None:
             self.tour.replan()
 
     def set_guidance(self, guidance: Guidance, goal_id: int | None = None) -> None:

@@ -113,8 +113,10 @@ class Navigator:
         self._alive = session.liveliness().declare_token(f"{robot}/{keys.NAVIGATOR_ALIVE}")
         keep = Path(config.keep_map) if config.keep_map else None
         self._persistence = keep and StatePersistence(keep, self._events.report)
-        report = self._events.report
-        restore_goals(saved, self._services, self._mission, report, resume=config.resume)
+        restore_goals(
+            saved, self._services, self._goals, self._mission, self._events.report,
+            resume=config.resume,
+        )  # fmt: skip
 
     def run(self, stop: StopSignal) -> None:
         """Answer frames and requests until stopped."""
@@ -306,6 +308,7 @@ class Navigator:
                 self._memory.begin(self._mission.search)
         self._report.goal_set(now if first.waited else first.asked_at)
         for search in searches:
+            self._mission.goals.count_again(search.goal.goal_id, search.counted)
             logger.info("goal %d: %s", search.goal.goal_id, search.goal.display)
 
     # -- status ------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from app.nodes.navigator.services.request_services import RequestServices
+from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.persistence import RunState, SavedState
 from ippon.control.drive_mode import DriveMode
 from ippon.mission.mission import Mission
@@ -18,6 +19,7 @@ def run_state(services: RequestServices, mission: Mission) -> RunState:
 def restore_goals(
     saved: SavedState | None,
     services: RequestServices,
+    goals: GoalQueue,
     mission: Mission,
     report_event: Callable[[str, str], None],
     *,
@@ -28,6 +30,7 @@ def restore_goals(
     Args:
         saved: What it left behind; None for nothing.
         services: Take the goals.
+        goals: Get what was found before.
         mission: Is stopped unless it may go on.
         report_event: Tells the operator.
         resume: Go on if the last run was killed in mid-search.
@@ -43,6 +46,7 @@ def restore_goals(
     for request in saved.requests:
         accepted = services.goals.search(request)
         services.guidance.restore(accepted.goal_id, request.levels)
+        goals.count(accepted.goal_id, request.finds())
     if goes_on:
         report_event("resumed", "the last run was killed: the search goes on")
     else:

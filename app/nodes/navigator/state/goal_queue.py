@@ -229,10 +229,9 @@ class GoalQueue:
 
     def count(self, goal_id: int, finds: Sequence[Find]) -> None:
         """Note all finds before the present one of a goal of which several are wanted."""
-        places = tuple(find.position_world for find in finds)
-        known = self.find(goal_id)
-        if known is not None and known.counted != places:
-            self.amend(goal_id, lambda one: dataclasses.replace(one, counted=places))
+        counted, known = tuple(finds), self.find(goal_id)
+        if known is not None and known.counted != counted:
+            self.amend(goal_id, lambda one: dataclasses.replace(one, counted=counted))
 
     def follow_tour(self, lead: int, tour: Sequence[TourGoal]) -> list[int]:
         """Take over which goal leads, and which goals of the tour have ended.

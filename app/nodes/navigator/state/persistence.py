@@ -25,6 +25,7 @@ from ippon.guidance.levels import LevelName
 from ippon.mapping import map_file
 from ippon.mapping.config import MapConfig
 from ippon.mapping.voxel_map import VoxelMap
+from ippon.mission.snapshot import Find
 
 logger = logging.getLogger(__name__)
 
@@ -35,11 +36,27 @@ RECENT_S: Final = 120.0
 may have been moved."""
 
 
+class SavedFind(msgspec.Struct, frozen=True, kw_only=True):
+    """One of several that were found, for the search that goes on."""
+
+    position_world: tuple[float, float, float]
+    """Centroid, metres."""
+    size_m: tuple[float, float, float]
+    probability: float
+    voxels: int
+
+
 class SavedGoal(SearchRequest, frozen=True, kw_only=True):
     """A goal as requested, with the levels that the operator set."""
 
     levels: dict[str, LevelName] = msgspec.field(default_factory=dict[str, LevelName])
     """Levels that the operator set, by label."""
+    counted: list[SavedFind] = msgspec.field(default_factory=list[SavedFind])
+    """What was found before, of a goal of which several are wanted."""
+
+    def finds(self) -> list[Find]:
+        """Return what was found before."""
+        return [Find(**msgspec.structs.asdict(find), box_px=None) for find in self.counted]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -214,4 +231,13 @@ def _request_of(search: PlannedSearch, joins: int | None) -> SavedGoal:
         count=search.goal.count,
         other=search.goal.other,
         levels={edit.label: edit.level.text for edit in search.edits},
+        counted=[
+            SavedFind(
+                position_world=find.position_world,
+                size_m=find.size_m,
+                probability=find.probability,
+                voxels=find.voxels,
+            )
+            for find in search.counted
+        ],
     )

@@ -7,6 +7,7 @@ from app.messages.status import GoalOutcome, GoalStatus
 from ippon.guidance.language.naming import ResolvedObject
 from ippon.guidance.levels import Guidance, LabelLevel
 from ippon.mission.goal import Goal
+from ippon.mission.snapshot import Find
 
 Outcome = Literal["found", "out_of_reach", "exhausted", "cancelled"]
 FOUND: Final = ("found", "out_of_reach")
@@ -45,8 +46,8 @@ class PlannedSearch:
     """The operator confirmed its find."""
     rejected: int = 0
     """Number of its finds that the operator rejected."""
-    counted: tuple[tuple[float, float, float], ...] = ()
-    """Where those were found that came before the present find, where several are wanted."""
+    counted: tuple[Find, ...] = ()
+    """Those that were found before the present find, where several are wanted."""
     copy_of: str = ""
     """What it repeats: "goal 3" or "saved search 2"; empty for a new one."""
 
@@ -106,5 +107,5 @@ def goal_status(
         rejected=search.rejected,
         took_s=None if end is None else round(end.took_s, 1),
         count=goal.count,
-        counted=list(search.counted),
+        counted=[find.position_world for find in search.counted],
     )

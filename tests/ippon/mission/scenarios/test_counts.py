@@ -75,6 +75,22 @@ def test_fewer_than_wanted_end_exhausted_and_say_how_many(hall):
 
 
 @pytest.mark.slow
+def test_what_an_earlier_run_has_found_counts_and_is_not_found_again(hall, make_find):
+    robot = hall(2)
+    known = make_find((9.2, 0.6, 0.45))
+    robot.mission.goals.count_again(1, [known])
+    last = robot.search(200.0)[-1].snapshot
+    assert last.state is MissionState.FOUND
+    assert last.counted == (known,)
+    assert places([last.find]) == [1]
+
+
+def test_finds_of_a_goal_that_nobody_has_set_are_refused(hall, make_find):
+    with pytest.raises(ValueError, match="set a goal first"):
+        hall(2).mission.goals.count_again(7, [make_find((9.2, 0.6, 0.45))])
+
+
+@pytest.mark.slow
 def test_the_other_one_is_not_the_one_that_was_found_before(hall):
     robot = hall(1)
     first = robot.search(200.0)[-1].snapshot

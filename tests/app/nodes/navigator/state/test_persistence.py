@@ -26,7 +26,7 @@ from ippon.frame import Frame
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
 from ippon.guidance.levels import BY_OPERATOR, Level
 from ippon.mapping.voxel_map import MapConfig, VoxelMap
-from ippon.mission.snapshot import MissionState
+from ippon.mission.snapshot import Find, MissionState
 from ippon.vocabulary import MATTERPORT_40
 from tests.app.nodes.navigator.conftest import run_next, search
 
@@ -151,6 +151,28 @@ def test_levels_that_the_operator_set_are_there_for_the_next_start(
     finally:
         stop.set()
         thread.join()
+        navigator.close()
+
+
+def test_what_was_found_of_several_counts_at_the_next_start(open_office, tmp_path, sessions):
+    office = open_office()
+    planned = office.guidance.plan(SearchRequest(object="chair", count=3), 0.0)
+    office.goals.add(planned)
+    office.goals.next()
+    find = Find(
+        position_world=(1.0, 2.0, 0.4), size_m=(0.5, 0.5, 0.9), probability=0.9, voxels=40,
+        box_px=None,
+    )  # fmt: skip
+    office.goals.count(1, [find])
+    path = tmp_path / "home.map"
+    StatePersistence(path, lambda *_: None).keep(office.mission.voxel_map, office.goals, RUN)
+    kept = read_saved_state(path, CONFIG)
+    navigator = Navigator(NavigatorConfig(robot="r"), sessions[0], saved=kept)
+    try:
+        navigator._start_next_goal()
+        assert navigator._mission.search.counted == [find]
+        assert navigator._goals.statuses()[0].counted == [find.position_world]
+    finally:
         navigator.close()
 
 
