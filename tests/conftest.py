@@ -45,5 +45,6 @@ class _OneBrowserAtATime(LoadFileScheduling):
         return "pages" if draws else file
 
 
+@pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> LoadFileScheduling:
     return _OneBrowserAtATime(config, log)
