@@ -80,20 +80,28 @@ def kill(demo, command):
     return [pid for pid in demo.children if pid != killed]
 
 
-def test_lock_step_finds_the_bed_and_repeats_itself(launch):
-    results = []
-    for demo in [launch("demo", *ONE_SEARCH, "--object", "bed") for _ in range(2)]:
-        status, out = demo.finish(280.0)
-        assert status == 0, demo.log()
-        result = json.loads(out.splitlines()[-1])
-        assert Path(result.pop("session")).is_dir()
-        results.append(result)
-    assert results[0] == results[1]
-    result = results[0]
+def search_once(launch):
+    """Return what a whole search of one command reports."""
+    demo = launch("demo", *ONE_SEARCH, "--object", "bed")
+    status, out = demo.finish(280.0)
+    assert status == 0, demo.log()
+    result = json.loads(out.splitlines()[-1])
+    assert Path(result.pop("session")).is_dir()
+    return result
+
+
+def test_one_command_finds_the_bed_in_lock_step(launch):
+    result = search_once(launch)
     assert (result["object"], result["found"], result["correct"]) == ("bed", True, True)
     assert 0.0 < result["spl"] <= 1.0
     assert result["frames"] > 10
     assert result["path_length_m"] > 0.0
+
+
+@pytest.mark.large
+def test_lock_step_repeats_itself(launch):
+    # Of robot and mission alone: test_robot_sim.py and test_trial.py.
+    assert search_once(launch) == search_once(launch)
 
 
 def test_a_dead_console_is_replaced_and_a_dead_navigator_is_the_end(start, free_page_port):
