@@ -23,12 +23,12 @@ ARGUMENTS = [
     "--use-gl=angle",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
-    # The page's layers are put together and its lines smoothed at a third of the processor's time.
-    "--disable-gpu-compositing",
-    "--webgl-antialiasing-mode=none",
     "--disable-background-networking",
     "--disable-dev-shm-usage",
 ]
+CHEAP = ["--disable-gpu-compositing", "--webgl-antialiasing-mode=none"]
+"""The page's layers are put together and its lines smoothed at a third of the processor's time; but
+what lies over the scene cuts out its mirror image, too, which no picture should show."""
 HUMBLE = Path(__file__).with_name("humble_browser")
 """Starts root's Chromium without the right to raise the priority of its drawing: without a GPU that
 takes the processor's time from the tests and from what they test."""
@@ -52,8 +52,9 @@ def open_browser() -> Iterator[Browser]:
         env: dict[str, str | float | bool] = dict(os.environ)
         if path is not None and os.geteuid() == 0 and shutil.which("setpriv") is not None:
             env["IPPON_TEST_BROWSER"], path = path, str(HUMBLE)
+        arguments = ARGUMENTS if KEEP_PICTURES in os.environ else [*ARGUMENTS, *CHEAP]
         browser = playwright.chromium.launch(
-            executable_path=path, args=ARGUMENTS, timeout=PATIENCE_MS, env=env
+            executable_path=path, args=arguments, timeout=PATIENCE_MS, env=env
         )
         yield browser
         browser.close()
