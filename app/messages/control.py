@@ -43,6 +43,9 @@ class SearchRequest(_Message, frozen=True, omit_defaults=True):
     name says."""
     other: bool = False
     """Another one than those of its kind that earlier searches of this run have found."""
+    if_free: bool = False
+    """Refused unless the search can start at once: nothing else is searched for or waits, and the
+    robot is neither stopped, paused, driven by a person nor lost."""
 
 
 class SearchAccepted(_Message, frozen=True):

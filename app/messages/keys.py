@@ -52,6 +52,8 @@ NAVIGATION_STATUS = "navigation/status"
 """From the robot: what became of the goal with a stamp."""
 
 SEARCH = "search"
+BID = "bid"
+"""Would the robot take a search, and how far is its place? It does not move."""
 CONTROL = "control"
 GUIDANCE = "guidance"
 FEEDBACK = "feedback"

@@ -4,6 +4,7 @@ import numpy as np
 
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
+from ippon.planning.floor_ways import FloorSurvey
 from ippon.planning.roadmap.narrow_passages import NarrowPassageConfig, straight_passage
 from ippon.planning.selection.detours import Surroundings, flood_fill_unseen
 from ippon.planning.terrain.motion_check import can_turn
@@ -15,7 +16,7 @@ from ippon.robot import RobotProfile
 
 
 def warm_up(arrays: MapArrays, robot: RobotProfile, T_world_base: Float64Array) -> None:
-    """Run the kernels for unreachable objects, and those for a long body.
+    """Run the kernels for unreachable objects, lengths of ways, and a long body.
 
     Args:
         arrays: A map in which the robot has driven.
@@ -33,6 +34,7 @@ def warm_up(arrays: MapArrays, robot: RobotProfile, T_world_base: Float64Array) 
     geometry = ViewGeometry.build(view, robot, v, layers, ranges, 0.5)
     around = Surroundings(grid, limits, margin_m, reachable, arrays, geometry)
     flood_fill_unseen(around, np.zeros_like(reachable), (x, y))
+    FloorSurvey(TraversabilityConfig(), robot).read(arrays, T_world_base).ways()
     if not robot.is_round:
         can_turn(grid, limits, x, y, 0.0, 1.0, margin_m, margin_m)
         straight_passage(NarrowPassageConfig(), grid, limits, x, y, margin_m)

@@ -155,6 +155,36 @@ def weigh_rooms(
     return RoomWeights(by_part=weight, first=tuple(first), last=tuple(last), missing=tuple(missing))
 
 
+def said_parts(said: Iterable[SaidRoom], rooms: Rooms, names: Iterable[RoomName]) -> dict[int, str]:
+    """Return the parts of the map that an object is said to be in, with the rooms' names.
+
+    "Anna's bedroom" is a part with that name, not any bedroom.
+
+    Args:
+        said: Statements about one object.
+        rooms: The inferred rooms.
+        names: Names of rooms, by points.
+    """
+    called = names_by_part(rooms, names)
+    found: dict[int, str] = {}
+    for one in said:
+        if one.negated:
+            continue
+        same = {part: name for part, name in called.items() if _is_same(name, one)}
+        if not same and one.kind in rooms.types and one.place == words(one.kind):
+            kinds = {part: _kind_of(_plain(name)) for part, name in called.items()}
+            inferred = np.flatnonzero(rooms.room == rooms.types.index(one.kind)).tolist()
+            same = {
+                part: called.get(part, one.place)
+                for part in (*inferred, *called)
+                if part > 0
+                and kinds.get(part, "") in ("", one.kind)
+                and (part in inferred or kinds[part] == one.kind)
+            }
+        found |= same
+    return found
+
+
 def is_elsewhere(said: Sequence[SaidRoom], weights: Float64Array, part: int) -> bool:
     """Return whether a part of the map is surely none of the rooms that were said.
 

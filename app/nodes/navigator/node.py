@@ -76,7 +76,6 @@ class Navigator:
             models = ObservationModels([config.observation_model])
             self._mission.voxel_map.set_models(models)
         self._snapshot: Snapshot | None = None
-        self._hold_until = 0.0
         self._goals = GoalQueue(config.max_queue)
         self._sender = Sender()
         self._stopwatch = Stopwatch()
@@ -233,9 +232,11 @@ class Navigator:
             of = ended[0] if ended and event.kind in ("found", "exhausted") else None
             self._events.report(event.kind, event.text, of)
             if event.kind == "confirmed" and self._goals.announced() is None:
-                self._hold_until = 0.0
+                self._services.goals.availability.hold_until = 0.0
         if ended:
-            self._hold_until = time.monotonic() + self.config.hold_find_s
+            self._services.goals.availability.hold_until = (
+                time.monotonic() + self.config.hold_find_s
+            )
 
     def _learn_late_heatmap(self) -> None:
         """Integrate the heatmap of an earlier frame that a slow segmentation has sent now."""
@@ -252,6 +253,7 @@ class Navigator:
             session, self.config.robot, rooms, self._services.authorize
         )
         self._mission.rooms.set_names(rooms.names)
+        self._services.bids.room_names = lambda: rooms.names
         path = memory_path(Path(keep_map)) if keep_map else None
         return MemoryKeeper(
             self._mission.voxel_map,
@@ -294,7 +296,7 @@ class Navigator:
 
     def _start_next_goal(self) -> None:
         now = time.monotonic()
-        started = self._goals.next(now, hold=now < self._hold_until)
+        started = self._goals.next(now, hold=now < self._services.goals.availability.hold_until)
         if not started:
             return
         searches = [self._services.guidance.fitted(search) for search in started]
@@ -346,4 +348,5 @@ class Navigator:
             localization=(self._tracker and self._tracker.problem) or self._first_look.problem,
         )
         self._services.goals.state = status.state
+        self._services.goals.availability.status = status
         self._state.publish_status(status)

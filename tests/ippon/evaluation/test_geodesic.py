@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from ippon.evaluation.geodesic import GeodesicField, _is_straight_kernel
+from ippon.evaluation.geodesic import GeodesicField
+from ippon.planning.taut_paths import is_straight
 from ippon.simulation.robot.navigation_grid import NavigationGrid
 from tests.reference import floor as reference
 
@@ -69,7 +70,7 @@ def test_straightness_agrees_with_dense_sampling(seed):
     rng = np.random.default_rng(seed)
     for a, b in rng.integers(len(cells), size=(300, 2)):
         p, q = cells[a], cells[b]
-        got = _is_straight_kernel(free, float(p[0]), float(p[1]), float(q[0]), float(q[1]))
+        got = is_straight(free, float(p[0]), float(p[1]), float(q[0]), float(q[1]))
         assert got == reference.is_straight(free, tuple(p), tuple(q)), (p, q)
 
 

@@ -21,6 +21,7 @@ from app.messages.plain_text import complaint
 from app.messages.status import MissionState
 from app.nodes.navigator.services.guidance_service import GuidanceService
 from app.nodes.navigator.services.operation_queue import OperationQueue
+from app.nodes.navigator.state.availability import Availability
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.planned_search import PlannedSearch
 from ippon.guidance.language.requests.sentence import name_notes
@@ -61,6 +62,7 @@ class GoalService:
         self._goals = goals
         self._stop_latch = stop_latch
         self._operations = operations
+        self.availability = Availability(goals)
         self.things: Callable[[], tuple[Instance, ...]] = tuple
         """Returns what is remembered; the navigator sets it."""
         self.state: MissionState = "starting"
@@ -73,8 +75,13 @@ class GoalService:
             request: What to search for.
             copy_of: What it repeats; one that is searched for or waits is not queued again.
         """
-        search = dataclasses.replace(self.plan(request), copy_of=copy_of)
+        planned = self.plan(request)
+        if request.if_free:
+            self._check_free()
+        search = dataclasses.replace(planned, copy_of=copy_of, if_idle=request.if_free)
         place = self._goals.add(search, request.joins)
+        if place is None and request.if_free:
+            raise RequestRefusedError("it is not free any more: searching")
         if place is None:
             raise RequestRefusedError("too many goals are waiting; cancel some first")
         if place.is_new:
@@ -98,6 +105,19 @@ class GoalService:
         Raises:
             RequestRefusedError: A text is empty, or of no use.
         """
+        request, named = self.checked(request)
+        search = self._guidance.plan(request, time.monotonic())
+        if named is None:
+            return search
+        goal = dataclasses.replace(search.goal, display=named.name, thing_id=named.instance_id)
+        return dataclasses.replace(search, goal=goal)
+
+    def checked(self, request: SearchRequest) -> tuple[SearchRequest, Instance | None]:
+        """Return a request by the kind of its object, and the thing that it is about by name.
+
+        Raises:
+            RequestRefusedError: A text is empty, or of no use.
+        """
         if not request.object.strip():
             raise RequestRefusedError('the object is empty; name an object, such as "hat"')
         for what in ("object", "context", "scenario"):
@@ -106,17 +126,26 @@ class GoalService:
                 raise RequestRefusedError(problem)
         named = self._named(request)
         if named is None:
-            return self._guidance.plan(request, time.monotonic())
+            return request, None
         if not named.believed:
             raise RequestRefusedError(
                 f"{named.name!r} is a name, but nobody knows of what: every kind was denied"
             )
         kind = named.believed.replace("_", " ")
         left = [one for one in request.attributes if one.kind != "owner"]
-        request = msgspec.structs.replace(request, object=kind, attributes=left)
-        search = self._guidance.plan(request, time.monotonic())
-        goal = dataclasses.replace(search.goal, display=named.name, thing_id=named.instance_id)
-        return dataclasses.replace(search, goal=goal)
+        return msgspec.structs.replace(request, object=kind, attributes=left), named
+
+    def _check_free(self) -> None:
+        """Refuse a search that could not start at once.
+
+        Raises:
+            RequestRefusedError: The robot is not free.
+        """
+        state = self._operations.ask(_state_of)
+        obstacle, detail = self.availability.obstacle(state)
+        if obstacle:
+            about = f" ({detail})" if detail else ""
+            raise RequestRefusedError(f"it is not free any more: {obstacle}{about}")
 
     def _named(self, request: SearchRequest) -> Instance | None:
         """Return the thing whose name a request says: as its object, or with its owner."""
@@ -215,3 +244,7 @@ class GoalService:
     def _reject(self, goal_id: int | None, mission: Mission) -> None:
         if mission.goals.reject_find(goal_id):
             self._goals.reopen(goal_id, rejected=True)
+
+
+def _state_of(mission: Mission) -> MissionState:
+    return mission.state.value

@@ -68,6 +68,13 @@ class LeaseService:
         with self._lock:
             return self._lease.teleop_refusal(tag.sender, tag.epoch, self._clock())
 
+    def holder_besides(self, who: Credential | None) -> str:
+        """Return the name of who has control; empty for nobody, and for who asks."""
+        with self._lock:
+            now = self._clock()
+            is_free = self._lease.refusal(who, now) is None
+            return "" if is_free else self._lease.status(now).holder
+
     def status(self) -> LeaseStatus:
         """Return the holder and the requester of control."""
         with self._lock:

@@ -14,6 +14,7 @@ from app.links.network.query_queue import QueryQueue
 from app.links.network.requests import Authorize, allow_all, serve, serve_with_credential
 from app.links.network.sender import Sender
 from app.messages import keys
+from app.messages.bid import BidRequest
 from app.messages.control import (
     ControlRequest,
     FeedbackRequest,
@@ -34,6 +35,7 @@ from app.nodes.navigator.command.command_mux import CommandMux
 from app.nodes.navigator.command.command_stream import CommandStream
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.event_publisher import EventPublisher
+from app.nodes.navigator.services.bid_service import BidService
 from app.nodes.navigator.services.drive_service import DriveService
 from app.nodes.navigator.services.goal_service import GoalService
 from app.nodes.navigator.services.guidance_service import GuidanceService
@@ -46,6 +48,7 @@ from app.nodes.navigator.services.room_service import RoomService
 from app.nodes.navigator.services.saved_search_service import SavedSearchService
 from app.nodes.navigator.services.sentence_service import SentenceService
 from app.nodes.navigator.state.goal_queue import GoalQueue
+from ippon.planning.floor_ways import FloorSurvey
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +67,7 @@ class Endpoint:
 
 ENDPOINTS: Final = (
     Endpoint(keys.SEARCH, SearchRequest, GoalService, GoalService.search, "holder"),
+    Endpoint(keys.BID, BidRequest, BidService, BidService.bid, "credential"),
     Endpoint(keys.CONTROL, ControlRequest, GoalService, GoalService.control, "holder"),
     Endpoint(keys.FEEDBACK, FeedbackRequest, GoalService, GoalService.feedback, "holder"),
     Endpoint(keys.GUIDANCE, GuidanceRequest, GuidanceService, GuidanceService.set_level, "holder"),
@@ -147,6 +151,8 @@ class RequestServices:
             report_event=events.report,
         )
         self.goals = GoalService(goals, self.guidance, stop_latch=stream, operations=operations)
+        survey = FloorSurvey(config.mission.planner.traversability, config.profile)
+        self.bids = BidService(survey, operations, self.goals, self.control)
         self.mux = CommandMux(
             session,
             robot,
@@ -173,6 +179,7 @@ class RequestServices:
             self.control,
             self.guidance,
             self.goals,
+            self.bids,
             self.drive,
             self.queue,
             self.saved,

@@ -49,7 +49,7 @@ class GoalQueue:
         """Robot time since the active goals were set; the mission's thread sets it."""
 
     def add(self, search: PlannedSearch, joins: int | None = None) -> Place | None:
-        """Queue a search; return its number and place, None if too many are waiting.
+        """Queue a search; return its number and place, None if there is no place for it.
 
         Args:
             search: The search; `asked_at` is the present time.
@@ -66,7 +66,7 @@ class GoalQueue:
             if copy is not None:
                 note = f"goal {copy.goal.goal_id} searches for it already"
                 return Place(copy.goal.goal_id, 0, None, note, is_new=False)
-            if len(self._queue) >= self._max_queue:
+            if len(self._queue) >= self._max_queue or (search.if_idle and self._unfinished()):
                 return None
             goal_id = self._next_id
             self._next_id += 1

@@ -48,6 +48,8 @@ class PlannedSearch:
     """Number of its finds that the operator rejected."""
     counted: tuple[Find, ...] = ()
     """Those that were found before the present find, where several are wanted."""
+    if_idle: bool = False
+    """Not queued where anything is searched for or waits."""
     copy_of: str = ""
     """What it repeats: "goal 3" or "saved search 2"; empty for a new one."""
 
