@@ -1,28 +1,22 @@
 """The navigators on a router, asked for while a page lists them."""
 
-import logging
 import threading
 import time
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 import msgspec
 import zenoh
 
+from app.links.fleet.navigators import Question, ask_each, live_navigators
 from app.links.network.session import LinkError, open_client
 from app.messages import keys
 from app.messages.control import decode
-from app.messages.keys import check_prefix
 from app.messages.status import Status
 from app.nodes.console.fleet.robot_paths import path_of
 from app.view.words import ENGLISH, Words
 
-logger = logging.getLogger(__name__)
-
 FRESH_S: Final = 1.0
 """Time for which one answer serves all pages."""
-ANSWER_S: Final = 1.0
-MAX_ROBOTS: Final = 100
-_SUFFIX: Final = f"/{keys.NAVIGATOR_ALIVE}"
 _CONNECT_S: Final = 1.5
 
 
@@ -101,12 +95,13 @@ class RobotList:
 
     def _ask(self) -> list[ListedRobot]:
         session = self._open()
-        names = sorted(_alive(session))[:MAX_ROBOTS]
-        answers = _statuses(session, names)
+        names = live_navigators(session)
+        questions = {name: Question(f"{name}/{keys.STATUS}") for name in names}
+        answers = ask_each(session, questions)
         now = time.monotonic()
         shown: list[ListedRobot] = []
         for name in names:
-            replies = answers[name]
+            replies = answers[name].payloads
             if replies:
                 one = _listed(name, replies, self._words)
                 self._heard[name] = (now, one)
@@ -137,51 +132,7 @@ class RobotList:
         self._session = None
 
 
-def _alive(session: zenoh.Session) -> set[str]:
-    """Return the names of the navigators on the router."""
-    names: set[str] = set()
-    replies: Any = session.liveliness().get(f"**{_SUFFIX}", timeout=ANSWER_S)
-    for reply in replies:
-        if reply.ok is None:
-            continue
-        name = str(reply.ok.key_expr).removesuffix(_SUFFIX)
-        try:
-            check_prefix(name)
-        except ValueError as error:
-            logger.debug("a navigator is not listed: %s", error)
-            continue
-        names.add(name)
-    return names
-
-
-def _statuses(
-    session: zenoh.Session, names: list[str]
-) -> dict[str, list[tuple[float, zenoh.ZBytes]]]:
-    """Ask all navigators at once; returns seconds and status of each answer."""
-    asked_s = time.monotonic()
-    answers: dict[str, list[tuple[float, zenoh.ZBytes]]] = {name: [] for name in names}
-    left = threading.Semaphore(0)
-    for name in names:
-
-        def take(reply: zenoh.Reply, name: str = name) -> None:
-            if reply.ok is not None:
-                answers[name].append((time.monotonic() - asked_s, reply.ok.payload))
-
-        handler: Any = zenoh.handlers.Callback(take, drop=left.release, indirect=False)
-        session.get(
-            f"{name}/{keys.STATUS}",
-            handler,
-            # Every answer counts: two are two navigators of one name.
-            consolidation=zenoh.ConsolidationMode.NONE,
-            target=zenoh.QueryTarget.ALL,
-            timeout=ANSWER_S,
-        )
-    for _ in names:
-        left.acquire(timeout=2.0 * ANSWER_S)
-    return {name: list(replies) for name, replies in answers.items()}
-
-
-def _listed(name: str, replies: list[tuple[float, zenoh.ZBytes]], say: Words) -> ListedRobot:
+def _listed(name: str, replies: list[tuple[float, bytes]], say: Words) -> ListedRobot:
     after_s, payload = replies[0]
     one = ListedRobot(
         name=name,
@@ -190,7 +141,7 @@ def _listed(name: str, replies: list[tuple[float, zenoh.ZBytes]], say: Words) ->
         round_trip_ms=round(1e3 * after_s, 1),
     )
     try:
-        status = decode(payload.to_bytes(), Status)
+        status = decode(payload, Status)
     except msgspec.DecodeError as error:
         return msgspec.structs.replace(one, why=say("robots.unreadable", problem=str(error)[:200]))
     goal = status.goal

@@ -1,0 +1,1 @@
+"""All navigators on a router: which there are, and which of them gets a search."""
