@@ -20,6 +20,8 @@ from app.messages.keys import check_prefix
 NAVIGATOR: Final = "navigator"
 ROLES: Final = (NAVIGATOR, "robot", "console", "requester", "recorder")
 TEMPLATE_FOLDER: Final = "/etc/ippon/tls"
+_KEY: Final = re.compile(r'"ippon/([^"]+)"')
+"""A key of the template's robot."""
 _HOST: Final = re.compile(r"[A-Za-z0-9]([A-Za-z0-9.:-]{0,252}[A-Za-z0-9])?")
 
 
@@ -38,7 +40,7 @@ class RoleFiles:
 def write_roles(
     folder: Path,
     *,
-    robot: str,
+    robots: Sequence[str],
     hosts: Sequence[str],
     days: int,
     now: dt.datetime,
@@ -47,7 +49,7 @@ def write_roles(
 
     Args:
         folder: Gets ca.pem and ca.key, and of each role certificate, key and zenoh profile.
-        robot: Key prefix that the access rules are about.
+        robots: Key prefixes that the access rules are about.
         hosts: Names and addresses of the navigator's machine.
         days: How long certificates are valid.
         now: The present time, with its time zone.
@@ -55,10 +57,13 @@ def write_roles(
     Raises:
         CertificateError: A host or a number of days makes no sense, or the folder holds something
             that is not ours.
-        ValueError: The prefix is none.
+        ValueError: A prefix is none.
         OSError: The folder cannot be written.
     """
-    check_prefix(robot)
+    if not robots:
+        raise CertificateError("the access rules are about at least one robot; none is named")
+    for robot in robots:
+        check_prefix(robot)
     if not 1 <= days <= 3650:
         raise CertificateError(f"certificates are valid for 1 to 3650 days; got {days}")
     for host in hosts:
@@ -80,7 +85,7 @@ def write_roles(
             certificate.write_bytes(pem)
         profile = folder / f"{role}.json5"
         if not profile.exists():
-            profile.write_text(profile_of(role, folder, robot), encoding="utf-8")
+            profile.write_text(profile_of(role, folder, robots), encoding="utf-8")
         try:
             expires = expiry(certificate.read_bytes())
         except ValueError as error:
@@ -89,16 +94,20 @@ def write_roles(
     return written
 
 
-def profile_of(role: str, folder: Path, robot: str) -> str:
+def profile_of(role: str, folder: Path, robots: Sequence[str]) -> str:
     """Return the zenoh configuration of a role.
 
     Args:
         role: One of `ROLES`.
         folder: Where its certificate lies.
-        robot: Key prefix.
+        robots: Key prefixes.
     """
     template = NAVIGATOR if role == NAVIGATOR else "client"
     text = (resources.files("app.certificates") / f"{template}.json5").read_text("utf-8")
     text = text.replace(f"{TEMPLATE_FOLDER}/client", f"{folder.as_posix()}/{role}")
     text = text.replace(TEMPLATE_FOLDER, folder.as_posix())
-    return text.replace('"ippon/', f'"{robot}/')
+
+    def of_all(key: re.Match[str]) -> str:
+        return ", ".join(f'"{robot}/{key[1]}"' for robot in robots)
+
+    return _KEY.sub(of_all, text)

@@ -24,7 +24,8 @@ class Certificates:
     ca.key; profiles name this folder, so it must have the same path there, or edit them."""
     hosts: tuple[str, ...] = ("localhost", "127.0.0.1")
     """Names and addresses under which the navigator's machine is reached."""
-    robot: str = "ippon"
-    """Key prefix of the robot that the access rules are about."""
+    robot: tuple[str, ...] = ("ippon",)
+    """Key prefixes of the robots that the access rules are about: of several robots on joined
+    routers all, and in --hosts the machines of all their navigators."""
     days: int = 365
     """How long the certificates are valid; the authority is for ten years."""

@@ -12,7 +12,7 @@ def run_certificates(command: Certificates) -> int:
     now = dt.datetime.now(dt.UTC)
     try:
         roles = write_roles(
-            command.folder, robot=command.robot, hosts=command.hosts, days=command.days, now=now
+            command.folder, robots=command.robot, hosts=command.hosts, days=command.days, now=now
         )
     except (ValueError, OSError) as error:
         raise UsageError(str(error)) from error

@@ -11,7 +11,7 @@ NOW = dt.datetime(2030, 1, 1, tzinfo=dt.UTC)
 
 
 def write(folder, **changes):
-    options = {"robot": "ippon", "hosts": ("localhost",), "days": 30, "now": NOW}
+    options = {"robots": ("ippon",), "hosts": ("localhost",), "days": 30, "now": NOW}
     return write_roles(folder, **{**options, **changes})
 
 
@@ -40,7 +40,7 @@ def test_what_is_there_stays_and_what_was_deleted_is_made_again(tmp_path):
 
 
 def test_the_rules_are_about_the_robot_that_is_named(tmp_path):
-    write(tmp_path, robot="site/scout")
+    write(tmp_path, robots=("site/scout",))
     text = (tmp_path / "navigator.json5").read_text()
     assert '"site/scout/cmd_vel"' in text
     assert '"ippon/' not in text
@@ -49,7 +49,7 @@ def test_the_rules_are_about_the_robot_that_is_named(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
-        ({"robot": "a*"}, "key prefix"),
+        ({"robots": ("a*",)}, "key prefix"),
         ({"days": 0}, "1 to 3650 days; got 0"),
         ({"hosts": ("a b",)}, "'a b' is neither"),
     ],

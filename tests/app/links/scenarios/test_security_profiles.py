@@ -19,7 +19,7 @@ def folder(tmp_path_factory):
     folder, other = tmp_path_factory.mktemp("tls"), tmp_path_factory.mktemp("other")
     now = dt.datetime.now(dt.UTC)
     for place in (folder, other):
-        write_roles(place, robot="ippon", hosts=("localhost", "127.0.0.1"), days=2, now=now)
+        write_roles(place, robots=("ippon",), hosts=("localhost", "127.0.0.1"), days=2, now=now)
     (folder / "stranger.json5").write_text(
         (other / "console.json5").read_text().replace(f"{other}/ca.pem", f"{folder}/ca.pem")
     )
