@@ -1,4 +1,5 @@
 // The list of all robots on the router: state, what each searches, link; a click opens its page.
+// A goal in plain words goes to the nearest free one, and each row says why it is not that one.
 
 import { BASE } from "./base.js";
 import { make, replaceRows, words } from "./side.js";
@@ -14,11 +15,59 @@ export class Robots {
     this.rows = new Map();
     this.isOpen = false;
     this.isFetching = false;
+    this.reasons = new Map();
+    this.doubtful = "";
+    at("robots-give").addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.give();
+    });
+    at("robots-goal").addEventListener("input", () => {
+      if (this.doubtful && at("robots-goal").value !== this.doubtful) this.answer("");
+    });
     sides.add("robots", "KeyB", (open) => {
       this.isOpen = open;
       this.fetch();
     });
     setInterval(() => this.fetch(), EVERY_MS);
+  }
+
+  // Gives the goal that was typed; a doubtful reading is given when the same text is sent again.
+  async give() {
+    const [field, send] = [at("robots-goal"), at("robots-send")];
+    const sentence = field.value;
+    if (send.disabled || !sentence.trim()) return;
+    const sure = sentence === this.doubtful;
+    send.disabled = field.readOnly = true;
+    this.reasons = new Map();
+    this.answer(say("robots.give.asking"));
+    try {
+      const body = JSON.stringify({ sentence, sure });
+      const reply = await fetch("/api/robots/give", { method: "POST", body });
+      const given = reply.ok
+        ? await reply.json()
+        : { ok: false, text: (await reply.text()).trim(), others: [] };
+      this.told(given, sentence);
+    } catch {
+      this.answer(say("robots.give.failed"), false);
+    } finally {
+      send.disabled = field.readOnly = false;
+    }
+  }
+
+  told(given, sentence) {
+    this.reasons = new Map(given.others.map((one) => [one.name, one.why]));
+    this.answer(given.text, given.ok);
+    this.doubtful = given.doubtful ? sentence : "";
+    if (given.ok) at("robots-goal").value = "";
+    for (const [name, row] of this.rows) row.why.textContent = this.reasons.get(name) ?? "";
+    this.rows.get(given.robot)?.node.scrollIntoView({ block: "nearest" });
+    this.fetch();
+  }
+
+  answer(text, ok = true) {
+    this.doubtful = "";
+    at("robots-answer").textContent = text;
+    at("robots-answer").dataset.ok = String(ok);
   }
 
   async fetch() {
@@ -50,13 +99,15 @@ export class Robots {
   makeRow(robot) {
     const node = make("li", "entry");
     const link = make("a", "robot-link");
-    const [state, told, quality] = [make("small", "robot-state"), make("small"), make("small")];
+    const [state, told, why, quality] = [
+      make("small", "robot-state"), make("small"), make("small", "robot-why"), make("small"),
+    ];
     const name = make("b", "", robot.name);
     const line = make("span", "robot-line");
     line.append(name, state);
-    link.append(line, told, quality);
+    link.append(line, told, why, quality);
     node.append(link);
-    return { node, link, state, told, quality };
+    return { node, link, state, told, why, quality };
   }
 
   update(row, robot) {
@@ -73,6 +124,7 @@ export class Robots {
     const heard = robot.link === "live" || robot.link === "twice"
       ? say("robots.answers", { n: Math.max(1, Math.round(robot.round_trip_ms)) })
       : say("robots.heard", { n: Math.round(robot.seen_s) });
+    row.why.textContent = this.reasons.get(robot.name) ?? "";
     row.quality.textContent = [robot.link !== "live" && say(`robots.${robot.link}`), heard].filter(Boolean).join(" · ");
   }
 }

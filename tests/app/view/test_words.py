@@ -19,6 +19,7 @@ SPOKEN = [
     *sorted((CONSOLE / "calls").glob("call*.py")),
     CONSOLE / "link/panel_requests.py",
     CONSOLE / "link/versions.py",
+    CONSOLE / "fleet/goal_assignment.py",
     CONSOLE / "scene/click_explanation.py",
     CONSOLE / "web/permissions.py",
 ]

@@ -14,9 +14,12 @@ from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.routing import Mount, Route
 from starlette.types import Receive, Scope, Send
 
+from app.messages.lease import Credential
+from app.nodes.console.fleet.goal_assignment import GoalAssignment, GoalToGive
 from app.nodes.console.fleet.robot_console import RobotConsole
 from app.nodes.console.fleet.robot_list import RobotList
 from app.nodes.console.fleet.robot_paths import path_of, split_path
+from app.nodes.console.web.browsers import Browser
 from app.nodes.console.web.gateway import Gateway
 from app.view.words import ENGLISH, Words
 
@@ -25,6 +28,7 @@ logger = logging.getLogger(__name__)
 IDLE_S: Final = 60.0
 """Time after the last look at which the console of a robot is closed."""
 CHECK_S: Final = 5.0
+MAX_BODY: Final = 20_000
 MAX_OPEN: Final = 8
 """Robots that can be looked at at once, besides the console's own: each draws its map."""
 
@@ -53,6 +57,7 @@ class RobotConsoles:
         self._endpoint, self._own = endpoint, own
         self._own_gateway = own_gateway
         self._list = RobotList(endpoint, say)
+        self._goals = GoalAssignment(endpoint, own, say)
         self._lock = threading.Lock()
         self._open: dict[str, _Opened] = {}
         self._stop = threading.Event()
@@ -75,7 +80,11 @@ class RobotConsoles:
 
     def routes(self) -> list[Route | Mount]:
         """Return the routes of the list and of the robots' pages."""
-        return [Route("/api/robots", self._robots), Mount("/robot", self._serve)]
+        return [
+            Route("/api/robots", self._robots),
+            Route("/api/robots/give", self._give, methods=["POST"]),
+            Mount("/robot", self._serve),
+        ]
 
     async def _robots(self, _: Request) -> Response:
         """Answer with all robots on the router, a `RobotsShown`."""
@@ -88,6 +97,32 @@ class RobotConsoles:
         return Response(
             content, media_type="application/json", headers={"Cache-Control": "no-store"}
         )
+
+    async def _give(self, request: Request) -> Response:
+        """Give a `GoalToGive` to the nearest free robot, and answer with a `GoalGiven`."""
+        body = bytearray()
+        async for chunk in request.stream():
+            body += chunk
+            if len(body) > MAX_BODY:
+                return PlainTextResponse("too long\n", status_code=413)
+        try:
+            goal = msgspec.json.decode(bytes(body), type=GoalToGive)
+        except (msgspec.DecodeError, UnicodeDecodeError) as error:
+            return PlainTextResponse(f"not a goal: {error}\n", status_code=400)
+        browser: Browser = request.scope["browser"]
+
+        def credential_of(robot: str) -> Credential:
+            """Return the credential of the browser with its lease of a robot, if it has one."""
+            if robot == self._own:
+                return browser.credential()
+            with self._lock:
+                opened = self._open.get(robot)
+            if opened is None:
+                return Credential(session=browser.session, name=browser.name)
+            return browser.twin(opened.console.browsers).credential()
+
+        given = await asyncio.to_thread(self._goals.give, goal, browser, credential_of)
+        return Response(msgspec.json.encode(given), media_type="application/json")
 
     async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
         found = split_path(scope["path"])

@@ -73,7 +73,12 @@ class BidService:
         """Returns the names that people have given to rooms; the navigator sets it."""
 
     def bid(self, request: BidRequest, who: Credential | None) -> Bid:
-        """Return whether a search could start at once, and how far its place is."""
+        """Return whether a search could start at once, and how far its place is.
+
+        Raises:
+            RequestRefusedError: It is no search, or the mission's thread did not answer.
+        """
+        self._goals.plan(request.search)
         search, named = self._goals.checked(request.search)
         names = self.room_names()
         said = tuple(

@@ -1,4 +1,4 @@
-"""Several robots under the access rules of `ippon certificates`: listed, asked, and given a goal."""
+"""Several robots under the access rules of `ippon certificates`: listed, asked, given a goal."""
 
 import datetime as dt
 import time
@@ -118,8 +118,8 @@ def test_a_recorder_and_a_robot_ask_nobody(site):
         site.become(role)
         session = open_client(site.endpoints[0], 5.0)
         assert live_navigators(session) == []
+        request = BidRequest(search=SearchRequest(object="mug"))
         with pytest.raises(LinkError, match="no reply on near/bid"):
-            request = BidRequest(search=SearchRequest(object="mug"))
             ask(session, "near/bid", request, Bid, 0.5)
         session.close()
 
