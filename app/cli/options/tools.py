@@ -52,7 +52,8 @@ class Ask:
     A photo of it will do as well: `ippon ask --picture mug.jpg --context "in the kitchen"`.
     Several objects are searched for in one tour, `ippon ask "my keys and my wallet"`, or one after
     another, "my keys, then my wallet". `ippon read` shows what is understood of a sentence without
-    searching.
+    searching. Of several robots on a router, `ippon ask --nearest "my keys in the kitchen"` asks
+    the nearest one that is free.
     """
 
     object: Positional[str] = ""
@@ -72,6 +73,11 @@ class Ask:
     add_label: str | None = None
     """Add a kind of common object to recognise from now on, such as "bookcase"; the object to
     search for may then be left out."""
+    nearest: bool = False
+    """Give it to the robot that is free, has the place in its map (the room that was said, or where
+    it remembers the object) and has the shortest way there; says why it is none of the others. It
+    takes control from nobody and queues nothing: exit status 1 if no robot is free. All robots on
+    the router are asked; that of --robot reads the sentence."""
     follow: bool = False
     """Print what happens until the search ends. Exit status 0: object found; 4: object found, but
     no path leads close to it; 1: otherwise."""

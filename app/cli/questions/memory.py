@@ -10,8 +10,8 @@ from rich.table import Table
 from rich.text import Text
 
 from app.cli.options.tools import Memory
-from app.cli.tools.ask import find_navigator
 from app.cli.tools.levels_table import printable
+from app.cli.tools.navigator_address import find_navigator
 from app.errors import MemoryFileError, UsageError
 from app.links.network.requests import RequestRefusedError, ask
 from app.links.network.session import LinkError, open_client

@@ -13,7 +13,7 @@ from rich.text import Text
 
 from app.cli.nodes.segment import config_of, models_folder
 from app.cli.options.tools import Doctor
-from app.cli.tools.ask import find_navigator
+from app.cli.tools.navigator_address import find_navigator
 from app.doctor.checks import check_machine, check_segmentation
 from app.doctor.finding import Finding, Verdict
 from app.doctor.robot.checkup import check_robot

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable
 from typing import Final
 
-from app.cli.tools.ask import find_navigator
+from app.cli.tools.navigator_address import find_navigator
 from app.doctor.robot.measured_camera import MeasuredCamera, UnmeasuredError, measure_camera
 from app.doctor.robot.samples import listen
 from app.errors import UsageError

@@ -9,14 +9,15 @@ import msgspec
 import zenoh
 from rich.console import Console
 
-from app.cli.exit_status import exit_status
+from app.cli.exit_status import EXIT_NOT_FOUND, exit_status
 from app.cli.options.tools import Ask
 from app.cli.tools.levels import check_query
 from app.cli.tools.levels_table import as_json, print_levels, print_question, printable, said_by
+from app.cli.tools.navigator_address import find_navigator
+from app.cli.tools.nearest import check_options, give, reader
 from app.cli.tools.picture import read_jpeg
 from app.cli.tools.read import print_reading
 from app.errors import UsageError
-from app.links.network.registry import running_navigators
 from app.links.network.request_credential import request_credential
 from app.links.network.requests import RequestRefusedError, ask
 from app.links.network.session import LinkError, open_client
@@ -62,7 +63,9 @@ def run_ask(command: Ask) -> int:
     jpeg = None if command.picture is None else read_jpeg(command.picture)
     if command.show_prompt and not command.explain:
         raise UsageError("--show-prompt goes with --explain")
-    endpoint, robot = find_navigator(command.connect, command.robot)
+    if command.nearest:
+        check_options(command)
+    endpoint, robot = find_navigator(command.connect, command.robot, any_of=command.nearest)
     try:
         session = open_client(endpoint, command.timeout_s)
     except LinkError as error:
@@ -70,6 +73,8 @@ def run_ask(command: Ask) -> int:
     try:
         # A navigator that compiles is at its endpoint already, and takes no request yet. Where it
         # cannot be determined, the request itself fails.
+        if command.nearest:
+            robot = reader(session, robot)
         is_alive(session, f"{robot}/{keys.NAVIGATOR_ALIVE}", command.timeout_s)
         if command.add_label is not None:
             _add_label(session, robot, command)
@@ -79,6 +84,8 @@ def run_ask(command: Ask) -> int:
             _read(session, robot, command) if jpeg is None
             else _read_picture(session, robot, command, jpeg)
         )  # fmt: skip
+        if command.nearest:
+            return _give(session, command, requests)
         return _search(session, robot, command, requests)
     except (LinkError, RequestRefusedError) as error:
         raise UsageError(str(error)) from error
@@ -120,24 +127,17 @@ def _search(session: zenoh.Session, robot: str, command: Ask, requests: list[Wan
     return _follow(updates, [accepted.goal_id for accepted in goals], command)
 
 
-def find_navigator(connect: str | None, robot: str | None) -> tuple[str, str]:
-    """Return endpoint and key prefix of the navigator.
-
-    Raises:
-        UsageError: No navigator runs on this machine, or several do and none is named.
-    """
-    if connect is not None:
-        return connect, robot or "ippon"
-    running = [n for n in running_navigators() if robot is None or n.robot == robot]
-    if len(running) == 1:
-        return running[0].endpoint, running[0].robot
-    if not running:
-        raise UsageError(
-            "no navigator runs on this machine; start one with `ippon demo`, or name one elsewhere "
-            "with --connect tcp/ADDRESS:PORT --robot PREFIX"
-        )
-    choices = "\n".join(f"  --robot {n.robot}   ({n.endpoint})" for n in running)
-    raise UsageError(f"several navigators run on this machine; choose one:\n{choices}")
+def _give(session: zenoh.Session, command: Ask, requests: list[Wanted]) -> int:
+    """Give the search to the nearest free robot; with `--follow` stay until it is over."""
+    given = give(session, [search for search, _ in requests], command)
+    if given is None:
+        return EXIT_NOT_FOUND
+    if not command.follow:
+        return 0
+    robot, accepted = given
+    updates: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    subscribe(session, f"{robot}/{keys.STATUS}", updates.put)
+    return _follow(updates, [accepted.goal_id], command)
 
 
 def _read(session: zenoh.Session, robot: str, command: Ask) -> list[Wanted]:

@@ -20,6 +20,7 @@ SPOKEN = [
     CONSOLE / "link/panel_requests.py",
     CONSOLE / "link/versions.py",
     CONSOLE / "fleet/goal_assignment.py",
+    ROOT / "app/view/bid_wording.py",
     CONSOLE / "scene/click_explanation.py",
     CONSOLE / "web/permissions.py",
 ]

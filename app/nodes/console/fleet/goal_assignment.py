@@ -7,17 +7,17 @@ import msgspec
 import zenoh
 
 from app.links.fleet.assignment import Assignment, assign
-from app.links.fleet.bids import CredentialOf, RobotBid
+from app.links.fleet.bids import CredentialOf
 from app.links.fleet.navigators import live_navigators
 from app.links.network.requests import RequestRefusedError, ask
 from app.links.network.session import LinkError, open_client
 from app.messages import keys
-from app.messages.bid import Bid
 from app.messages.control import SearchRequest, SentenceReading, SentenceRequest
 from app.nodes.console.fleet.robot_paths import path_of
 from app.nodes.console.link.panel_requests import READ_S, REQUESTER
 from app.nodes.console.web.browsers import Browser
 from app.nodes.console.web.permissions import request_refusal
+from app.view.bid_wording import place_of, why_not
 from app.view.words import Words
 from ippon.guidance.language.requests.sentence import MAX_SENTENCE_CHARS, is_name, search_name
 
@@ -183,34 +183,6 @@ class GoalAssignment:
         else:
             text = say("give.nobody") if others else say("give.none")
         return GoalGiven(ok=False, text=text, others=others)
-
-
-def why_not(one: RobotBid, say: Words) -> str:
-    """Return why a robot did not get the goal, and what it knows of the place."""
-    if one.problem == "old" and one.detail:
-        return say("give.problem.old.version", version=one.detail)
-    if one.problem:
-        return say(f"give.problem.{one.problem}", detail=one.detail)
-    assert one.bid is not None
-    bid = one.bid
-    why = say(f"give.why.{bid.obstacle}", detail=bid.detail) if bid.obstacle else say("give.free")
-    return f"{why} · {place_of(bid, say)}"
-
-
-def place_of(bid: Bid, say: Words) -> str:
-    """Return what a robot knows of the place of a search, and how far that is."""
-    if bid.ground == "area":
-        return say("give.place.area", m2=say.number(bid.explored_m2))
-    if bid.ground == "unknown":
-        return say("give.place.unknown", place=bid.place) if bid.place else say(
-            "give.place.nothing"
-        )  # fmt: skip
-    key = f"give.place.{bid.ground}"
-    if bid.way_m is None:
-        return say(f"{key}.no_way", place=bid.place)
-    if bid.ground == "thing" and bid.room:
-        key = f"{key}.room"
-    return say(key, place=bid.place, room=bid.room, m=say.number(bid.way_m, 1))
 
 
 def _as_sentence(text: str) -> str:

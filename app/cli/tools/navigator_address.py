@@ -1,0 +1,26 @@
+"""Address of the navigator that a command asks."""
+
+from app.errors import UsageError
+from app.links.network.registry import running_navigators
+
+
+def find_navigator(
+    connect: str | None, robot: str | None, *, any_of: bool = False
+) -> tuple[str, str]:
+    """Return endpoint and key prefix of the navigator; with `any_of` the first of several.
+
+    Raises:
+        UsageError: No navigator runs on this machine, or several do and none is named.
+    """
+    if connect is not None:
+        return connect, robot or "ippon"
+    running = [n for n in running_navigators() if robot is None or n.robot == robot]
+    if len(running) == 1 or (running and any_of):
+        return running[0].endpoint, running[0].robot
+    if not running:
+        raise UsageError(
+            "no navigator runs on this machine; start one with `ippon demo`, or name one elsewhere "
+            "with --connect tcp/ADDRESS:PORT --robot PREFIX"
+        )
+    choices = "\n".join(f"  --robot {n.robot}   ({n.endpoint})" for n in running)
+    raise UsageError(f"several navigators run on this machine; choose one:\n{choices}")

@@ -1,0 +1,33 @@
+"""Bids of robots in words: what they know of a place, and why they did not get a goal."""
+
+from app.links.fleet.bids import RobotBid
+from app.messages.bid import Bid
+from app.view.words import Words
+
+
+def why_not(one: RobotBid, say: Words) -> str:
+    """Return why a robot did not get the goal, and what it knows of the place."""
+    if one.problem == "old" and one.detail:
+        return say("give.problem.old.version", version=one.detail)
+    if one.problem:
+        return say(f"give.problem.{one.problem}", detail=one.detail)
+    assert one.bid is not None
+    bid = one.bid
+    why = say(f"give.why.{bid.obstacle}", detail=bid.detail) if bid.obstacle else say("give.free")
+    return f"{why} · {place_of(bid, say)}"
+
+
+def place_of(bid: Bid, say: Words) -> str:
+    """Return what a robot knows of the place of a search, and how far that is."""
+    if bid.ground == "area":
+        return say("give.place.area", m2=say.number(bid.explored_m2))
+    if bid.ground == "unknown":
+        return say("give.place.unknown", place=bid.place) if bid.place else say(
+            "give.place.nothing"
+        )  # fmt: skip
+    key = f"give.place.{bid.ground}"
+    if bid.way_m is None:
+        return say(f"{key}.no_way", place=bid.place)
+    if bid.ground == "thing" and bid.room:
+        key = f"{key}.room"
+    return say(key, place=bid.place, room=bid.room, m=say.number(bid.way_m, 1))
