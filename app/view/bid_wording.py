@@ -1,7 +1,7 @@
 """Bids of robots in words: what they know of a place, and why they did not get a goal."""
 
 from app.links.fleet.bids import RobotBid
-from app.messages.bid import Bid
+from app.messages.control import Bid
 from app.view.words import Words
 
 

@@ -10,8 +10,7 @@ import zenoh
 
 from app.links.fleet.navigators import Question, ask_each
 from app.messages import keys
-from app.messages.bid import Bid, BidRequest, Ground
-from app.messages.control import ErrorReply, SearchRequest, decode, encode
+from app.messages.control import Bid, BidRequest, ErrorReply, Ground, SearchRequest, decode, encode
 from app.messages.lease import Credential
 from app.messages.status import Status
 

@@ -26,10 +26,10 @@ from app.nodes.navigator.localization.pose_tracker import pose_tracker
 from app.nodes.navigator.map_publisher import MapPublisher
 from app.nodes.navigator.memory_keeper import MemoryKeeper
 from app.nodes.navigator.profile_check import ProfileCheck
+from app.nodes.navigator.restoration import restore_goals, run_state
 from app.nodes.navigator.services.memory_service import MemoryService
 from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.services.request_services import RequestServices, declare_endpoints
-from app.nodes.navigator.services.restoration import restore_goals, run_state
 from app.nodes.navigator.services.room_service import RoomService
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.persistence import SavedState, StatePersistence

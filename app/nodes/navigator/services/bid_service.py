@@ -6,8 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from app.messages.bid import Bid, BidRequest, Ground
-from app.messages.control import SearchRequest
+from app.messages.control import Bid, BidRequest, Ground, SearchRequest
 from app.messages.lease import Credential
 from app.messages.status import MissionState
 from app.nodes.navigator.services.goal_service import GoalService

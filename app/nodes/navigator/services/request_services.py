@@ -14,8 +14,8 @@ from app.links.network.query_queue import QueryQueue
 from app.links.network.requests import Authorize, allow_all, serve, serve_with_credential
 from app.links.network.sender import Sender
 from app.messages import keys
-from app.messages.bid import BidRequest
 from app.messages.control import (
+    BidRequest,
     ControlRequest,
     FeedbackRequest,
     GuidanceRequest,
@@ -176,16 +176,9 @@ class RequestServices:
         )
         self.preview = PreviewService(goals, operations)
         served = (
-            self.control,
-            self.guidance,
-            self.goals,
-            self.bids,
-            self.drive,
-            self.queue,
-            self.saved,
-            self.sentences,
-            self.preview,
-        )
+            self.control, self.guidance, self.goals, self.bids, self.drive, self.queue, self.saved,
+            self.sentences, self.preview,
+        )  # fmt: skip
         self._endpoints = [
             declare_endpoints(session, robot, service, self.authorize) for service in served
         ]

@@ -3,7 +3,7 @@
 import time
 from typing import Final
 
-from app.messages.bid import Obstacle
+from app.messages.control import Obstacle
 from app.messages.status import MissionState, Status
 from app.nodes.navigator.state.goal_queue import GoalQueue
 

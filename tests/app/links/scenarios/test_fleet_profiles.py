@@ -11,8 +11,15 @@ from app.links.fleet.navigators import live_navigators
 from app.links.network.requests import ask, serve
 from app.links.network.session import PROFILE, LinkError, open_client, open_router
 from app.messages import keys
-from app.messages.bid import Bid, BidRequest
-from app.messages.control import ControlReply, ControlRequest, SearchAccepted, SearchRequest, encode
+from app.messages.control import (
+    Bid,
+    BidRequest,
+    ControlReply,
+    ControlRequest,
+    SearchAccepted,
+    SearchRequest,
+    encode,
+)
 from app.nodes.console.fleet import robot_list
 from app.nodes.console.fleet.robot_list import RobotList
 from tests.app.nodes.console.drawn_home import status_of
