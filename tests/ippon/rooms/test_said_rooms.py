@@ -8,6 +8,7 @@ from ippon.rooms.said_rooms import (
     SaidRoomConfig,
     is_elsewhere,
     read_said_rooms,
+    said_parts,
     weigh_rooms,
 )
 
@@ -134,3 +135,23 @@ def test_weights_that_exclude_or_invert_are_rejected():
         SaidRoomConfig(other_weight=0.0)
     with pytest.raises(ValueError, match="said_weight is finite and at least 1"):
         SaidRoomConfig(said_weight=0.5)
+
+
+@pytest.mark.parametrize(
+    ("context", "names", "parts"),
+    [
+        ("in the kitchen", (), {KITCHEN: "kitchen"}),
+        ("in the kitchen", (_named(UNCLEAR, "Kitchen"),), {UNCLEAR: "Kitchen"}),
+        ("in the kitchen", (_named(KITCHEN, "The cave"),), {KITCHEN: "The cave"}),
+        ("in the kitchen", (_named(KITCHEN, "Study"),), {}),
+        ("in Anna's room", (_named(UNCLEAR, "Anna"),), {UNCLEAR: "Anna"}),
+        ("in Anna's bedroom", (), {}),
+        ("in the snug", (_named(BEDROOM, "The snug"),), {BEDROOM: "The snug"}),
+        ("in the bathroom", (), {}),
+        ("not in the kitchen", (), {}),
+        ("in the kitchen or in the bedroom", (), {KITCHEN: "kitchen", BEDROOM: "bedroom"}),
+    ],
+)
+def test_the_parts_that_are_the_room_that_was_said(context, names, parts):
+    said = read_said_rooms(context, [one.name for one in names])
+    assert said_parts(said, _rooms(), names) == parts

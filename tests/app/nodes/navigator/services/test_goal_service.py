@@ -1,3 +1,4 @@
+import dataclasses
 from types import SimpleNamespace
 
 import msgspec
@@ -13,6 +14,7 @@ from app.nodes.navigator.services.request_services import declare_endpoints
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.guidance.levels import Level
 from ippon.vocabulary import MATTERPORT_40
+from tests.app.nodes.console.drawn_home import status_of
 
 
 class Recorder:
@@ -283,3 +285,29 @@ def test_ten_thousand_characters_are_refused_with_the_bound(office, field):
     assert "not a SearchRequest" in text
     assert "length <=" in text
     assert f"$.{field}" in text
+
+
+def test_a_goal_for_a_free_robot_is_refused_by_one_that_is_not(office):
+    free = SearchRequest(object="mug", if_free=True)
+    office.service.availability.status = status_of("starting", frames=5)
+
+    def answer(state):
+        office.service._operations = SimpleNamespace(ask=lambda _: state, wake=lambda: None)
+
+    answer("stopped")
+    with pytest.raises(RequestRefusedError, match="not free any more: stopped"):
+        office.service.search(free)
+    answer("starting")
+    assert office.service.search(free).position == 0
+    with pytest.raises(RequestRefusedError, match=r"not free any more: searching \(mug\)"):
+        office.service.search(free)
+    assert len(office.goals.unfinished()) == 1
+    assert office.service.search(SearchRequest(object="hat")).position == 1, "others may wait"
+
+
+def test_of_two_goals_at_once_for_a_free_robot_one_is_refused(office):
+    search = office.service.plan(SearchRequest(object="mug"))
+    search = dataclasses.replace(search, if_idle=True)
+    assert office.goals.add(search).position == 0
+    assert office.goals.add(search) is None
+    assert len(office.goals.unfinished()) == 1
