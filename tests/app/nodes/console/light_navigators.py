@@ -4,13 +4,23 @@ import threading
 
 import msgspec
 
+from app.links.language_model.interface import RULES, SentenceAnswer
+from app.links.language_model.sentence_reading import as_reading
+from app.links.network.requests import RequestRefusedError, serve, serve_with_credential
 from app.links.network.session import open_client
 from app.messages import keys
-from app.messages.control import encode
+from app.messages.control import (
+    BidRequest,
+    SearchAccepted,
+    SearchRequest,
+    SentenceRequest,
+    encode,
+)
 from app.messages.motion import StampedTransform, encode_transforms
 from app.messages.status import GoalStatus
 from app.nodes.navigator.config import NavigatorConfig
 from ippon.geometry import base_pose
+from ippon.guidance.language.requests.sentence import read_request
 from ippon.robot import ZED
 from tests.app.nodes.console.drawn_home import status_of
 
@@ -18,8 +28,12 @@ from tests.app.nodes.console.drawn_home import status_of
 class LightNavigator:
     """One navigator that searches for an object and publishes at a rate."""
 
-    def __init__(self, zenoh_port, robot, wanted="hat", hz=5.0, profile=ZED):
+    def __init__(self, zenoh_port, robot, wanted="hat", hz=5.0, profile=ZED, bid=None):
         self.robot, self.ticks = robot, 0
+        self.searches = []
+        """Searches that it took; without a bid it is a navigator that does not know of bids."""
+        self.who = []
+        """The credentials of those who asked for a bid."""
         self.goal = GoalStatus(goal_id=1, object=wanted, outcome="active")
         self._hz = hz
         self._session = open_client(f"tcp/127.0.0.1:{zenoh_port}")
@@ -28,10 +42,34 @@ class LightNavigator:
         about = f"{robot}/{keys.CONFIGURATION}"
         text = msgspec.json.encode(NavigatorConfig(robot=robot, profile=profile))
         self._session.declare_queryable(about, lambda query: query.reply(about, text))
+        self._served = [] if bid is None else self._serve(bid)
         self._token = self._session.liveliness().declare_token(f"{robot}/{keys.NAVIGATOR_ALIVE}")
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
+
+    def _serve(self, bid):
+        def answer(_, who):
+            self.who.append(who)
+            return bid
+
+        session, robot = self._session, self.robot
+        return [
+            serve_with_credential(session, f"{robot}/{keys.BID}", BidRequest, answer),
+            serve(session, f"{robot}/{keys.SEARCH}", SearchRequest, self._search),
+            serve(session, f"{robot}/{keys.SENTENCE}", SentenceRequest, self._read),
+        ]
+
+    def _search(self, request):
+        if request.if_free and self.searches:
+            raise RequestRefusedError("it is not free any more: searching")
+        self.searches.append(request)
+        self.goal = GoalStatus(goal_id=2, object=request.object, outcome="active")
+        return SearchAccepted(goal_id=2, object=request.object, position=0)
+
+    def _read(self, request):
+        read = read_request(request.sentence)
+        return as_reading(SentenceAnswer(read, RULES, "", "", ""), 1.0)
 
     def status(self):
         return encode(status_of(robot=self.robot, goal=self.goal, frames=self.ticks))

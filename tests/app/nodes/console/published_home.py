@@ -12,6 +12,7 @@ from app.links.language_model.sentence_reading import as_reading
 from app.messages import keys
 from app.messages.control import (
     Accepted,
+    Bid,
     ControlReply,
     ControlRequest,
     ErrorReply,
@@ -78,6 +79,7 @@ class PublishedHome:
         self._endpoints = declare_endpoints(self._session, robot, self.lease)
         for key, answer in {
             keys.SEARCH: self._search,
+            keys.BID: self._bid,
             keys.CONTROL: self._control,
             keys.GUIDANCE: self._accept,
             keys.FEEDBACK: self._feedback,
@@ -206,6 +208,10 @@ class PublishedHome:
         self.find = None
         self.state = "searching"
         return encode(SearchAccepted(goal_id=2, object=request.object, position=0))
+
+    def _bid(self, _):
+        bid = Bid(obstacle="searching", detail="hat", ground="room", place="kitchen", way_m=3.2)
+        return encode(bid)
 
     def _control(self, payload):
         action = decode(payload, ControlRequest).action

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from app.links.network.session import open_router
+from app.messages.control import Bid
 from app.nodes.console.fleet import robot_consoles
 from app.nodes.console.fleet.robot_consoles import RobotConsoles
 from app.nodes.console.web.access import OpenAccess
@@ -14,18 +15,21 @@ from app.nodes.console.web.guard import Hosts
 from tests.app.nodes.console.light_navigators import LightNavigator
 from tests.app.nodes.console.served import free_port, hear
 
+BID = Bid(obstacle="", ground="area", explored_m2=12.0)
+
 
 @pytest.fixture
 def fleet(stage, viser_server, state_feed, navigator, browsers):
     """A console of robot "own" whose router has the robots a and site/b."""
     port = free_port()
     router = open_router(f"tcp/127.0.0.1:{port}")
-    light = [LightNavigator(port, "a", "keys"), LightNavigator(port, "site/b", "mug")]
+    light = [LightNavigator(port, "a", "keys", bid=BID), LightNavigator(port, "site/b", "mug")]
     gateway = Gateway(viser_server, state_feed, navigator, OpenAccess(browsers), Hosts("127.0.0.1"))
     consoles = RobotConsoles(f"tcp/127.0.0.1:{port}", "own", gateway)
     app = gateway.app()
     app.router.routes += consoles.routes()
     consoles.start()
+    consoles.light = light
     served = stage.Served(SimpleNamespace(app=lambda: app))
     yield served, consoles
     served.close()
@@ -89,3 +93,48 @@ def test_what_nobody_looks_at_is_closed_and_there_is_a_limit(fleet, monkeypatch)
         assert time.monotonic() < deadline
         consoles.close_idle()
         time.sleep(0.05)
+
+
+def test_a_goal_is_given_with_the_control_that_the_browser_has_of_the_robot(fleet):
+    served, consoles = fleet
+    robot = consoles.light[0]
+    served.get("/")
+    given = served.post("/api/robots/give", content=b'{"sentence": "mug"}').json()
+    assert (given["ok"], given["robot"], given["path"]) == (True, "a", "/robot/a/")
+    assert [one["why"] for one in given["others"]] == ["version 0.1.0 does not know this request"]
+    assert robot.searches[0].object == "mug"
+    assert robot.who[0].name.startswith("browser ")
+    assert robot.who[0].epoch == 0
+    served.get("/robot/a/")
+    console = consoles._open["a"].console
+    twin = console.browsers.find(robot.who[0].session)
+    twin.epoch = 7
+    served.post("/api/robots/give", content=b'{"sentence": "hat"}')
+    assert robot.who[1].epoch == 7
+
+
+@pytest.mark.parametrize(
+    ("content", "status", "text"),
+    [
+        (b"{}", 400, "missing required field `sentence`"),
+        (b'{"sentence": "mug", "robot": "a"}', 400, "unknown field `robot`"),
+        (b"\xff", 400, "not a goal"),
+        (b'{"sentence": "' + b"x" * 3000 + b'"}', 400, "length <= "),
+        (b" " * 30_000, 413, "too long"),
+    ],
+)
+def test_what_is_no_goal_is_refused(fleet, content, status, text):
+    served, consoles = fleet
+    answer = served.post("/api/robots/give", content=content)
+    assert answer.status_code == status
+    assert text in answer.text
+    assert consoles.light[0].searches == []
+
+
+def test_another_site_gives_no_goal(fleet):
+    served, consoles = fleet
+    foreign = {"Origin": "http://evil.example"}
+    answer = served.post("/api/robots/give", content=b'{"sentence": "mug"}', headers=foreign)
+    assert answer.status_code == 403
+    assert served.get("/api/robots/give").status_code == 405
+    assert consoles.light[0].searches == []

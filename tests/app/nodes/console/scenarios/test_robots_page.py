@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
+from app.messages.control import Bid
 from ippon.robot import ZED, CollisionSphere
 from tests.app.nodes.console.light_navigators import LightNavigator
 from tests.chromium import KEEP_PICTURES, new_window, open_browser
@@ -26,6 +27,15 @@ DOG = dataclasses.replace(
     ),
     camera_height_m=0.5,
 )
+BIDS = {
+    1: Bid(obstacle="", ground="room", place="kitchen", way_m=14.3),
+    2: Bid(obstacle="held", detail="Anna", ground="room", place="kitchen", way_m=1.1),
+    3: Bid(obstacle="", ground="room", place="Anna's kitchen", way_m=6.42),
+    4: Bid(obstacle="", ground="unknown", place="kitchen"),
+    5: Bid(obstacle="stopped", ground="unknown", place="kitchen"),
+    6: Bid(obstacle="lost", detail="waiting for tf (3.0 s)", ground="unknown", place="kitchen"),
+}
+"""Of the first robots; the others are of a version without bids."""
 THINGS = ("hat", "keys", "red mug", "remote", "plant", "phone")
 
 
@@ -48,6 +58,7 @@ def parts(stage):
                 f"site/robot-{n:02}",
                 THINGS[n % len(THINGS)],
                 profile=DOG if n == 2 else ZED,
+                bid=BIDS.get(n),
             )
             for n in range(1, 21)
         ]
@@ -99,6 +110,79 @@ def test_all_robots_are_listed_and_cost_the_page_of_one_little(parts):
     if folder is not None:
         text = f"% of a core: alone {alone}, with twenty {with_twenty}, listed {listed}\n"
         (Path(folder) / "robots_core_percent.txt").write_text(text)
+
+
+def test_a_goal_goes_to_the_nearest_free_robot_with_the_keyboard_alone(parts):
+    page, _, light, _ = parts
+    field, answer = page.locator("#robots-goal"), page.locator("#robots-answer")
+    if not field.is_visible():
+        page.keyboard.press("b")
+    page.keyboard.press("Tab")
+    expect(field).to_be_focused()
+    page.keyboard.type("what is this")
+    page.keyboard.press("Enter")
+    expect(answer).to_contain_text("No object was found in it")
+    expect(answer).to_have_attribute("data-ok", "false")
+    field.fill("find my red mug, I left it in the kitchen")
+    page.keyboard.press("Enter")
+    expect(answer).to_have_text("site/robot-03 searches for: red mug (Anna's kitchen, 6.4 m away).")
+    expect(field).to_have_value("")
+    expect(field).to_be_focused()
+    rows = page.locator("#robots-list li")
+    for name, why in (
+        ("ippon", "searches for “hat” · kitchen, 3.2 m away"),
+        ("site/robot-01", "free · kitchen, 14.3 m away"),
+        ("site/robot-02", "Anna has control · kitchen, 1.1 m away"),
+        ("site/robot-04", "free · “kitchen” is not on its map"),
+        ("site/robot-06", "no data: waiting for tf (3.0 s)"),
+        ("site/robot-07", "version 0.1.0 does not know this request"),
+    ):
+        expect(rows.filter(has_text=name).locator(".robot-why")).to_contain_text(why)
+    third = rows.filter(has_text="site/robot-03")
+    expect(third.locator(".robot-why")).to_be_empty()
+    expect(third).to_contain_text("“red mug”")
+    assert [len(one.searches) for one in light[:6]] == [0, 0, 1, 0, 0, 0]
+    _shoot(page, "robots-given")
+    page.set_viewport_size({"width": 390, "height": 844})
+    for part in (field, page.locator("#robots-send")):
+        box = part.bounding_box()
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= 390
+        assert box["height"] >= 36
+    _shoot(page, "phone-robots-given")
+    page.set_viewport_size({"width": 1440, "height": 900})
+
+
+def test_in_german_and_if_nobody_is_free(parts, stage):
+    browser = parts[0].context.browser
+    port = stage.free_port()
+    home = stage.PublishedHome(port, most_voxels=2_000)
+    second = LightNavigator(port, "lager", bid=BIDS[2])
+    console = stage.ConsoleProcess(port, stage.free_port(), language="de")
+    window = new_window(browser)
+    console.wait_until_up()
+    page = window.new_page()
+    page.goto(console.url)
+    expect(page.locator("#state")).to_have_text("Sucht")
+    page.keyboard.press("b")
+    expect(page.locator("#robots-give label")).to_have_text("Dem nächsten freien Roboter geben")
+    page.locator("#robots-goal").fill("red mug")
+    page.get_by_role("button", name="Geben", exact=True).click()
+    expect(page.locator("#robots-answer")).to_have_text(
+        "Kein Roboter ist frei: Niemand hat das Ziel bekommen, und keiner hat es vorgemerkt."
+    )
+    row = page.locator("#robots-list li", has_text="lager")
+    expect(row).to_contain_text("Anna steuert · kitchen, 1,1 m entfernt")
+    expect(page.locator("#robots-goal")).to_have_value("red mug")
+    assert [key for key, _ in home.requests if key != "lease"] == ["bid"]
+    assert second.searches == []
+    _shoot(page, "robots-german")
+    page.set_viewport_size({"width": 390, "height": 844})
+    _shoot(page, "phone-robots-german")
+    window.close()
+    console.close()
+    second.close()
+    home.close()
 
 
 def test_one_click_shows_the_page_of_another_robot_at_its_own_address(parts):
