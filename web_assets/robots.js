@@ -22,10 +22,12 @@ export class Robots {
       this.give();
     });
     at("robots-goal").addEventListener("input", () => {
+      this.forget();
       if (this.doubtful && at("robots-goal").value !== this.doubtful) this.answer("");
     });
     sides.add("robots", "KeyB", (open) => {
       this.isOpen = open;
+      if (!open) this.forget();
       this.fetch();
     });
     setInterval(() => this.fetch(), EVERY_MS);
@@ -38,7 +40,7 @@ export class Robots {
     if (send.disabled || !sentence.trim()) return;
     const sure = sentence === this.doubtful;
     send.disabled = field.readOnly = true;
-    this.reasons = new Map();
+    this.forget();
     this.answer(say("robots.give.asking"));
     try {
       const body = JSON.stringify({ sentence, sure });
@@ -59,9 +61,16 @@ export class Robots {
     this.answer(given.text, given.ok);
     this.doubtful = given.doubtful ? sentence : "";
     if (given.ok) at("robots-goal").value = "";
+    if (given.robot) this.reasons.set(given.robot, say("robots.give.got"));
     for (const [name, row] of this.rows) row.why.textContent = this.reasons.get(name) ?? "";
     this.rows.get(given.robot)?.node.scrollIntoView({ block: "nearest" });
     this.fetch();
+  }
+
+  // What the robots said is not true for long.
+  forget() {
+    this.reasons = new Map();
+    for (const row of this.rows.values()) row.why.textContent = "";
   }
 
   answer(text, ok = true) {

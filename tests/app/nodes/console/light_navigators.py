@@ -1,9 +1,11 @@
 """Navigators as a router shows them: a token, a status, a pose; without a map."""
 
 import threading
+import time
 
 import msgspec
 
+from app.links.fleet.navigators import live_navigators
 from app.links.language_model.interface import RULES, SentenceAnswer
 from app.links.language_model.sentence_reading import as_reading
 from app.links.network.requests import RequestRefusedError, serve, serve_with_credential
@@ -23,6 +25,15 @@ from ippon.geometry import base_pose
 from ippon.guidance.language.requests.sentence import read_request
 from ippon.robot import ZED
 from tests.app.nodes.console.drawn_home import status_of
+
+
+def wait_until_listed(zenoh_port, names, timeout_s=20.0):
+    """Wait until a router lists navigators: a token takes a moment to get there."""
+    session = open_client(f"tcp/127.0.0.1:{zenoh_port}")
+    deadline = time.monotonic() + timeout_s
+    while not set(names) <= set(live_navigators(session)):
+        assert time.monotonic() < deadline
+    session.close()
 
 
 class LightNavigator:

@@ -10,7 +10,7 @@ from app.messages.lease import Credential
 from app.nodes.console.fleet.goal_assignment import GoalAssignment, GoalToGive
 from app.nodes.console.web.browsers import Browser
 from app.view.words import ENGLISH, Words
-from tests.app.nodes.console.light_navigators import LightNavigator
+from tests.app.nodes.console.light_navigators import LightNavigator, wait_until_listed
 from tests.app.nodes.console.served import free_port
 
 IN_THE_KITCHEN = "find my red mug, I left it in the kitchen"
@@ -30,6 +30,7 @@ def site():
 
     def add(name, bid=None):
         opened.append(LightNavigator(port, name, bid=bid))
+        wait_until_listed(port, [name])
         return opened[-1]
 
     def give(sentence, *, sure=False, browser=ANNA, say=ENGLISH):

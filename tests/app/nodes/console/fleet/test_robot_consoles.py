@@ -12,7 +12,7 @@ from app.nodes.console.fleet.robot_consoles import RobotConsoles
 from app.nodes.console.web.access import OpenAccess
 from app.nodes.console.web.gateway import Gateway
 from app.nodes.console.web.guard import Hosts
-from tests.app.nodes.console.light_navigators import LightNavigator
+from tests.app.nodes.console.light_navigators import LightNavigator, wait_until_listed
 from tests.app.nodes.console.served import free_port, hear
 
 BID = Bid(obstacle="", ground="area", explored_m2=12.0)
@@ -24,6 +24,7 @@ def fleet(stage, viser_server, state_feed, navigator, browsers):
     port = free_port()
     router = open_router(f"tcp/127.0.0.1:{port}")
     light = [LightNavigator(port, "a", "keys", bid=BID), LightNavigator(port, "site/b", "mug")]
+    wait_until_listed(port, ["a", "site/b"])
     gateway = Gateway(viser_server, state_feed, navigator, OpenAccess(browsers), Hosts("127.0.0.1"))
     consoles = RobotConsoles(f"tcp/127.0.0.1:{port}", "own", gateway)
     app = gateway.app()
