@@ -71,11 +71,12 @@ def run_ask(command: Ask) -> int:
     except LinkError as error:
         raise UsageError(str(error)) from error
     try:
-        # A navigator that compiles is at its endpoint already, and takes no request yet. Where it
-        # cannot be determined, the request itself fails.
         if command.nearest:
             robot = reader(session, robot)
-        is_alive(session, f"{robot}/{keys.NAVIGATOR_ALIVE}", command.timeout_s)
+        else:
+            # A navigator that compiles is at its endpoint already, and takes no request yet. Where
+            # it cannot be determined, the request itself fails.
+            is_alive(session, f"{robot}/{keys.NAVIGATOR_ALIVE}", command.timeout_s)
         if command.add_label is not None:
             _add_label(session, robot, command)
             if not command.object:

@@ -40,7 +40,12 @@ class Answers:
 
 
 def live_navigators(session: zenoh.Session) -> list[str]:
-    """Return the names of the navigators on the router, in alphabetical order."""
+    """Return the names of the navigators on the router, in alphabetical order.
+
+    Args:
+        session: Has not watched a token before (`is_alive`): zenoh 1.x at times leaves out a token
+            in a session whose subscription to it has ended.
+    """
     names: set[str] = set()
     replies: Any = session.liveliness().get(f"**{_SUFFIX}", timeout=ANSWER_S)
     for reply in replies:
