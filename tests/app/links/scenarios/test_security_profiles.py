@@ -6,7 +6,7 @@ import time
 import pytest
 
 from app.certificates.roles import write_roles
-from app.links.network.requests import ask, serve
+from app.links.network.requests import ask, last_message, serve
 from app.links.network.session import PROFILE, LinkError, open_client, open_router
 from app.links.network.subscription import is_alive, subscribe
 from app.messages import keys
@@ -64,6 +64,12 @@ def test_a_console_watches_and_steers(network):
     subscribe(console, "ippon/status", heard.append)
     assert control(console) == "stopped"
     assert ask(console, "ippon/feedback", FeedbackRequest(verdict="confirm"), Accepted, 2.0)
+    driven = []
+    subscribe(network.router, "ippon/teleop/cmd_vel", driven.append)
+    for _ in range(20):
+        console.put("ippon/teleop/cmd_vel", b"go")
+        time.sleep(0.05)
+    assert driven == 20 * [b"go"]
     network.router.put("ippon/status", b"fine")
     assert control(console) == "stopped", "sent after the status, so that it has come by now"
     assert heard == [b"fine"]
@@ -90,15 +96,22 @@ def test_a_robot_sends_and_obeys_and_commands_nothing(network):
     subscribe(network.router, "ippon/camera/**", heard.append)
     subscribe(robot, "ippon/cmd_vel", obeyed.append)
     console = network("console")
-    robot.put("ippon/camera/color/image_raw/compressed", b"a picture")
+    for _ in range(20):
+        # The first message goes out before the client knows whether anybody listens.
+        robot.put("ippon/camera/color/image_raw/compressed", b"a picture")
+        time.sleep(0.05)
     with pytest.raises(LinkError, match="no reply on ippon/control"):
         ask(robot, "ippon/control", ControlRequest(action="resume"), ControlReply, 0.5)
+    key = "ippon/segmentation/labels"
+    kept = network.router.declare_queryable(key, lambda query: query.reply(key, b"hat"))
+    assert last_message(robot, key, 5.0) == b"hat", "a robot that starts later gets them, too"
     network.router.put("ippon/cmd_vel", b"forward")
     assert control(console) == "stopped"
     with pytest.raises(LinkError):
         ask(robot, "ippon/search", ControlRequest(action="stop"), ControlReply, 0.5)
-    assert heard == [b"a picture"]
+    assert heard == 20 * [b"a picture"]
     assert obeyed == [b"forward"]
+    del kept
 
 
 def test_a_bridge_sees_the_navigator_and_other_bridges(network):
