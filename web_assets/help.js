@@ -20,7 +20,8 @@ export function installHelp(isTyping) {
 }
 
 // The scene's client has the same origin, so its colours can be switched in place.
-export function installTheme(view) {
+// tell: told the theme; returns what tells it again.
+export function installTheme(view, tell) {
   const light = matchMedia("(prefers-color-scheme: light)");
   const chosen = () => localStorage.getItem(THEME) ?? (light.matches ? "light" : "dark");
   const show = () => {
@@ -28,6 +29,7 @@ export function installTheme(view) {
     document.documentElement.dataset.theme = theme;
     at("theme").title = say(theme === "dark" ? "theme.light" : "theme.dark");
     applyTheme(view, theme);
+    tell(theme);
   };
   at("theme").addEventListener("click", () => {
     localStorage.setItem(THEME, chosen() === "dark" ? "light" : "dark");
@@ -36,6 +38,7 @@ export function installTheme(view) {
   light.addEventListener("change", show);
   view.addEventListener("load", show);
   show();
+  return () => tell(chosen());
 }
 
 // viser's panels follow an attribute that viser sets; this sets it back to the chosen theme.

@@ -39,6 +39,7 @@ let instance = null;
 let state = null;
 let robot = say("page.robot.none");
 let nextCommand = 1;
+let tellTheme = () => {};
 const pending = new Map();
 
 function connect() {
@@ -48,6 +49,7 @@ function connect() {
     attempt = 0;
     heardAt = performance.now();
     ping();
+    tellTheme();
   };
   socket.onmessage = (event) => {
     heardAt = performance.now();
@@ -297,7 +299,7 @@ view.addEventListener("load", adoptView);
 at("stop").addEventListener("click", stop);
 at("resume").addEventListener("click", () => insist(command("resume")));
 setInterval(ping, PING_MS);
-installTheme(view);
+tellTheme = installTheme(view, (theme) => send({ type: "theme", light: theme === "light" }));
 installFold(view);
 followSceneArea(view, () => camera.measure());
 adoptView();

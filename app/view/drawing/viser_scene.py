@@ -24,6 +24,11 @@ ROOTS: Final = (
     "/robot", "/finds", "/painted", "/far_evidence", "/pointed",
 )  # fmt: skip
 """Root of every node of the drawing, except lights and floor."""
+Rgb = tuple[int, int, int]
+DARK_FLOOR: Final[tuple[Rgb, Rgb]] = ((56, 64, 76), (72, 82, 98))
+"""Lines of the floor every 0.5 m and every 2 m, little lighter than the dark theme's ground."""
+LIGHT_FLOOR: Final[tuple[Rgb, Rgb]] = ((176, 185, 195), (188, 196, 205))
+"""The same for the light theme, where dark lines would compete with the map."""
 ALL_PARTS: Final[frozenset[Part]] = frozenset(
     {
         "voxels",
@@ -38,6 +43,27 @@ ALL_PARTS: Final[frozenset[Part]] = frozenset(
         "far_evidence",
     }
 )
+
+
+def add_floor(scene: Any, colors: tuple[Rgb, Rgb]) -> None:
+    """Draw the floor's grid, or draw it anew in other colours.
+
+    Args:
+        scene: That of the server, for all, or of a client, for it alone.
+        colors: Of the lines every 0.5 m and every 2 m.
+    """
+    scene.add_grid(
+        "/floor",
+        width=40.0,
+        height=40.0,
+        cell_size=0.5,
+        section_size=2.0,
+        cell_color=colors[0],
+        section_color=colors[1],
+        infinite_grid=True,
+        fade_distance=30.0,
+        position=(0.0, 0.0, -0.06),
+    )
 
 
 class ViserScene:
@@ -67,18 +93,7 @@ class ViserScene:
         scene.add_light_directional(
             "/lights/sun", color=(255, 250, 240), intensity=2.2, position=(-2.0, -3.0, 5.0)
         )
-        scene.add_grid(
-            "/floor",
-            width=40.0,
-            height=40.0,
-            cell_size=0.5,
-            section_size=2.0,
-            cell_color=(56, 64, 76),
-            section_color=(72, 82, 98),
-            infinite_grid=True,
-            fade_distance=30.0,
-            position=(0.0, 0.0, -0.06),
-        )
+        add_floor(scene, DARK_FLOOR)
 
     def draw(self, model: SceneModel, changed: frozenset[Part], options: ViewOptions) -> None:
         """Draw the changes since the last call, in one batch."""

@@ -10,7 +10,14 @@ from app.view.drawing.camera_follow import CameraFollow
 from app.view.drawing.overlay_layer import NOTHING, Highlight
 from app.view.drawing.subtree import Subtree
 from app.view.drawing.viser_private import ignore_disconnect, uuid_of
-from app.view.drawing.viser_scene import ALL_PARTS, ROOTS, ViserScene
+from app.view.drawing.viser_scene import (
+    ALL_PARTS,
+    DARK_FLOOR,
+    LIGHT_FLOOR,
+    ROOTS,
+    ViserScene,
+    add_floor,
+)
 from app.view.model.scene_model import Part, SceneModel
 from app.view.view_options import ViewOptions
 from app.view.words import ENGLISH, Words
@@ -45,6 +52,7 @@ class BrowserView:
         self._own: ViserScene | None = None
         self._is_new = True
         self._has_changed = False
+        self._is_light = False
         with client.atomic(), tab:
             self._panel = MapPanel(client.gui, self._choose, self._recall, say)
         self._controls = {uuid_of(handle) for handle in self._panel.controls()}
@@ -53,6 +61,11 @@ class BrowserView:
 
     def draw(self, model: SceneModel, changed: frozenset[Part], highlight: Highlight) -> None:
         """Draw what changed; everything after a change of options."""
+        is_light = self.browser is not None and self.browser.has_light_theme
+        if is_light != self._is_light:
+            # Only in this browser's scene, in place of the shared floor.
+            self._is_light = is_light
+            add_floor(self.client.scene, LIGHT_FLOOR if is_light else DARK_FLOOR)
         if self._has_changed:
             self._has_changed = False
             changed |= ALL_PARTS

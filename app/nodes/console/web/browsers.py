@@ -32,6 +32,8 @@ class Browser:
         self.standing: Standing = "watches"
         """Standing in the navigator's last reply."""
         self.detail = ""
+        self.has_light_theme = False
+        """Theme of its pages, as the last of them said."""
         self.expires_s: float | None = None
         """Wall clock at which the login ends; None without one."""
         self.own_controls: set[str] = set()

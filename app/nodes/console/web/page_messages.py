@@ -1,17 +1,158 @@
-"""Messages of a page over a WebSocket, for its shell and for its camera view."""
+"""Messages of a page over a WebSocket: those of its shell, and how shell and camera view read."""
 
 import asyncio
 import logging
 from collections.abc import AsyncGenerator, Coroutine
-from typing import Any, Final, TypeVar
+from typing import Annotated, Any, Final, Literal, TypeVar
 
 import msgspec
 from starlette.websockets import WebSocket
+
+from app.messages.control import QueueRequest, SavedSearchRequest
+from app.messages.driving import DriveModeName
+from app.messages.memory import MemoryNoteRequest
+from app.nodes.console.web.browsers import Role, Standing
 
 logger = logging.getLogger(__name__)
 
 _BAD_MESSAGE: Final = 1007
 _M = TypeVar("_M")
+
+
+Share = Annotated[float, msgspec.Meta(ge=-1.0, le=1.0)]
+ViewShare = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
+Metres = Annotated[float, msgspec.Meta(ge=-1e4, le=1e4)]
+
+
+class ShellPing(msgspec.Struct, tag="ping", forbid_unknown_fields=True):
+    """Requests a `ShellPong` with the same number."""
+
+    t: float
+
+
+class ShellCommand(msgspec.Struct, tag="control", forbid_unknown_fields=True):
+    """Command of a button of the shell."""
+
+    id: int
+    action: Literal["stop", "resume", "pause", "cancel"]
+    goal_id: int | None = None
+    """The only goal that is cancelled."""
+
+
+class ShellDrive(msgspec.Struct, tag="drive", forbid_unknown_fields=True):
+    """New drive mode."""
+
+    id: int
+    mode: DriveModeName
+
+
+class ShellInput(msgspec.Struct, tag="hand", forbid_unknown_fields=True):
+    """Teleoperation keys held down on the page, each part in -1 to 1."""
+
+    forward: Share = 0.0
+    turn: Share = 0.0
+    tilt: Share = 0.0
+
+
+class ShellAlive(msgspec.Struct, tag="alive", forbid_unknown_fields=True):
+    """Sent every second by an active page, which renews its lease if it has one."""
+
+
+class ShellLease(msgspec.Struct, tag="lease", forbid_unknown_fields=True):
+    """Command of a button about the control lease."""
+
+    id: int
+    action: Literal["request", "release", "grant", "deny", "take"]
+
+
+class ShellRoom(msgspec.Struct, tag="room", forbid_unknown_fields=True):
+    """New name of the room at a point of the map; empty to remove it."""
+
+    id: int
+    x_m: float
+    y_m: float
+    name: Annotated[str, msgspec.Meta(max_length=200)]
+
+
+class ShellSearch(msgspec.Struct, tag="search", forbid_unknown_fields=True):
+    """Search for an object that the list of remembered things names."""
+
+    id: int
+    object: Annotated[str, msgspec.Meta(min_length=1, max_length=80)]
+
+
+class ShellNote(msgspec.Struct, tag="note", forbid_unknown_fields=True):
+    """What a person says of a remembered thing."""
+
+    id: int
+    change: MemoryNoteRequest
+
+
+class ShellLook(msgspec.Struct, tag="look", forbid_unknown_fields=True):
+    """A thing to fly to and to explain."""
+
+    position: tuple[Metres, Metres, Metres]
+    size: tuple[Metres, Metres, Metres] = (0.5, 0.5, 0.5)
+    at_once: bool = False
+    """Without a flight, for people who want less motion."""
+
+
+class ShellHover(msgspec.Struct, tag="hover", forbid_unknown_fields=True):
+    """Point of the view under the pointer; the reply names what is there."""
+
+    id: int
+    u: ViewShare
+    v: ViewShare
+
+
+class ShellTheme(msgspec.Struct, tag="theme", forbid_unknown_fields=True):
+    """The theme of the page, which the floor of its scene follows."""
+
+    light: bool
+
+
+class ShellQueue(msgspec.Struct, tag="queue", forbid_unknown_fields=True):
+    """Change of the queue of goals."""
+
+    id: int
+    change: QueueRequest
+
+
+class ShellSaved(msgspec.Struct, tag="saved", forbid_unknown_fields=True):
+    """Change of the saved searches, or a saved search to run."""
+
+    id: int
+    change: SavedSearchRequest
+
+
+class ShellYou(msgspec.Struct, tag="you"):
+    """Name and standing of this page."""
+
+    name: str
+    role: Role
+    standing: Standing
+    detail: str
+    has_login: bool
+
+
+class ShellPong(msgspec.Struct, tag="pong"):
+    """Answer to `ShellPing`."""
+
+    t: float
+
+
+class ShellReply(msgspec.Struct, tag="reply"):
+    """Result of a command: the present state of the navigator, or the error."""
+
+    id: int
+    ok: bool
+    text: str
+
+
+ShellMessage = (
+    ShellPing | ShellCommand | ShellDrive | ShellInput | ShellAlive | ShellLease | ShellRoom
+    | ShellLook | ShellHover | ShellSearch | ShellNote | ShellTheme | ShellQueue | ShellSaved
+)  # fmt: skip
 
 
 async def page_messages(

@@ -4,19 +4,38 @@ import asyncio
 import logging
 import time
 from collections.abc import Awaitable, Callable
-from typing import Annotated, Final, Literal
+from typing import Final
 
 import msgspec
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from app.messages.control import ControlRequest, QueueRequest, SavedSearchRequest
-from app.messages.driving import DriveModeName
-from app.messages.memory import MemoryNoteRequest
+from app.messages.control import ControlRequest
 from app.nodes.console.link.commands import CommandError, Controller
 from app.nodes.console.scene.scene_requests import Hover, Look
 from app.nodes.console.scene.state_feed import StateFeed
-from app.nodes.console.web.browsers import Browser, Role, Standing, set_acting_browser
-from app.nodes.console.web.page_messages import page_messages, until_one_ends
+from app.nodes.console.web.browsers import Browser, set_acting_browser
+from app.nodes.console.web.page_messages import (
+    ShellAlive,
+    ShellCommand,
+    ShellDrive,
+    ShellHover,
+    ShellInput,
+    ShellLease,
+    ShellLook,
+    ShellMessage,
+    ShellNote,
+    ShellPing,
+    ShellPong,
+    ShellQueue,
+    ShellReply,
+    ShellRoom,
+    ShellSaved,
+    ShellSearch,
+    ShellTheme,
+    ShellYou,
+    page_messages,
+    until_one_ends,
+)
 from app.nodes.console.web.permissions import may_command
 from ippon.control.drive_mode import NO_INPUT, TeleopInput
 
@@ -28,135 +47,7 @@ ASLEEP_S: Final = 5.0
 """Silence after which a page counts as asleep and its lease is no longer renewed; longer than the
 pauses of a page that renders slowly. A closed page is noticed at once."""
 
-Share = Annotated[float, msgspec.Meta(ge=-1.0, le=1.0)]
-ViewShare = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
-Metres = Annotated[float, msgspec.Meta(ge=-1e4, le=1e4)]
-
-
-class ShellPing(msgspec.Struct, tag="ping", forbid_unknown_fields=True):
-    """Requests a `ShellPong` with the same number."""
-
-    t: float
-
-
-class ShellCommand(msgspec.Struct, tag="control", forbid_unknown_fields=True):
-    """Command of a button of the shell."""
-
-    id: int
-    action: Literal["stop", "resume", "pause", "cancel"]
-    goal_id: int | None = None
-    """The only goal that is cancelled."""
-
-
-class ShellDrive(msgspec.Struct, tag="drive", forbid_unknown_fields=True):
-    """New drive mode."""
-
-    id: int
-    mode: DriveModeName
-
-
-class ShellInput(msgspec.Struct, tag="hand", forbid_unknown_fields=True):
-    """Teleoperation keys held down on the page, each part in -1 to 1."""
-
-    forward: Share = 0.0
-    turn: Share = 0.0
-    tilt: Share = 0.0
-
-
-class ShellAlive(msgspec.Struct, tag="alive", forbid_unknown_fields=True):
-    """Sent every second by an active page, which renews its lease if it has one."""
-
-
-class ShellLease(msgspec.Struct, tag="lease", forbid_unknown_fields=True):
-    """Command of a button about the control lease."""
-
-    id: int
-    action: Literal["request", "release", "grant", "deny", "take"]
-
-
-class ShellRoom(msgspec.Struct, tag="room", forbid_unknown_fields=True):
-    """New name of the room at a point of the map; empty to remove it."""
-
-    id: int
-    x_m: float
-    y_m: float
-    name: Annotated[str, msgspec.Meta(max_length=200)]
-
-
-class ShellSearch(msgspec.Struct, tag="search", forbid_unknown_fields=True):
-    """Search for an object that the list of remembered things names."""
-
-    id: int
-    object: Annotated[str, msgspec.Meta(min_length=1, max_length=80)]
-
-
-class ShellNote(msgspec.Struct, tag="note", forbid_unknown_fields=True):
-    """What a person says of a remembered thing."""
-
-    id: int
-    change: MemoryNoteRequest
-
-
-class ShellLook(msgspec.Struct, tag="look", forbid_unknown_fields=True):
-    """A thing to fly to and to explain."""
-
-    position: tuple[Metres, Metres, Metres]
-    size: tuple[Metres, Metres, Metres] = (0.5, 0.5, 0.5)
-    at_once: bool = False
-    """Without a flight, for people who want less motion."""
-
-
-class ShellHover(msgspec.Struct, tag="hover", forbid_unknown_fields=True):
-    """Point of the view under the pointer; the reply names what is there."""
-
-    id: int
-    u: ViewShare
-    v: ViewShare
-
-
-class ShellQueue(msgspec.Struct, tag="queue", forbid_unknown_fields=True):
-    """Change of the queue of goals."""
-
-    id: int
-    change: QueueRequest
-
-
-class ShellSaved(msgspec.Struct, tag="saved", forbid_unknown_fields=True):
-    """Change of the saved searches, or a saved search to run."""
-
-    id: int
-    change: SavedSearchRequest
-
-
-class ShellYou(msgspec.Struct, tag="you"):
-    """Name and standing of this page."""
-
-    name: str
-    role: Role
-    standing: Standing
-    detail: str
-    has_login: bool
-
-
-class ShellPong(msgspec.Struct, tag="pong"):
-    """Answer to `ShellPing`."""
-
-    t: float
-
-
-class ShellReply(msgspec.Struct, tag="reply"):
-    """Result of a command: the present state of the navigator, or the error."""
-
-    id: int
-    ok: bool
-    text: str
-
-
-_Message = (
-    ShellPing | ShellCommand | ShellDrive | ShellInput | ShellAlive | ShellLease | ShellRoom
-    | ShellLook | ShellHover | ShellSearch | ShellNote | ShellQueue | ShellSaved
-)  # fmt: skip
-_decoder: Final = msgspec.json.Decoder(_Message)
+_decoder: Final = msgspec.json.Decoder(ShellMessage)
 
 
 async def serve_shell(
@@ -208,6 +99,9 @@ async def _listen(
                 continue
             if isinstance(message, ShellAlive):
                 standing.hear()
+                continue
+            if isinstance(message, ShellTheme):
+                standing.browser.has_light_theme = message.light
                 continue
             if isinstance(message, ShellLook):
                 state_feed.scene.look(

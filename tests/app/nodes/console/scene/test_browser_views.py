@@ -16,6 +16,7 @@ from app.nodes.console.scene.browser_views import OWN, BrowserViews
 from app.nodes.console.web.browsers import Browser
 from app.view.drawing.camera_follow import CameraFollow
 from app.view.drawing.overlay_layer import NOTHING
+from app.view.drawing.viser_scene import DARK_FLOOR, LIGHT_FLOOR
 from app.view.model.scene_model import SceneModel
 from app.view.view_options import ViewOptions
 
@@ -62,6 +63,10 @@ class FakeClient:
                 lambda: any(wanted(m) for m in self._heard), PATIENCE_S
             ), [(m["type"], m.get("name")) for m in self._heard][-12:]
             return next(m for m in self._heard if wanted(m))
+
+    def heard(self):
+        with self._changed:
+            return list(self._heard)
 
     def names(self):
         with self._changed:
@@ -191,3 +196,28 @@ def test_a_browser_that_leaves_is_forgotten_and_may_be_drawn_for_meanwhile(conso
     assert console.views.options_of(0) == ViewOptions()
     assert np.allclose(console.views.bounds()[0], 0.0)
     console.draw()
+
+
+def test_the_floor_follows_the_theme_of_each_browser(console):
+    def floor(colors):
+        def wanted(message):
+            if message.get("name") != "/floor" or "props" not in message:
+                return False
+            props = message["props"]
+            return (tuple(props["cell_color"]), tuple(props["section_color"])) == colors
+
+        return wanted
+
+    first, second = console.open(), console.open()
+    for one in (first, second):
+        one.wait(floor(DARK_FLOOR))
+    console.browsers[1].has_light_theme = True
+    console.draw()
+    second.wait(floor(LIGHT_FLOOR))
+    third = console.open()
+    third.wait(floor(DARK_FLOOR))
+    assert not any(map(floor(LIGHT_FLOOR), first.heard()))
+    assert not any(map(floor(LIGHT_FLOOR), third.heard()))
+    for one in (first, second, third):
+        one.close()
+        console.wait_for_goodbye()

@@ -181,3 +181,14 @@ def test_a_page_that_sleeps_keeps_no_lease(client, navigator, monkeypatch):
         while navigator.actions.count("renew") == renewals:
             assert time.monotonic() < deadline
             time.sleep(0.02)
+
+
+def test_the_theme_of_a_page_is_that_of_its_browser(client, browsers):
+    cookie = client.get("/").headers["set-cookie"].split(";")[0]
+    browser = browsers.find(cookie.removeprefix("ippon="))
+    with client.socket("/api/ws", cookie=cookie) as shell:
+        for light in (True, False):
+            shell.send(f'{{"type":"theme","light":{str(light).lower()}}}')
+            shell.send('{"type":"ping","t":1}')
+            hear(shell, "pong")
+            assert browser.has_light_theme is light
