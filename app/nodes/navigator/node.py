@@ -232,11 +232,9 @@ class Navigator:
             of = ended[0] if ended and event.kind in ("found", "exhausted") else None
             self._events.report(event.kind, event.text, of)
             if event.kind == "confirmed" and self._goals.announced() is None:
-                self._services.goals.availability.hold_until = 0.0
+                self._services.goals.availability.hold(0.0)
         if ended:
-            self._services.goals.availability.hold_until = (
-                time.monotonic() + self.config.hold_find_s
-            )
+            self._services.goals.availability.hold(self.config.hold_find_s)
 
     def _learn_late_heatmap(self) -> None:
         """Integrate the heatmap of an earlier frame that a slow segmentation has sent now."""
@@ -296,7 +294,7 @@ class Navigator:
 
     def _start_next_goal(self) -> None:
         now = time.monotonic()
-        started = self._goals.next(now, hold=now < self._services.goals.availability.hold_until)
+        started = self._goals.next(now, hold=self._services.goals.availability.holds)
         if not started:
             return
         searches = [self._services.guidance.fitted(search) for search in started]

@@ -22,9 +22,16 @@ class Availability:
         self._goals = goals
         self.status: Status | None = None
         """The latest status; the navigator sets it."""
-        self.hold_until = 0.0
-        """Monotonic time until which a find is announced before waiting goals start; the navigator
-        sets it."""
+        self._hold_until = 0.0
+
+    def hold(self, for_s: float) -> None:
+        """Announce a find for some seconds from now on before waiting goals start."""
+        self._hold_until = time.monotonic() + for_s
+
+    @property
+    def holds(self) -> bool:
+        """A find is being announced."""
+        return time.monotonic() < self._hold_until
 
     def obstacle(self, state: MissionState) -> tuple[Obstacle, str]:
         """Return why no search could start now, and the detail; empty where one could.
@@ -42,6 +49,6 @@ class Availability:
         goals = self._goals.unfinished()
         if goals:
             return "searching", goals[0].goal.display
-        if self._goals.announced() is not None and time.monotonic() < self.hold_until:
+        if self._goals.announced() is not None and self.holds:
             return "found", ""
         return "", ""

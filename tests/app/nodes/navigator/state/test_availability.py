@@ -1,7 +1,5 @@
 """Whether the robot could start a search at once."""
 
-import time
-
 import pytest
 
 from app.nodes.navigator.state.availability import Availability
@@ -58,7 +56,7 @@ def test_before_the_first_frame_it_is_not_free(desk):
 
 def test_a_find_is_announced_for_a_while(desk, availability):
     finish(desk, "found")
-    availability.hold_until = time.monotonic() + 100.0
+    availability.hold(100.0)
     assert availability.obstacle("found") == ("found", "")
-    availability.hold_until = time.monotonic() - 0.1
+    availability.hold(0.0)
     assert availability.obstacle("found") == ("", "")
