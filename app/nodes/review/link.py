@@ -2,12 +2,12 @@
 
 from typing import Any, NoReturn
 
+from app.links.network.inbox import Inbox
 from app.messages.lease import LeaseStatus
 from app.messages.status import Status
 from app.nodes.console.critical_thread import OnFailure
 from app.nodes.console.link.commands import CommandError
 from app.nodes.console.link.navigator_link import NavigatorLink
-from app.nodes.console.scene.inbox import Inbox
 from app.view.words import ENGLISH, Words
 
 

@@ -17,12 +17,12 @@ from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from app.links.network.inbox import Inbox
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.scene import decode_voxels
 from app.nodes.console.config import ConsoleConfig, ConsoleError
 from app.nodes.console.node import listen_on, server_settings
-from app.nodes.console.scene.inbox import Inbox
 from app.nodes.console.scene.scene_thread import SceneThread
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.access import OpenAccess

@@ -5,8 +5,8 @@ from typing import Final
 
 import numpy as np
 
+from app.links.network.inbox import Inbox
 from app.nodes.console.critical_thread import OnFailure, critical_thread
-from app.nodes.console.scene.inbox import Inbox
 from app.nodes.console.scene.scene_thread import DRAW_S
 from app.nodes.console.web.viser_server import LoopbackViserServer
 from app.view.drawing.camera_follow import CameraFollow

@@ -8,10 +8,10 @@ from typing import Final, Literal, Protocol
 
 import zenoh
 
+from app.links.network.inbox import Inbox
 from app.links.network.session import LinkError
 from app.links.network.topic_listener import TopicListener
 from app.messages import keys
-from app.nodes.console.scene.inbox import Inbox
 from app.process.stop_signal import StopSignal
 from app.view.model.scene_model import Part, SceneModel
 from app.view.model.scene_reader import SceneReader

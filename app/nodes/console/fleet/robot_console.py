@@ -1,10 +1,10 @@
 """The console of one robot: its link, its scene, and what its pages are told."""
 
+from app.links.network.inbox import Inbox
 from app.nodes.console.calls.call_log import CallLog
 from app.nodes.console.camera.camera_feed import CAMERA_ONLY
 from app.nodes.console.critical_thread import OnFailure
 from app.nodes.console.link.navigator_link import NavigatorLink
-from app.nodes.console.scene.inbox import Inbox
 from app.nodes.console.scene.scene_thread import EVERY, SceneThread
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.browsers import Browsers

@@ -11,6 +11,7 @@ from typing import Final
 import msgspec
 import zenoh
 
+from app.links.network.inbox import Inbox
 from app.links.network.requests import RequestRefusedError, ask
 from app.links.network.session import LinkError, open_client
 from app.links.network.topic_listener import CONNECT_S, TopicListener
@@ -23,7 +24,6 @@ from app.messages.status import Status
 from app.nodes.console.critical_thread import OnFailure, critical_thread
 from app.nodes.console.link.commands import CommandError, LeaseAction
 from app.nodes.console.link.panel_requests import REQUESTER, PanelRequests
-from app.nodes.console.scene.inbox import Inbox
 from app.nodes.console.web.browsers import Browser, acting_browser
 from app.nodes.console.web.permissions import (
     may_command,

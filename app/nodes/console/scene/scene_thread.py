@@ -12,6 +12,7 @@ from typing import Final, Literal
 import msgspec
 import viser
 
+from app.links.network.inbox import Inbox
 from app.messages import keys
 from app.messages.control import InspectReply
 from app.messages.driving import DriveStatus, WalkStatus
@@ -32,7 +33,6 @@ from app.nodes.console.scene.click_explanation import (
 )
 from app.nodes.console.scene.clicks import NOBODY, Clicks, Question
 from app.nodes.console.scene.goal_list import goal_list
-from app.nodes.console.scene.inbox import Inbox
 from app.nodes.console.scene.place_requests import PlaceRequests
 from app.nodes.console.scene.pointed_places import name_under, ray_onto
 from app.nodes.console.scene.scene_requests import Hover

@@ -4,11 +4,11 @@ from types import SimpleNamespace
 
 import pytest
 
+from app.links.network.inbox import Inbox
 from app.messages.lease import LeaseStatus
 from app.nodes.console.link.commands import CommandError
 from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.panels.session import SessionPanel
-from app.nodes.console.scene.inbox import Inbox
 from app.nodes.console.web.browsers import Browser, Browsers
 from app.nodes.console.web.viser_server import start_viser
 from app.nodes.review.link import RecordedLink

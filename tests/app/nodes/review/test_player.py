@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from app.links.network.inbox import Inbox
 from app.messages import keys
 from app.messages.control import encode
 from app.nodes.console.link.commands import CommandError
-from app.nodes.console.scene.inbox import Inbox
 from app.nodes.review.link import RecordedLink
 from app.nodes.review.player import Player
 from app.recording.reading.recording import Recording

@@ -6,12 +6,12 @@ import time
 import pytest
 
 from app.links.network import topic_listener
+from app.links.network.inbox import Inbox
 from app.messages import keys
 from app.messages.control import ControlRequest
 from app.nodes.console.link import navigator_link as link_module
 from app.nodes.console.link.commands import CommandError
 from app.nodes.console.link.navigator_link import NavigatorLink
-from app.nodes.console.scene.inbox import Inbox
 from tests.app.relay import Relay
 
 pytestmark = pytest.mark.process

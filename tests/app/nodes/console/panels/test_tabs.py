@@ -6,9 +6,9 @@ import io
 import pytest
 import viser
 
+from app.links.network.inbox import Inbox
 from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.panels.tabs import Tabs
-from app.nodes.console.scene.inbox import Inbox
 from app.nodes.review.link import RecordedLink
 from app.view.model.scene_model import SceneModel
 

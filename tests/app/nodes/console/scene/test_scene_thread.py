@@ -2,10 +2,10 @@
 
 import pytest
 
+from app.links.network.inbox import Inbox
 from app.messages import keys
 from app.messages.driving import PaintedRegions, PaintedStroke
 from app.nodes.console.link.navigator_link import NavigatorLink
-from app.nodes.console.scene.inbox import Inbox
 from app.nodes.console.scene.scene_thread import EVERY, SceneThread
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.browsers import Browsers

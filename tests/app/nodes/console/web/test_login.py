@@ -11,9 +11,9 @@ import pytest
 from viser import __version__ as viser_version
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
+from app.links.network.inbox import Inbox
 from app.messages.lease import LeaseStatus
 from app.nodes.console.link.navigator_link import NavigatorLink
-from app.nodes.console.scene.inbox import Inbox
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web import connections
 from app.nodes.console.web.access import COOKIE, LoginAccess

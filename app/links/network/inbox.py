@@ -1,4 +1,4 @@
-"""Messages from the network's threads to the scene thread."""
+"""Messages from the network's threads to the one that uses them."""
 
 import threading
 from collections import deque
