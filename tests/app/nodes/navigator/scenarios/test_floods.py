@@ -59,6 +59,7 @@ REQUESTS = {
     keys.ROOM_NAME: {"room": 1, "name": "hall"},
     keys.LEASE: {"action": "renew"},
     keys.LEASE_TAKE: {},
+    keys.BID: {"search": {"object": "hat", "context": "it is in the kitchen"}},
 }
 FETCHED = (keys.STATUS, keys.MAP_KEYFRAME, keys.LEVELS, keys.LABELS, keys.MEMORY)
 
