@@ -1,8 +1,8 @@
 import threading
 import time
 
+from app.links.network import inbox as inbox_module
 from app.links.network.inbox import Inbox
-from app.nodes.console.scene import inbox as inbox_module
 
 
 def test_keeps_every_message_of_some_topics_and_the_latest_of_others():

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from app.nodes.console.scene import inbox
+from app.links.network import inbox
 from app.nodes.viewers.live_robot import LiveRobot, clock_ns
 
 pytestmark = pytest.mark.process
