@@ -43,11 +43,13 @@ class Navigator:
         self._goal.put(pose(stamp_ns, x))
 
     def keep(self, stamp_ns, until, timeout_s=20.0):
-        """Say that a goal is in force until something holds."""
+        """Say that a goal is in force, and where the robot is, until something holds."""
         end = time.monotonic() + timeout_s
-        while not until():
-            assert time.monotonic() < end, self.outcomes.messages
+        while True:
             self._active.put(pose(stamp_ns))
+            if until():
+                return
+            assert time.monotonic() < end, self.outcomes.messages
             time.sleep(0.02)
 
     def knows(self, *outcomes):
