@@ -43,8 +43,12 @@ PATIENCE_MS = 90_000
 
 
 @contextmanager
-def open_browser() -> Iterator[Browser]:
-    """Yield Chromium, the system's or Playwright's own, without a window."""
+def open_browser(*, as_users: bool = KEEP_PICTURES in os.environ) -> Iterator[Browser]:
+    """Yield Chromium, the system's or Playwright's own, without a window.
+
+    Args:
+        as_users: Draw as it does for users, whatever that costs.
+    """
     expect.set_options(timeout=PATIENCE_MS)
     with sync_playwright() as playwright:
         # Without a path Playwright takes its own headless shell.
@@ -52,7 +56,7 @@ def open_browser() -> Iterator[Browser]:
         env: dict[str, str | float | bool] = dict(os.environ)
         if path is not None and os.geteuid() == 0 and shutil.which("setpriv") is not None:
             env["IPPON_TEST_BROWSER"], path = path, str(HUMBLE)
-        arguments = ARGUMENTS if KEEP_PICTURES in os.environ else [*ARGUMENTS, *CHEAP]
+        arguments = ARGUMENTS if as_users else [*ARGUMENTS, *CHEAP]
         browser = playwright.chromium.launch(
             executable_path=path, args=arguments, timeout=PATIENCE_MS, env=env
         )
@@ -61,15 +65,25 @@ def open_browser() -> Iterator[Browser]:
 
 
 def new_window(
-    browser: Browser, width: int = 1440, height: int = 900, *, is_first_visit: bool = False
+    browser: Browser,
+    width: int = 1440,
+    height: int = 900,
+    *,
+    is_first_visit: bool = False,
+    as_users: bool = KEEP_PICTURES in os.environ,
 ) -> BrowserContext:
     """Return a window without pages; what one page loads is there for the next.
 
-    Only a first visit meets the introduction.
+    Args:
+        browser: Of `open_browser`.
+        width: Of the page, pixels.
+        height: Of the page, pixels.
+        is_first_visit: Only a first visit meets the introduction.
+        as_users: Draw scenes as sharp as for users.
     """
     window = browser.new_context(viewport={"width": width, "height": height}, color_scheme="dark")
     window.set_default_timeout(PATIENCE_MS)
-    if KEEP_PICTURES not in os.environ:
+    if not as_users:
         window.add_init_script(COARSE)
     if not is_first_visit:
         window.add_init_script("localStorage.setItem('ippon-introduction', 'done')")

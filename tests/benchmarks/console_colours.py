@@ -62,8 +62,8 @@ def colour_rows() -> Iterator[Row]:
     console = ConsoleProcess(zenoh_port, free_port())
     try:
         console.wait_until_up()
-        with open_browser() as browser:
-            window = new_window(browser)
+        with open_browser(as_users=True) as browser:
+            window = new_window(browser, as_users=True)
             window.add_init_script(_WATCH)
             page = window.new_page()
             page.goto(console.url)

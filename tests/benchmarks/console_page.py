@@ -63,7 +63,7 @@ def page_rows() -> Iterator[Row]:
         for _ in range(30):
             home.tick()
         home.frozen = True
-        with open_browser() as browser:
+        with open_browser(as_users=True) as browser:
             for n in range(OPENINGS + 1):
                 yield from _opened(browser, console, "new browser" if n == 0 else f"opening {n}")
     finally:
