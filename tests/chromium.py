@@ -34,10 +34,9 @@ HUMBLE = Path(__file__).with_name("humble_browser")
 takes the processor's time from the tests and from what they test."""
 KEEP_PICTURES = "IPPON_KEEP_PICTURES"
 """Set it to a folder to keep the pictures that tests take, with scenes in full resolution."""
-COARSE = """if (location.pathname.endsWith("/view/"))
-  history.replaceState(null, "", `${location.href}&fixedDpr=0.4`);"""
-"""Has viser's client draw a scene with fewer pixels from the start: the rest of the page stays as
-it is, and so do all places on the screen."""
+SHARPNESS = 1.0 if KEEP_PICTURES in os.environ else 0.4
+"""Pixels of a scene for each of the page's: with fewer, the rest of the page stays as it is, and so
+do all places on the screen."""
 PATIENCE_MS = 90_000
 """How long a thing may take to come about before it counts as missing, machine busy or not."""
 
@@ -70,7 +69,7 @@ def new_window(
     height: int = 900,
     *,
     is_first_visit: bool = False,
-    as_users: bool = KEEP_PICTURES in os.environ,
+    sharpness: float | None = SHARPNESS,
 ) -> BrowserContext:
     """Return a window without pages; what one page loads is there for the next.
 
@@ -79,12 +78,16 @@ def new_window(
         width: Of the page, pixels.
         height: Of the page, pixels.
         is_first_visit: Only a first visit meets the introduction.
-        as_users: Draw scenes as sharp as for users.
+        sharpness: Of scenes; None lets the page decide, as for users.
     """
     window = browser.new_context(viewport={"width": width, "height": height}, color_scheme="dark")
     window.set_default_timeout(PATIENCE_MS)
-    if not as_users:
-        window.add_init_script(COARSE)
+    if sharpness is not None:
+        # A parameter of viser's client, there before the client reads its address.
+        window.add_init_script(
+            'if (location.pathname.endsWith("/view/"))'
+            f'history.replaceState(null, "", `${{location.href}}&fixedDpr={sharpness}`);'
+        )
     if not is_first_visit:
         window.add_init_script("localStorage.setItem('ippon-introduction', 'done')")
     return window
