@@ -1,4 +1,4 @@
-"""Check of typed text."""
+"""Typed text: its check, and its form as a sentence."""
 
 import unicodedata
 from typing import Final
@@ -23,3 +23,8 @@ def complaint(what: str, text: str) -> str | None:
                 f"{place}); type it again with letters"
             )
     return None
+
+
+def as_sentence(text: str) -> str:
+    """Return a text with a capital letter and a full stop; an empty one as it is."""
+    return f"{text[:1].upper()}{text[1:]}{'' if text.endswith('.') else '.'}" if text else ""

@@ -13,6 +13,7 @@ from ippon.mission.config import MissionConfig
 from ippon.mission.finds.find_geometry import counted_text
 from ippon.mission.finds.rejection import (
     count_find,
+    count_known,
     exclude_only,
     reject_find,
     update_candidates,
@@ -205,15 +206,15 @@ class GoalControl:
         Args:
             goal_id: Number of a goal that has just been set.
             finds: What counts.
+
+        Raises:
+            ValueError: There is no such goal.
         """
         search = self._of(goal_id)
         if search is None:
             raise ValueError(_NO_GOAL)
         for find in finds:
-            search.counted.append(find)
-            exclude_only(search, self._voxel_map, find)
-        if self.tour is not None:
-            self.tour.replan()
+            count_known(search, self._voxel_map, find)
 
     def set_guidance(self, guidance: Guidance, goal_id: int | None = None) -> None:
         """Replace the levels of a goal: by an answer, or by the operator's.

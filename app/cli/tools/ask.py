@@ -18,6 +18,7 @@ from app.cli.tools.nearest import check_options, give, reader
 from app.cli.tools.picture import read_jpeg
 from app.cli.tools.read import print_reading
 from app.errors import UsageError
+from app.links.language_model.sentence_reading import search_of
 from app.links.network.request_credential import request_credential
 from app.links.network.requests import RequestRefusedError, ask
 from app.links.network.session import LinkError, open_client
@@ -34,7 +35,7 @@ from app.messages.control import (
     decode,
 )
 from app.messages.status import GoalStatus, LevelTable, Status, goal_of
-from ippon.guidance.language.requests.sentence import MAX_SENTENCE_CHARS, is_name, search_name
+from ippon.guidance.language.requests.sentence import MAX_SENTENCE_CHARS, is_name
 from ippon.guidance.levels import Level
 
 SILENT_S = 10.0
@@ -191,17 +192,7 @@ def _agreed_searches(reading: SentenceReading, command: Ask) -> list[Wanted]:
             'or say it in two parts: ippon ask "hat" --context "on the sofa"'
         )
     return [
-        (
-            SearchRequest(
-                object=search_name(goal),
-                context=goal.context,
-                requester=NAME,
-                attributes=list(goal.attributes),
-                count=goal.count,
-                other=goal.refers_to == "other",
-            ),
-            place > 0 and goal.order == "and",
-        )
+        (search_of(goal, NAME), place > 0 and goal.order == "and")
         for place, goal in enumerate(reading.goals)
     ]
 

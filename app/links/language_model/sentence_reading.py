@@ -1,8 +1,9 @@
-"""A sentence that was read, as the message that answers for it."""
+"""A sentence that was read: the message that answers for it, and the searches that follow."""
 
 from app.links.language_model.interface import SentenceAnswer
-from app.messages.control import SentenceReading
-from ippon.guidance.language.requests.goals import unchecked
+from app.messages.control import SearchRequest, SentenceReading
+from ippon.guidance.language.requests.goals import Goal, unchecked
+from ippon.guidance.language.requests.sentence import search_name
 
 
 def as_reading(answer: SentenceAnswer, elapsed_ms: float) -> SentenceReading:
@@ -21,4 +22,16 @@ def as_reading(answer: SentenceAnswer, elapsed_ms: float) -> SentenceReading:
         provider=answer.provider,
         elapsed_ms=elapsed_ms,
         note=answer.failed,
+    )
+
+
+def search_of(goal: Goal, requester: str) -> SearchRequest:
+    """Return the search for a goal that was read, by itself."""
+    return SearchRequest(
+        object=search_name(goal),
+        context=goal.context,
+        requester=requester,
+        attributes=list(goal.attributes),
+        count=goal.count,
+        other=goal.refers_to == "other",
     )

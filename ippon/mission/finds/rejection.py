@@ -45,8 +45,12 @@ def count_find(search: Search, voxel_map: VoxelMap) -> None:
         voxel_map: The map, whose evidence for the object is removed there.
     """
     find = search.drop_find()
-    if find is None:
-        return
+    if find is not None:
+        count_known(search, voxel_map, find)
+
+
+def count_known(search: Search, voxel_map: VoxelMap, find: Find) -> None:
+    """Count a find of a search that wants more, and exclude it."""
     search.counted.append(find)
     exclude_only(search, voxel_map, find)
 

@@ -9,20 +9,25 @@ import zenoh
 from app.links.fleet.assignment import Assignment, assign
 from app.links.fleet.bids import CredentialOf
 from app.links.fleet.navigators import live_navigators
+from app.links.language_model.sentence_reading import search_of
 from app.links.network.requests import RequestRefusedError, ask
 from app.links.network.session import LinkError, open_client
+from app.links.network.topic_listener import CONNECT_S
 from app.messages import keys
 from app.messages.control import SearchRequest, SentenceReading, SentenceRequest
+from app.messages.plain_text import as_sentence
 from app.nodes.console.fleet.robot_paths import path_of
 from app.nodes.console.link.panel_requests import READ_S, REQUESTER
 from app.nodes.console.web.browsers import Browser
 from app.nodes.console.web.permissions import request_refusal
 from app.view.bid_wording import place_of, why_not
 from app.view.words import Words
-from ippon.guidance.language.requests.sentence import MAX_SENTENCE_CHARS, is_name, search_name
+from ippon.guidance.language.requests.sentence import (
+    MAX_OBJECT_CHARS,
+    MAX_SENTENCE_CHARS,
+    is_name,
+)
 
-MAX_OBJECT: Final = 80
-CONNECT_S: Final = 1.5
 TURN_S: Final = 20.0
 """Time to wait while another page gives a goal."""
 _MOST_READERS: Final = 2
@@ -118,28 +123,23 @@ class GoalAssignment:
         if not sentence:
             raise _UnclearError(say("give.empty"))
         if is_name(sentence):
-            self._check_length(sentence, MAX_OBJECT)
+            self._check_length(sentence, MAX_OBJECT_CHARS)
             return SearchRequest(object=sentence, requester=REQUESTER)
         reading = self._reading(session, sentence)
         if not reading.goals:
-            raise _UnclearError(_as_sentence(reading.because))
+            raise _UnclearError(as_sentence(reading.because))
         if len(reading.goals) > 1:
             raise _UnclearError(say("give.several", n=len(reading.goals)))
         (read,) = reading.goals
-        self._check_length(search_name(read), MAX_OBJECT)
+        search = search_of(read, REQUESTER)
+        self._check_length(search.object, MAX_OBJECT_CHARS)
         if read.refers_to:
             raise _UnclearError(say("give.refers", object=read.display))
         if reading.doubtful and not goal.sure:
-            shown = ", ".join(filter(None, (search_name(read), read.context)))
-            because = _as_sentence(reading.because)
+            shown = ", ".join(filter(None, (search.object, search.context)))
+            because = as_sentence(reading.because)
             raise _UnclearError(say("give.doubtful", goal=shown, because=because), doubtful=True)
-        return SearchRequest(
-            object=search_name(read),
-            context=read.context,
-            requester=REQUESTER,
-            attributes=list(read.attributes),
-            count=read.count,
-        )
+        return search
 
     def _check_length(self, text: str, most: int) -> None:
         if len(text) > most:
@@ -169,7 +169,7 @@ class GoalAssignment:
         if best is not None and best.bid is not None:
             place = place_of(best.bid, say)
             text = say("give.given", robot=best.name, object=search.object, place=place)
-            notes = [] if result.accepted is None else map(_as_sentence, result.accepted.notes)
+            notes = [] if result.accepted is None else map(as_sentence, result.accepted.notes)
             return GoalGiven(
                 ok=True, text=" ".join([text, *notes]), robot=best.name, path=path_of(best.name),
                 others=others,
@@ -179,11 +179,7 @@ class GoalAssignment:
             text = say("give.unsure", robot=result.unsure.name)
         elif len(refusals) == 1 and all(one.problem == "refused" for one in result.others):
             # All say the same of the search itself.
-            text = _as_sentence(refusals.pop())
+            text = as_sentence(refusals.pop())
         else:
             text = say("give.nobody") if others else say("give.none")
         return GoalGiven(ok=False, text=text, others=others)
-
-
-def _as_sentence(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}{'' if text.endswith('.') else '.'}" if text else ""

@@ -21,6 +21,7 @@ from app.nodes.console.fleet.robot_list import RobotList
 from app.nodes.console.fleet.robot_paths import path_of, split_path
 from app.nodes.console.web.browsers import Browser
 from app.nodes.console.web.gateway import Gateway
+from app.nodes.console.web.guard import read_body
 from app.view.words import ENGLISH, Words
 
 logger = logging.getLogger(__name__)
@@ -100,13 +101,11 @@ class RobotConsoles:
 
     async def _give(self, request: Request) -> Response:
         """Give a `GoalToGive` to the nearest free robot, and answer with a `GoalGiven`."""
-        body = bytearray()
-        async for chunk in request.stream():
-            body += chunk
-            if len(body) > MAX_BODY:
-                return PlainTextResponse("too long\n", status_code=413)
+        body = await read_body(request, MAX_BODY)
+        if body is None:
+            return PlainTextResponse("too long\n", status_code=413)
         try:
-            goal = msgspec.json.decode(bytes(body), type=GoalToGive)
+            goal = msgspec.json.decode(body, type=GoalToGive)
         except (msgspec.DecodeError, UnicodeDecodeError) as error:
             return PlainTextResponse(f"not a goal: {error}\n", status_code=400)
         browser: Browser = request.scope["browser"]

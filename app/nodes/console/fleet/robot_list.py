@@ -9,6 +9,7 @@ import zenoh
 
 from app.links.fleet.navigators import Question, ask_each, live_navigators
 from app.links.network.session import LinkError, open_client
+from app.links.network.topic_listener import CONNECT_S
 from app.messages import keys
 from app.messages.control import decode
 from app.messages.status import Status
@@ -17,7 +18,6 @@ from app.view.words import ENGLISH, Words
 
 FRESH_S: Final = 1.0
 """Time for which one answer serves all pages."""
-_CONNECT_S: Final = 1.5
 
 
 class ListedRobot(msgspec.Struct, frozen=True, kw_only=True):
@@ -123,7 +123,7 @@ class RobotList:
         session = self._session
         if session is None or not session.info.routers_zid():
             self._close()
-            session = self._session = open_client(self._endpoint, _CONNECT_S)
+            session = self._session = open_client(self._endpoint, CONNECT_S)
         return session
 
     def _close(self) -> None:

@@ -34,6 +34,7 @@ from app.messages.memory import (
     RoomsReply,
     RoomsRequest,
 )
+from app.messages.plain_text import as_sentence
 from app.messages.recording import RecordingStatus, RecordRequest
 from app.nodes.console.link.commands import PaintAction, RecordAction
 from app.view.words import Words
@@ -129,11 +130,11 @@ class PanelRequests(ABC):
 
     def change_queue(self, request: QueueRequest) -> str:
         """Change the queue of goals."""
-        return _sentence(self._request(keys.QUEUE, request, Accepted).detail)
+        return as_sentence(self._request(keys.QUEUE, request, Accepted).detail)
 
     def change_saved(self, request: SavedSearchRequest) -> str:
         """Save a search, run or delete a saved one."""
-        return _sentence(self._request(keys.SEARCHES, request, Accepted).detail)
+        return as_sentence(self._request(keys.SEARCHES, request, Accepted).detail)
 
     def preview(self, context: str | None, levels: dict[str, LevelName]) -> PreviewReply:
         """Return the next choice, without changing the search."""
@@ -169,7 +170,7 @@ class PanelRequests(ABC):
         key += ".joined" * (accepted.joined is not None)
         before = accepted.position
         looking = self.say.count(key, before, name=name) if before else self.say(key, name=name)
-        return " ".join([looking, *(_sentence(note) for note in accepted.notes)])
+        return " ".join([looking, *(as_sentence(note) for note in accepted.notes)])
 
     def read(self, sentence: str) -> SentenceReading:
         """Read the goals of a sentence; a language model may need seconds for it."""
@@ -201,7 +202,3 @@ class PanelRequests(ABC):
 
 def _words(label: str) -> str:
     return label.replace("_", " ")
-
-
-def _sentence(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}." if text else ""

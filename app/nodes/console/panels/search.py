@@ -8,6 +8,7 @@ import numpy as np
 import viser
 
 from app.messages.control import SearchRequest
+from app.messages.plain_text import as_sentence
 from app.messages.status import FindReport, Status
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
@@ -20,9 +21,8 @@ from app.view.drawing.viser_private import show_jpeg_in_panel
 from app.view.model.scene_model import Part, SceneModel
 from app.view.words import Words
 from ippon.guidance.language.requests.goals import Attribute, Goal
-from ippon.guidance.language.requests.sentence import is_name, search_name
+from ippon.guidance.language.requests.sentence import MAX_OBJECT_CHARS, is_name, search_name
 
-MAX_OBJECT: Final = 80
 MAX_CONTEXT: Final = 2000
 MAX_SCENARIO: Final = 200
 MAX_TYPED: Final = 2100
@@ -122,7 +122,7 @@ class SearchPanel:
         """Read a sentence, show what was understood, and search; a doubtful reading waits."""
         reading = self._actions.read(sentence)
         if not reading.goals:
-            raise CommandError(f"{reading.because[:1].upper()}{reading.because[1:]}.")
+            raise CommandError(as_sentence(reading.because))
         self._understood.content = markup.understood(reading, self._words)
         if not reading.doubtful:
             return self._search_all(reading.goals, context)
@@ -226,7 +226,7 @@ def _problem(wanted: str, context: str, scenario: str, say: Words) -> str | None
     if not wanted:
         return say("panel.search.empty")
     limits = (
-        ("object", wanted, MAX_OBJECT),
+        ("object", wanted, MAX_OBJECT_CHARS),
         ("context", context, MAX_CONTEXT),
         ("scenario", scenario, MAX_SCENARIO),
     )

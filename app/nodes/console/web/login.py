@@ -18,6 +18,7 @@ from starlette.routing import Route
 from app.nodes.console.web.access import LoginAccess, cookie_of
 from app.nodes.console.web.accounts import Accounts
 from app.nodes.console.web.browsers import Browser
+from app.nodes.console.web.guard import read_body
 from app.nodes.console.web.throttle import Throttle
 from app.view.words import ENGLISH, Words
 
@@ -121,13 +122,11 @@ class LoginPages:
 
 async def _form_of(request: Request) -> dict[str, str] | None:
     """Read the three fields; None if they are missing, too long or too slow."""
-    body = b""
     try:
         async with asyncio.timeout(FORM_S):
-            async for part in request.stream():
-                body += part
-                if len(body) > MAX_FORM:
-                    return None
+            body = await read_body(request, MAX_FORM)
+        if body is None:
+            return None
         fields = parse_qs(body.decode(), max_num_fields=8, strict_parsing=True)
     except (TimeoutError, ValueError):
         return None

@@ -1,6 +1,6 @@
 """Bids of the robot: would it take a search, does it know the place, and how far is it?"""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -120,7 +120,7 @@ class BidService:
         self,
         search: SearchRequest,
         named: Instance | None,
-        said: Iterable[SaidRoom],
+        said: tuple[SaidRoom, ...],
         names: tuple[RoomName, ...],
         seen: _Seen,
         explored_m2: float,
@@ -146,13 +146,12 @@ class BidService:
 
 
 def _said_room(
-    said: Iterable[SaidRoom],
+    said: tuple[SaidRoom, ...],
     evidence: RoomEvidence,
     names: tuple[RoomName, ...],
     ways: FloorWays | None,
 ) -> _Place:
     """Return the nearest of the rooms that were said."""
-    said = tuple(said)
     rooms = infer_rooms(evidence, RoomConfig())
     found: list[_Place] = []
     for part, name in said_parts(said, rooms, names).items():

@@ -7,11 +7,6 @@ from app.messages.control import Obstacle
 from app.messages.status import MissionState, Status
 from app.nodes.navigator.state.goal_queue import GoalQueue
 
-_OF_STATE: Final[dict[MissionState, Obstacle]] = {
-    "stopped": "stopped",
-    "paused": "paused",
-    "manual": "manual",
-}
 _NO_DATA: Final = ("lost", "ended")
 
 
@@ -44,8 +39,8 @@ class Availability:
             return "starting", "" if status is None else status.why
         if status.state in _NO_DATA:
             return "lost", status.why
-        if state in _OF_STATE:
-            return _OF_STATE[state], ""
+        if state in ("stopped", "paused", "manual"):
+            return state, ""
         goals = self._goals.unfinished()
         if goals:
             return "searching", goals[0].goal.display

@@ -26,7 +26,7 @@ from app.messages.memory import MemoryNoteRequest
 from app.messages.perception.heatmaps import encode_heatmap
 from app.messages.status import FindReport, GoalStatus
 from ippon.observation import Heatmap
-from tests.chromium import KEEP_PICTURES, PATIENCE_MS, box_at_rest, new_window, open_browser
+from tests.chromium import KEEP_PICTURES, PATIENCE_MS, box_at_rest, new_window
 
 pytestmark = pytest.mark.browser
 
@@ -67,18 +67,17 @@ class _Home:
 
 
 @pytest.fixture(scope="module")
-def parts(stage):
-    with open_browser() as browser:
-        zenoh_port, port = stage.free_port(), stage.free_port()
-        home = stage.PublishedHome(zenoh_port, hz=HZ, most_voxels=12_000)
-        noted = _Home(home)
-        console = stage.ConsoleProcess(zenoh_port, port)
-        window = new_window(browser)
-        console.wait_until_up()
-        yield noted, console, window
-        window.close()
-        console.close()
-        home.close()
+def parts(stage, browser):
+    zenoh_port, port = stage.free_port(), stage.free_port()
+    home = stage.PublishedHome(zenoh_port, hz=HZ, most_voxels=12_000)
+    noted = _Home(home)
+    console = stage.ConsoleProcess(zenoh_port, port)
+    window = new_window(browser)
+    console.wait_until_up()
+    yield noted, console, window
+    window.close()
+    console.close()
+    home.close()
 
 
 @pytest.fixture(scope="module")

@@ -7,16 +7,9 @@ from playwright.sync_api import expect
 
 from app.messages import keys
 from tests.app.nodes.console.opened_page import PageParts, expect_state, open_tab, panels
-from tests.chromium import PATIENCE_MS, open_browser
+from tests.chromium import PATIENCE_MS
 
 pytestmark = pytest.mark.browser
-
-
-@pytest.fixture(scope="module")
-def browser():
-    """Chromium of the system, else Playwright's own."""
-    with open_browser() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

@@ -11,16 +11,9 @@ from tests.app.nodes.console.opened_page import (
     panels,
     text_field,
 )
-from tests.chromium import box_at_rest, new_window, open_browser
+from tests.chromium import box_at_rest, new_window
 
 pytestmark = pytest.mark.browser
-
-
-@pytest.fixture(scope="module")
-def browser():
-    """Chromium of the system, else Playwright's own; without one the tests fail."""
-    with open_browser() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

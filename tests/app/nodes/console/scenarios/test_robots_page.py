@@ -14,7 +14,7 @@ from playwright.sync_api import expect
 from app.messages.control import Bid
 from ippon.robot import ZED, CollisionSphere
 from tests.app.nodes.console.light_navigators import LightNavigator
-from tests.chromium import KEEP_PICTURES, new_window, open_browser
+from tests.chromium import KEEP_PICTURES, new_window
 
 pytestmark = pytest.mark.browser
 
@@ -40,34 +40,33 @@ THINGS = ("hat", "keys", "red mug", "remote", "plant", "phone")
 
 
 @pytest.fixture(scope="module")
-def parts(stage):
+def parts(stage, browser):
     """A console of a robot at home, with twenty more on its router."""
-    with open_browser() as browser:
-        zenoh_port = stage.free_port()
-        home = stage.PublishedHome(zenoh_port, most_voxels=6_000)
-        console = stage.ConsoleProcess(zenoh_port, stage.free_port())
-        window = new_window(browser)
-        console.wait_until_up()
-        page = window.new_page()
-        page.goto(console.url)
-        expect(page.locator("#state")).to_have_text("Searching")
-        alone = _core_percent(console)
-        light = [
-            LightNavigator(
-                zenoh_port,
-                f"site/robot-{n:02}",
-                THINGS[n % len(THINGS)],
-                profile=DOG if n == 2 else ZED,
-                bid=BIDS.get(n),
-            )
-            for n in range(1, 21)
-        ]
-        yield page, console, light, alone
-        window.close()
-        console.close()
-        for one in light:
-            one.close()
-        home.close()
+    zenoh_port = stage.free_port()
+    home = stage.PublishedHome(zenoh_port, most_voxels=6_000)
+    console = stage.ConsoleProcess(zenoh_port, stage.free_port())
+    window = new_window(browser)
+    console.wait_until_up()
+    page = window.new_page()
+    page.goto(console.url)
+    expect(page.locator("#state")).to_have_text("Searching")
+    alone = _core_percent(console)
+    light = [
+        LightNavigator(
+            zenoh_port,
+            f"site/robot-{n:02}",
+            THINGS[n % len(THINGS)],
+            profile=DOG if n == 2 else ZED,
+            bid=BIDS.get(n),
+        )
+        for n in range(1, 21)
+    ]
+    yield page, console, light, alone
+    window.close()
+    console.close()
+    for one in light:
+        one.close()
+    home.close()
 
 
 def _core_percent(console, seconds=8.0):

@@ -19,7 +19,7 @@ from tests.app.nodes.console.page_checks import (
     in_page,
     in_panels,
 )
-from tests.chromium import KEEP_PICTURES, new_window, open_browser
+from tests.chromium import KEEP_PICTURES, new_window
 
 pytestmark = pytest.mark.browser
 
@@ -29,22 +29,21 @@ WORDS = Path(__file__).parents[5] / "web_assets/words"
 
 
 @pytest.fixture(scope="module")
-def parts(stage):
+def parts(stage, browser):
     """The page of a console in German, and what it shows."""
-    with open_browser() as browser:
-        zenoh_port = stage.free_port()
-        home = stage.PublishedHome(zenoh_port, most_voxels=2_000)
-        console = stage.ConsoleProcess(zenoh_port, stage.free_port(), language="de")
-        window = new_window(browser)
-        console.wait_until_up()
-        page = window.new_page()
-        page.goto(console.url)
-        expect(page.locator("#state")).to_have_text("Sucht")
-        expect(_tab(page, "Suche")).to_be_visible()
-        yield page, home
-        window.close()
-        console.close()
-        home.close()
+    zenoh_port = stage.free_port()
+    home = stage.PublishedHome(zenoh_port, most_voxels=2_000)
+    console = stage.ConsoleProcess(zenoh_port, stage.free_port(), language="de")
+    window = new_window(browser)
+    console.wait_until_up()
+    page = window.new_page()
+    page.goto(console.url)
+    expect(page.locator("#state")).to_have_text("Sucht")
+    expect(_tab(page, "Suche")).to_be_visible()
+    yield page, home
+    window.close()
+    console.close()
+    home.close()
 
 
 @pytest.fixture
