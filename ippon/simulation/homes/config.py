@@ -15,7 +15,8 @@ class HomeConfig:
     """Constraints of a generated home."""
 
     layout: Literal["home", "floor"] = "home"
-    """A flat or house, or a floor of a large building with 40 rooms along corridors."""
+    """A flat or house, or a floor of an office, a school, a hospital ward or a shopping centre, which
+    follow each other by seed."""
     passage_radius_m: float = 0.3
     """Radius of a body that can reach every room; larger leaves wider passages and less
     furniture."""

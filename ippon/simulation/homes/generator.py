@@ -9,13 +9,14 @@ from ippon.errors import SceneError
 from ippon.simulation.homes.config import HomeConfig
 from ippon.simulation.homes.furniture import storage
 from ippon.simulation.homes.furniture.style import Style, make_style, uniform
+from ippon.simulation.homes.layout.building_doors import join_building
+from ippon.simulation.homes.layout.building_floor import BUILDING_KINDS, plan_building
 from ippon.simulation.homes.layout.building_shell import (
     HomePlan,
     PlacedObject,
     build_shell,
     leaf_rect,
 )
-from ippon.simulation.homes.layout.large_floor import plan_large_floor
 from ippon.simulation.homes.layout.openings import (
     Opening,
     exterior_openings,
@@ -27,6 +28,7 @@ from ippon.simulation.homes.layout.room_layout import plan_rooms
 from ippon.simulation.homes.rooms import kitchen as cooking
 from ippon.simulation.homes.rooms import living_areas as living
 from ippon.simulation.homes.rooms import private_rooms as private
+from ippon.simulation.homes.rooms import public_rooms as public
 from ippon.simulation.homes.rooms.clutter import HAT_PLACES, scatter
 from ippon.simulation.homes.rooms.furnisher import Furnisher
 from ippon.simulation.homes.rooms.placement import Placed, RoomSpace, WallSpan
@@ -35,6 +37,8 @@ from ippon.simulation.scene import Instance, Room, Scene
 
 _ATTEMPTS = 40
 _ESSENTIAL = ("bed", "chair", "plant", "sofa", "toilet", "tv")
+_CORRIDOR_M = 12.0
+"""Length from which a hall is furnished as a corridor."""
 
 
 def generate_home(seed: int, *, config: HomeConfig | None = None) -> Scene:
@@ -60,20 +64,20 @@ def generate_home(seed: int, *, config: HomeConfig | None = None) -> Scene:
 
 
 def _attempt(rng: np.random.Generator, seed: int, config: HomeConfig) -> Scene | None:
-    plan = _plan(rng, config)
+    plan = _plan(rng, seed, config)
     if plan is None:
         return None
     style = make_style(rng)
     shell = build_shell(rng, plan, style)
     spaces = [_space(plan, k) for k in range(len(plan.rooms))]
     placed = [p for s in spaces for p in _furnish(rng, style, plan, s)]
-    categories = {p.model.category for p in placed}
-    if not categories.issuperset(_ESSENTIAL):
+    essential = set(_ESSENTIAL) - ({"bed"} if config.layout == "floor" else set())
+    if not essential.issubset(p.model.category for p in placed):
         return None
     if config.small_things:
         placed += scatter(rng, placed, spaces, HAT_PLACES[seed % len(HAT_PLACES)], config.mugs)
     kept = make_room_for_robot(plan, shell, placed, config)
-    if kept is None or not {p.model.category for p in kept}.issuperset(_ESSENTIAL):
+    if kept is None or not essential.issubset(p.model.category for p in kept):
         return None
     things = shell + [
         PlacedObject(category=p.model.category, label=p.model.label, mesh=p.mesh(), room=p.room)
@@ -86,11 +90,16 @@ def _attempt(rng: np.random.Generator, seed: int, config: HomeConfig) -> Scene |
     return dataclasses.replace(scene, start_poses=poses)
 
 
-def _plan(rng: np.random.Generator, config: HomeConfig) -> HomePlan | None:
+def _plan(rng: np.random.Generator, seed: int, config: HomeConfig) -> HomePlan | None:
     """Draw rooms, doors and windows; None if doors cannot connect the rooms."""
-    rooms = plan_large_floor(rng) if config.layout == "floor" else plan_rooms(rng)
-    walls = shared_walls(rooms)
-    doors = join_rooms(rng, rooms, walls)
+    if config.layout == "floor":
+        rooms = plan_building(rng, BUILDING_KINDS[seed % len(BUILDING_KINDS)])
+        walls = shared_walls(rooms)
+        doors = join_building(rng, rooms, walls)
+    else:
+        rooms = plan_rooms(rng)
+        walls = shared_walls(rooms)
+        doors = join_rooms(rng, rooms, walls)
     if doors is None:
         return None
     return HomePlan(
@@ -153,13 +162,15 @@ def _furnish(
         private.furnish_bedroom(f, main=first_bedroom)
     elif space.kind == "bathroom":
         private.furnish_bathroom(f, laundry="laundry" not in kinds)
+    elif space.kind == "hall" and max(space.floor.width, space.floor.depth) > _CORRIDOR_M:
+        public.furnish_corridor(f)
     elif space.kind == "hall":
         private.furnish_hall(f)
     elif space.kind == "laundry":
         private.furnish_laundry(f)
     elif space.kind == "dining_room":
         living.furnish_dining_room(f)
-    else:
+    elif not public.furnish_public_room(f):
         living.furnish_study(f)
     return f.placed
 

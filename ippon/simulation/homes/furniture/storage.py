@@ -201,6 +201,32 @@ def low_shelf(rng: np.random.Generator, style: Style) -> Model:
     return make_model("shelving", "shelf", b, (surface,))
 
 
+def shop_rack(rng: np.random.Generator, style: Style, width: float) -> Model:
+    """Make shelves for a shop that are filled from both sides; the origin is at one of them."""
+    d, h, board = 0.8, uniform(rng, 1.35, 1.75), shade(style.front, 0.9)
+    b = MeshBuilder()
+    b.box((-width / 2, d / 2 - 0.02, 0.0), (width / 2, d / 2 + 0.02, h), shade(board, 0.9))
+    surfaces: list[Surface] = []
+    rows = 4
+    gap = (h - 0.1) / rows
+    for k in range(rows):
+        z = 0.1 + k * gap
+        b.box((-width / 2, 0.0, z - 0.03), (width / 2, d, z), board)
+        for y in (0.05, d - 0.3):
+            x = -width / 2
+            while x < width / 2 - 0.5:
+                w = uniform(rng, 0.25, 0.5)
+                goods = vary(rng, accent(rng), 0.3)
+                b.box((x + 0.01, y, z), (x + w, y + 0.25, z + uniform(rng, 0.5, 0.8) * gap), goods)
+                x += w if chance(rng, 0.85) else 2.0 * w
+            surfaces.append(
+                Surface(x0=x + 0.02, y0=y, x1=width / 2 - 0.02, y1=y + 0.25, z=z, kind="shelf",
+                        headroom_m=gap - 0.05)
+            )  # fmt: skip
+    kept = tuple(s for s in surfaces if s.x1 - s.x0 > 0.2)
+    return make_model("shelving", "shop rack", b, kept)
+
+
 def wall_shelf(rng: np.random.Generator, style: Style) -> Model:
     """Make a board on two brackets; its underside is at z = 0."""
     w, d = uniform(rng, 0.6, 1.1), uniform(rng, 0.18, 0.26)

@@ -106,6 +106,15 @@ def desk(rng: np.random.Generator, style: Style) -> Model:
     return make_model("table", "desk", b, (_top_surface(w, d, h, "desk"),))
 
 
+def work_table(rng: np.random.Generator, style: Style, width: float, depth: float) -> Model:
+    """Make a desk on four legs, as they stand in rows in offices and schools."""
+    h = uniform(rng, 0.72, 0.76)
+    b = MeshBuilder()
+    b.box((-width / 2, 0.0, h - 0.03), (width / 2, depth, h), wood(rng, style))
+    _four_legs(b, width, depth, h - 0.03, 0.05, style.metal)
+    return make_model("table", "desk", b, (_top_surface(width, depth, h, "desk"),))
+
+
 def console_table(rng: np.random.Generator, style: Style) -> Model:
     """Make a narrow table for a hall."""
     w, d, h = uniform(rng, 0.8, 1.15), uniform(rng, 0.28, 0.34), uniform(rng, 0.76, 0.86)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 
@@ -36,7 +37,7 @@ _OPEN_PAIRS = (
     frozenset(("kitchen", "dining_room")),
     frozenset(("living_room", "hall")),
 )
-_END_MARGIN_M = 0.22
+END_MARGIN_M: Final = 0.22
 """Least distance from an opening to the centre line of the wall at its end."""
 
 
@@ -139,7 +140,7 @@ def join_rooms(
     candidates = [
         (_cost(rooms, w) + uniform(rng, 0.0, 0.4), n, w)
         for n, w in enumerate(walls)
-        if w.second >= 0 and w.high - w.low >= 0.9 + 2 * _END_MARGIN_M
+        if w.second >= 0 and w.high - w.low >= 0.9 + 2 * END_MARGIN_M
     ]
     group = list(range(len(rooms)))
     doors = [0] * len(rooms)
@@ -169,22 +170,24 @@ def _cost(rooms: tuple[RoomPlan, ...], wall: SharedWall) -> float:
 def _opening(
     rng: np.random.Generator, rooms: tuple[RoomPlan, ...], wall: SharedWall, *, wide: bool
 ) -> Opening:
-    length = wall.high - wall.low - 2 * _END_MARGIN_M
+    length = wall.high - wall.low - 2 * END_MARGIN_M
     z1 = uniform(rng, 2.03, 2.12)
     if wide and length > 1.3:
         width = min(uniform(rng, 1.2, 2.6), length)
-        low = wall.low + _END_MARGIN_M + uniform(rng, 0.0, length - width)
-        return _hole(wall, "passage", low, low + width, (0.0, z1 + 0.15))
+        low = wall.low + END_MARGIN_M + uniform(rng, 0.0, length - width)
+        return opening_in(wall, "passage", low, low + width, (0.0, z1 + 0.15))
     width = min(uniform(rng, 0.88, 0.98), length)
     slack = length - width
     position = uniform(rng, 0.0, 1.0)
     if chance(rng, 0.75):
         position = 0.0 if position < 0.5 else 1.0
-    low = wall.low + _END_MARGIN_M + position * slack
-    return _hole(wall, "door", low, low + width, (0.0, z1), **_leaf(rng, rooms, wall, low, width))
+    low = wall.low + END_MARGIN_M + position * slack
+    return opening_in(
+        wall, "door", low, low + width, (0.0, z1), **leaf_position(rng, rooms, wall, low, width)
+    )
 
 
-def _leaf(
+def leaf_position(
     rng: np.random.Generator,
     rooms: tuple[RoomPlan, ...],
     wall: SharedWall,
@@ -210,9 +213,10 @@ def _privacy(kind: str) -> int:
     return order.index(kind) if kind in order else len(order)
 
 
-def _hole(
+def opening_in(
     wall: SharedWall, kind: str, low: float, high: float, z: tuple[float, float], **leaf: object
 ) -> Opening:
+    """Return an opening in a wall; `z` is its lower and upper end."""
     rooms = (wall.first,) if wall.second < 0 else (wall.first, wall.second)
     return Opening(
         kind=kind, rooms=rooms, along_x=wall.along_x, line=wall.line,
@@ -232,7 +236,7 @@ def exterior_openings(
         if fitting:
             wall = fitting[int(rng.integers(len(fitting)))]
             low = wall.low + 0.2 + uniform(rng, 0.0, wall.high - wall.low - 0.2 - 1.15)
-            out.append(_hole(wall, "front_door", low, low + 0.95, (0.0, 2.08)))
+            out.append(opening_in(wall, "front_door", low, low + 0.95, (0.0, 2.08)))
             break
     for wall in outside:
         out += _windows(rng, rooms[wall.first].kind, wall, out[0] if out else None)
@@ -259,5 +263,5 @@ def _windows(
         same_wall = door is not None and (door.along_x, door.line) == (wall.along_x, wall.line)
         if door is not None and same_wall and low < door.high + 0.15 and high > door.low - 0.15:
             continue
-        out.append(_hole(wall, "window", low, high, (sill, top)))
+        out.append(opening_in(wall, "window", low, high, (sill, top)))
     return out

@@ -42,6 +42,7 @@ _LEFT_ON: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 _FLOOR_ROOMS: dict[str, tuple[str, ...]] = {
     "bathroom": ("toilet paper", "trash can", "basket"),
+    "washroom": ("toilet paper", "trash can", "trash can"),
     "kitchen": ("trash can", "basket", "bottle"),
     "hall": ("shoes", "umbrella", "shoes", "backpack", "suitcase"),
 }

@@ -196,7 +196,7 @@ class Furnisher:
             ox, oy = (x - depth / 2, y) if swap else (x, y - depth / 2)
             table = self.at(model, ox, oy, yaw, optional=optional, ignore_clear=False)
             if table is not None:
-                self._chairs_round(table, width, depth)
+                self.chairs_round(table, width, depth)
                 space.clear.append(table.rect.grown(0.45))
                 return table
         return None
@@ -212,11 +212,11 @@ class Furnisher:
             model = tables.dining_table(self.rng, self.style, w, d)
             table = self.at_wall(model, clearance=0.75)
             if table is not None:
-                self._chairs_round(table, w, d)
+                self.chairs_round(table, w, d)
                 return table
         return None
 
-    def _chairs_round(self, table: Placed, width: float, depth: float) -> None:
+    def chairs_round(self, table: Placed, width: float, depth: float) -> None:
         """Place chairs at the four edges of a table, slightly displaced and rotated."""
         rng = self.rng
         state = rng.integers(0, 2**31)
@@ -244,6 +244,19 @@ class Furnisher:
             ):
                 self.at(chair, x, y, yaw, solid=False)
                 self.space.take(rect)
+
+    def chair_before(self, desk: Placed, chair: Model, along: float = 0.0) -> None:
+        """Place a chair in front of a desk, facing it, if there is room."""
+        pull = uniform(self.rng, -0.15, 0.12)
+        out = desk.model.depth_m + chair.depth_m + pull
+        x, y = desk.to_world(along + uniform(self.rng, -0.15, 0.15), out)
+        yaw = desk.yaw + math.pi + uniform(self.rng, -0.4, 0.4)
+        rect = footprint(chair, x, y, yaw)
+        if self.space.floor.contains(rect) and not any(
+            rect.overlaps(s) for s in self.space.solids if s != desk.rect
+        ):
+            self.at(chair, x, y, yaw, solid=False)
+            self.space.take(rect)
 
     def cushions(self, seat: Placed, count: int) -> None:
         """Place cushions against the back of a sofa or bed."""

@@ -191,15 +191,7 @@ def desk_with_chair(f: Furnisher) -> Placed | None:
     if desk is None:
         return None
     chair = (seating.office_chair if f.chance(0.7) else seating.chair)(f.rng, f.style)
-    pull = uniform(f.rng, -0.15, 0.12)
-    x, y = desk.to_world(uniform(f.rng, -0.15, 0.15), desk.model.depth_m + chair.depth_m + pull)
-    yaw = desk.yaw + math.pi + uniform(f.rng, -0.4, 0.4)
-    rect = footprint(chair, x, y, yaw)
-    if f.space.floor.contains(rect) and not any(
-        rect.overlaps(s) for s in f.space.solids if s != desk.rect
-    ):
-        f.at(chair, x, y, yaw, solid=False)
-        f.space.take(rect)
+    f.chair_before(desk, chair)
     if f.chance(0.6):
         f.on(desk, decor.table_lamp(f.rng), along=0.36 * desk.model.width_m)
     return desk

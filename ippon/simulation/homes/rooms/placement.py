@@ -91,6 +91,12 @@ class RoomSpace:
             return Rect(u - h, f.y1 - gap - depth, u + h, f.y1 - gap)
         return Rect(f.x0 + gap, u - h, f.x0 + gap + depth, u + h)
 
+    def pose_at_wall(self, side: int, u: float, gap: float) -> tuple[float, float, float]:
+        """Return x, y and yaw of a model at `u` along a wall, its back `gap` from it."""
+        f = self.floor
+        x, y = ((u, f.y0 + gap), (f.x1 - gap, u), (u, f.y1 - gap), (f.x0 + gap, u))[side]
+        return x, y, _TURNS[side]
+
     def is_free(self, rect: Rect, *, ignore_clear: bool = False) -> bool:
         """Tell whether furniture may stand on a rectangle."""
         return (
@@ -159,9 +165,7 @@ class RoomSpace:
         optional: bool = True,
     ) -> Placed:
         """Return the placement of a model at a wall without marking floor as occupied."""
-        f = self.floor
-        x, y = ((u, f.y0 + gap), (f.x1 - gap, u), (u, f.y1 - gap), (f.x0 + gap, u))[side]
-        yaw = _TURNS[side]
+        x, y, yaw = self.pose_at_wall(side, u, gap)
         return Placed(
             model=model, x=x, y=y, z=z, yaw=yaw, rect=footprint(model, x, y, yaw),
             room=self.room, side=side, optional=optional,
