@@ -40,6 +40,9 @@ class MethodSummary:
     soft_spl_ci95: tuple[float, float]
     hits: float
     time_s: float
+    find_s: float | None
+    """Median time to the find, simulated; a search without success counts as one that never ends.
+    None if no more than half succeed."""
     path_length_m: float
     planner_ms_p95: float
     """Mean of the episodes' 95th percentiles of a planner step, weighted by frames; not the 95th
@@ -62,6 +65,9 @@ class Comparison:
     """McNemar's exact test."""
     spl_ratio: float
     """SPL of the reference over that of the method, on these episodes."""
+    find_s_ratio: float | None
+    """Time of the method over that of the reference, summed over the episodes in which both
+    succeed; None without any."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,6 +116,7 @@ def compare(rows: Sequence[EpisodeRow], reference: str = REFERENCE) -> tuple[Com
                 success=_paired(pairs, lambda r: float(r.success)),
                 success_p=mcnemar_p(wins, losses),
                 spl_ratio=float(np.mean([a.spl for a, _ in pairs])) / max(theirs, 1e-9),
+                find_s_ratio=_find_s_ratio(pairs),
             )
         )
     return tuple(out)
@@ -202,11 +209,24 @@ def _summary(name: str, rows: list[EpisodeRow]) -> MethodSummary:
         soft_spl_ci95=mean_interval(soft, homes),
         hits=float(np.mean([row.hits for row in rows])),
         time_s=float(np.mean([row.time_s for row in rows])),
+        find_s=_median_find_s(rows),
         path_length_m=float(np.mean([row.path_length_m for row in rows])),
         planner_ms_p95=float(np.average([row.planner_ms_p95 for row in rows], weights=frames)),
         realtime_factor=sum(r.time_s for r in rows) / max(1e-9, sum(r.cpu_s for r in rows)),
         failures={cause: causes[cause] for cause in FAILURES if causes[cause]},
     )
+
+
+def _median_find_s(rows: Sequence[EpisodeRow]) -> float | None:
+    # Sorted, so that two searches without an end are not averaged to NaN.
+    times = sorted(row.time_s if row.success else math.inf for row in rows)
+    median = 0.5 * (times[(len(times) - 1) // 2] + times[len(times) // 2])
+    return median if math.isfinite(median) else None
+
+
+def _find_s_ratio(pairs: Sequence[tuple[EpisodeRow, EpisodeRow]]) -> float | None:
+    both = [(a.time_s, b.time_s) for a, b in pairs if a.success and b.success]
+    return sum(b for _, b in both) / max(sum(a for a, _ in both), 1e-9) if both else None
 
 
 def _paired(

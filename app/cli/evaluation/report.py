@@ -40,6 +40,7 @@ def json_line(s: MethodSummary) -> dict[str, Any]:
         "spl": round(s.spl, 4),
         "soft_spl": round(s.soft_spl, 4),
         "spl_ci95": [round(v, 4) for v in s.spl_ci95],
+        "find_s": None if s.find_s is None else round(s.find_s, 1),
         "hits": round(s.hits, 4),
         "planner_ms_p95": round(s.planner_ms_p95, 2),
         "realtime_factor": round(s.realtime_factor, 2),
@@ -49,7 +50,7 @@ def json_line(s: MethodSummary) -> dict[str, Any]:
 def _print_tables(
     screen: Console, summaries: Sequence[MethodSummary], comparisons: Sequence[Comparison]
 ) -> None:
-    heads = ("method", "n", "succ", "SPL", "95 %", "Soft", "hits", "ms", "×")
+    heads = ("method", "n", "succ", "SPL", "95 %", "find", "hits", "ms", "×")
     table = _table("means over episodes, 95 % intervals over homes", heads)
     for s in summaries:
         table.add_row(
@@ -58,16 +59,20 @@ def _print_tables(
             f"{s.success:.2f}",
             f"{s.spl:.3f}",
             f"{s.spl_ci95[0]:.2f}-{s.spl_ci95[1]:.2f}",
-            f"{s.soft_spl:.3f}",
+            "-" if s.find_s is None else f"{s.find_s:.0f}",
             f"{s.hits:.2f}",
             f"{s.planner_ms_p95:.0f}",
             f"{s.realtime_factor:.1f}",
         )
     screen.print(table)
-    screen.print("ms: planner step, 95th percentile; ×: simulated over processor time", style="dim")
+    screen.print(
+        "find: median s to the find, a failure counting as never; ms: planner step, 95th "
+        "percentile; ×: simulated over processor time",
+        style="dim",
+    )
     if not comparisons:
         return
-    heads = ("method", "n", "SPL", "95 %", "p", "ratio", "succ", "p")
+    heads = ("method", "n", "SPL", "95 %", "p", "ratio", "succ", "time")
     pairs = _table(f"{REFERENCE} less each, on the same episodes", heads)
     for c in comparisons:
         low, high = c.spl.ci95
@@ -79,9 +84,10 @@ def _print_tables(
             f"{c.spl.p:.3f}",
             f"{c.spl_ratio:.2f}",
             f"{c.success.mean:+.2f}",
-            f"{c.success_p:.3f}",
+            "-" if c.find_s_ratio is None else f"{c.find_s_ratio:.2f}",
         )
     screen.print(pairs)
+    screen.print("time: of its finds over those of ippon, where both succeed", style="dim")
 
 
 def _print_effects(screen: Console, what: str, effects: Sequence[Effect]) -> None:

@@ -62,6 +62,26 @@ def test_pairs_by_hand(rows):
     assert c.spl.p == pytest.approx(0.5)
 
 
+def test_time_to_the_find_counts_failures_as_endless(make_row):
+    def search(method, number, *, success, time_s):
+        name = f"{number}.bed.0.untold"
+        return make_row(episode_id=name, method=method, success=success, time_s=time_s)
+
+    rows = [
+        *(search("ippon", k, success=k < 3, time_s=100.0 * k) for k in range(1, 4)),
+        *(search("oracle", k, success=k == 2, time_s=50.0 * k) for k in range(1, 4)),
+    ]
+    ippon, oracle = summarise(rows)
+    assert ippon.find_s == 200.0
+    assert oracle.find_s is None
+    assert summarise([rows[0], rows[2]])[0].find_s is None
+    assert summarise(rows[:2])[0].find_s == 150.0
+    # Both succeed in the second search alone: 100 s against 200 s.
+    (c,) = compare(rows)
+    assert c.find_s_ratio == pytest.approx(0.5)
+    assert compare([rows[0], rows[3]])[0].find_s_ratio is None
+
+
 def test_only_common_episodes_are_compared(rows, make_row):
     rows.append(make_row(episode_id="9.bed.0.untold", home="9", method="oracle", spl=1.0))
     assert [c.method for c in compare(rows)] == ["nearest_frontier"]

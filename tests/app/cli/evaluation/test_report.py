@@ -45,6 +45,7 @@ def test_the_json_table_by_hand(results, capsys):
         "spl": 0.5,
         "soft_spl": 0.25,
         "spl_ci95": [0.4, 0.6],
+        "find_s": 60.0,
         "hits": 1.5,
         "planner_ms_p95": 20.0,
         "realtime_factor": 10.0,
