@@ -263,7 +263,7 @@ def run_review(config: ReviewConfig) -> None:
     gateway = Gateway(
         viser_server, shell, link, OpenAccess(browsers), Hosts("127.0.0.1"), assets=Assets(say)
     )
-    playback = Playback(tuple(inbox.put for inbox in inboxes), timeline, fail)
+    playback = Playback(tuple(inbox.put for inbox in inboxes), timeline, fail, say)
     scene_thread = SceneThread(viser_server, link, inboxes[0], shell, fail)
     second = SideBySideScene(viser_server, inboxes[1], scene_thread.follow, fail)
     pages = ReviewPages(config, playback, timeline, second, say)
