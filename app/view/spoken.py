@@ -16,14 +16,23 @@ from app.messages.driving import DriveStatus
 from app.messages.lease import LeaseReply
 from app.messages.memory import MemoryReply, RoomsReply
 from app.messages.recording import RecordingStatus
-from app.messages.status import Event, FindAttribute, FindReport, LevelRow, LevelTable, Status
+from app.messages.status import (
+    Event,
+    FindAttribute,
+    FindReport,
+    LevelRow,
+    LevelTable,
+    Status,
+    StreamStatus,
+)
 from app.view.model.seek_history import SeekHistory
 from app.view.words import Words
 
 T = TypeVar("T")
 
 TEXTS: Final[dict[type[msgspec.Struct], tuple[str, ...]]] = {
-    Status: ("why", "localization", "notes", "drive", "find"),
+    Status: ("why", "localization", "notes", "streams", "drive", "find"),
+    StreamStatus: ("name",),
     DriveStatus: ("intervention",),
     FindReport: ("attributes",),
     FindAttribute: ("by",),

@@ -10,6 +10,11 @@ import yaml
 
 from app.view.sayings import MOST_CHARACTERS, Sayings
 from app.view.words import ENGLISH, SAID, Words
+from ippon.guidance.language.naming import resolve_object
+from ippon.guidance.language.requests.goals import unchecked
+from ippon.guidance.language.requests.sentence import read_request
+from ippon.guidance.prior import EmbeddedPrior
+from ippon.vocabulary import MATTERPORT_40
 from tests.app.view.spoken_templates import reads_like_text, templates
 from tests.locations import ROOT
 
@@ -96,6 +101,10 @@ SAYS = re.compile(r"RequestRefusedError\(\s*f?[\"']|_journal\.note\(|report_even
 """What a module does that says something to the operator."""
 
 GERMAN = Words("de")
+TABLES = ROOT / "ippon/guidance/tables"
+REQUESTS = ROOT / "tests/ippon/guidance/language/requests/sentences.yaml"
+NAMES = set(yaml.safe_load((TABLES / "speech/languages.yaml").read_text()))
+"""Names of languages, which are part of a sentence."""
 SENTENCES = yaml.safe_load((Path(__file__).parent / "german.yaml").read_text())
 
 
@@ -118,6 +127,7 @@ def _is_said(text):
 
 def test_every_text_of_the_navigator_has_an_entry():
     shapes = {shape(text) for text in said().values()}
+    assert shapes >= NAMES
     missing = [
         f"{path.relative_to(ROOT)}:{line}: {text}"
         for path in SPEAKING
@@ -129,6 +139,7 @@ def test_every_text_of_the_navigator_has_an_entry():
 
 def test_every_entry_is_a_text_of_the_code():
     spoken = {text for path in [*SPEAKING, *PARTLY] for _, text in templates(path)}
+    spoken |= NAMES
     assert {text for text in said().values() if shape(text) not in spoken} == set()
 
 
@@ -226,3 +237,26 @@ def test_no_text_takes_long(rubbish):
 def test_two_fields_need_a_literal_between_them():
     with pytest.raises(ValueError, match="two fields follow each other"):
         Sayings([("{a}{b} found", "{a}{b}")], GERMAN)
+
+
+@pytest.mark.parametrize(
+    "wanted", ["hat", "toilet paper", "wall", "coffee tabel", "flibbertigibbet"]
+)
+def test_levels_have_reasons_and_notes_in_german(wanted):
+    contexts = ("", "I think it is on the sofa", "maybe in the kitchen", "not in Anna's bedroom")
+    goal = resolve_object(wanted, MATTERPORT_40)
+    for context in contexts:
+        levels = EmbeddedPrior().levels(goal, context, MATTERPORT_40)
+        texts = {levels.provider, *levels.notes, *(row.reason for row in levels.rows)}
+        assert {text for text in texts if not GERMAN.sayings.covers(text)} == set()
+
+
+def test_readings_of_sentences_have_notes_in_german():
+    blocks = yaml.safe_load(REQUESTS.read_text())
+    lines = [line for block in blocks.values() for line in block.splitlines()]
+    texts = set()
+    for line in lines:
+        request = read_request(line.partition(" => ")[0])
+        texts |= {request.because, *(note for goal in request.goals for note in unchecked(goal))}
+    assert len(texts) > 50
+    assert {text for text in texts - {""} if not GERMAN.sayings.covers(text)} == set()
