@@ -1,4 +1,4 @@
-"""Messages of the navigator and the recorder with their texts in the language of the console."""
+"""Messages and recordings with the navigator's texts in the language of the console."""
 
 from typing import Any, Final, TypeVar
 
@@ -25,6 +25,7 @@ from app.messages.status import (
     Status,
     StreamStatus,
 )
+from app.recording.catalogue import SessionEntry
 from app.view.model.seek_history import SeekHistory
 from app.view.words import Words
 
@@ -42,6 +43,7 @@ TEXTS: Final[dict[type[msgspec.Struct], tuple[str, ...]]] = {
     RecordingStatus: ("text", "warning"),
     SavedSearches: ("note",),
     SeekHistory: ("events",),
+    SessionEntry: ("problem",),
     Accepted: ("detail",),
     ControlReply: ("detail",),
     SearchAccepted: ("notes",),

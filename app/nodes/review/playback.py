@@ -287,6 +287,6 @@ class Playback:
             speed=self._speed,
             ended=bool(self._players) and all(player.ended for player in self._players),
             growing=self._growing,
-            problem=self._problem,
+            problem=self._say.said(self._problem),
         )
         self._state_feed.post(msgspec.json.encode(state))

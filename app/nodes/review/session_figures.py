@@ -76,7 +76,7 @@ def review_session(
             for lane, player in enumerate(players)
             for note in notes[lane]
         ],
-        problems=[text for player in players for text in player.recording.index.problems],
+        problems=[say.said(one) for player in players for one in player.recording.index.problems],
     )
 
 

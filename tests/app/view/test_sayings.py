@@ -34,6 +34,10 @@ SPEAKING = [
             "app/memory/wording.py",
             "app/messages/plain_text.py",
             "app/nodes/recorder.py",
+            "app/recording/notes.py",
+            "app/recording/reading/file_index.py",
+            "app/recording/reading/mcap_records.py",
+            "app/recording/reading/recording.py",
             "app/recording/timeline.py",
             "app/recording/writing/limits.py",
             "ippon/control/safety_filter.py",
@@ -87,7 +91,6 @@ UNSAID = {
     "guidance speaks of {} labels, the map of {}, or in another order",
     "memory begins searches for one goal; {} belongs to a tour",
     "{} holds no goals: {}; remove it",
-    "the recording's timeline is not understood: {}",
     # Formats of the log, and a type.
     "%s: %s; the embedded prior answers", "%s: no answer to the reminder: %s", "dict[str, Any]",
     # What a server said.
