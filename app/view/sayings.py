@@ -29,20 +29,12 @@ _VERB: Final = re.compile(r" (?:is|are)$")
 class Vocabulary(Protocol):
     """The words that values of fields are written with."""
 
-    def __call__(self, key: str, /) -> str:
-        """Return the text of a key."""
+    def __call__(self, key: str, /, **values: object) -> str:
+        """Return the text of a key with its values filled in."""
         ...
 
     def knows(self, key: str) -> bool:
         """Return whether there is a text of a key."""
-        ...
-
-    def number(self, value: float, digits: int = 0) -> str:
-        """Return a number as the language writes it."""
-        ...
-
-    def percent(self, share: float, digits: int = 0) -> str:
-        """Return a share, 0 to 1, in percent."""
         ...
 
 
@@ -129,6 +121,7 @@ class Sayings:
 
     - one letter: a number
     - `text`: a sentence or a part of one, translated
+    - `by`: the name of a model or of somebody, or words for it
     - `parts`: several words, "white and it is not large"
     - `either`: alternatives, "the kitchen or the bathroom"
     - `subject`: "hats are", without the verb
@@ -264,6 +257,8 @@ class Sayings:
         match name.partition("_")[0]:
             case "text":
                 return self._found(value, work, depth)
+            case "by":
+                return self._found(value, work, depth) or _Told(value, 0)
             case "parts":
                 parts = [
                     self._found(part, work, depth) or _Told(part, 0)
@@ -298,11 +293,9 @@ class Sayings:
         return told._replace(text=f"{told.text}{opened}{self._number(seconds)} s)")
 
     def _number(self, value: str) -> str:
-        plain = value.removesuffix("%")
-        digits = len(plain.partition(".")[2])
-        if plain != value:
-            return self._words.percent(0.01 * float(plain), digits)
-        return self._words.number(float(plain), digits)
+        """Return a number of the text as the language writes it."""
+        number = value.removesuffix("%").replace(".", self._words("number.decimal"))
+        return self._words("panel.percent", n=number) if value.endswith("%") else number
 
     def _either(self, value: str) -> str:
         joined = f" {self._words('panel.understood.or')} "

@@ -163,6 +163,7 @@ def test_modules_that_say_something_are_listed():
 
 SAMPLES = {
     "text": "waiting for a goal",
+    "by": "qwen",
     "parts": "waiting for a goal",
     "list": "mug, bowl",
     "either": "sofa",
