@@ -17,7 +17,7 @@ from app.nodes.navigator.localization.alignment import Alignment, said_registrat
 from app.nodes.navigator.node import Navigator
 from app.nodes.navigator.state.persistence import SavedState
 from app.nodes.navigator.warm_up import warm_up
-from app.process.stop_signal import ProcessStopSignal, StopSignal
+from app.process.stop_signal import ProcessStopSignal, StopSignal, interruptible
 from app.ros2.ippon_ros2.settings import Settings
 from ippon.atomic_file import set_aside
 from ippon.geometry import Float64Array
@@ -50,12 +50,14 @@ def run_navigator(
 
     Raises:
         LinkError: The endpoint is taken.
+        KeyboardInterrupt: It was stopped while it compiled.
     """
-    stop = ProcessStopSignal()
     session = open_router(config.listen)
     entry = link = None
     try:
-        warm_up(config, lambda fraction: progress(0.98 * fraction))
+        with interruptible():
+            warm_up(config, lambda fraction: progress(0.98 * fraction))
+        stop = ProcessStopSignal()
         link = ros2 and RobotLink(session, config.robot, ros2)
         T_map_world, note = None, ""
         if align and saved is not None and saved.voxel_map is not None:
