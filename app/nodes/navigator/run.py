@@ -53,7 +53,7 @@ def run_navigator(
         KeyboardInterrupt: It was stopped while it compiled.
     """
     session = open_router(config.listen)
-    entry = link = None
+    link = None
     try:
         with interruptible():
             warm_up(config, lambda fraction: progress(0.98 * fraction))
@@ -73,21 +73,32 @@ def run_navigator(
         )
         if note:
             navigator.report_alignment(note)
+        _serve(navigator, config, progress, stop)
+    finally:
+        if link is not None:
+            link.close()
+        session.close()  # pyright: ignore[reportUnknownMemberType]
+
+
+def _serve(
+    navigator: Navigator,
+    config: NavigatorConfig,
+    progress: Callable[[float], None],
+    stop: StopSignal,
+) -> None:
+    """List the navigator among those of this machine, and run it until it is stopped."""
+    entry = None
+    try:
         entry = register(
             RunningNavigator(pid=os.getpid(), robot=config.robot, endpoint=config.listen)
         )
         progress(1.0)
         logger.info("navigator ready at %s, prefix %s", config.listen, config.robot)
-        try:
-            navigator.run(stop)
-        finally:
-            navigator.close()
+        navigator.run(stop)
     finally:
+        navigator.close()
         if entry is not None:
             entry.unlink(missing_ok=True)
-        if link is not None:
-            link.close()
-        session.close()  # pyright: ignore[reportUnknownMemberType]
 
 
 def _align(

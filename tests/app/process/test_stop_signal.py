@@ -40,7 +40,7 @@ def test_without_a_signal_the_wait_runs_out(stop: ProcessStopSignal) -> None:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_work_that_looks_at_no_flag_is_interrupted(number: int) -> None:
     before = signal.getsignal(number)
+    threading.Timer(0.05, os.kill, (os.getpid(), number)).start()
     with pytest.raises(KeyboardInterrupt), interruptible():
-        os.kill(os.getpid(), number)
         time.sleep(20.0)
     assert signal.getsignal(number) is before
