@@ -46,6 +46,10 @@ class _Told(NamedTuple):
     is_complete: bool = True
     """Every sentence that it holds is known."""
 
+    @property
+    def rank(self) -> tuple[int, bool]:
+        return self.known, self.is_complete
+
 
 class _ExhaustedError(Exception):
     """A text takes more work than a sentence may."""
@@ -180,7 +184,7 @@ class Sayings:
             told = [self._whole(text, work, depth), self._as_sentence(text, work, depth)]
             told += [self._parted(text, mark, work, depth) for mark in ("; ", ". ", ": ")]
             known = filter(None, told)
-            work.found[text] = max(known, key=lambda one: one.known, default=None)
+            work.found[text] = max(known, key=lambda one: one.rank, default=None)
         return work.found[text]
 
     def _whole(self, text: str, work: _Work, depth: int) -> _Told | None:
@@ -193,7 +197,7 @@ class Sayings:
         for template in self._templates:
             for values in template.values(text, work):
                 told = self._filled(template, values, work, depth)
-                if best is None or told.known > best.known:
+                if best is None or told.rank > best.rank:
                     best = told
         return best
 
@@ -237,7 +241,7 @@ class Sayings:
     ) -> tuple[int, _Told | None]:
         """Return how many pieces the first part has, and its translation."""
         alone = self._found(pieces[0], work, depth + 1)
-        for count in range(len(pieces) - (depth == 0), 1, -1):
+        for count in range(len(pieces), 1, -1):
             told = self._whole(mark.join(pieces[:count]), work, depth + 1)
             apart = sum(
                 one.known
