@@ -14,6 +14,7 @@ MOST_CHARACTERS: Final = 2000
 """Longer texts are shown as they came."""
 MOST_STEPS: Final = 4000
 """Bound of the work for one text, in comparisons of a template with a place in the text."""
+MOST_PARTS: Final = 40
 _WHOLE_STEPS: Final = 10
 """Cost of looking through all templates."""
 MOST_DEPTH: Final = 5
@@ -227,7 +228,7 @@ class Sayings:
     def _parted(self, text: str, mark: str, work: _Work, depth: int) -> _Told | None:
         """Return a text part by part; parts may be of several pieces between the marks."""
         pieces = text.split(mark)
-        if len(pieces) == 1:
+        if not 1 < len(pieces) <= MOST_PARTS:
             return None
         parts: list[_Told] = []
         while pieces:
