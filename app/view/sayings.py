@@ -15,12 +15,15 @@ MOST_CHARACTERS: Final = 2000
 MOST_STEPS: Final = 4000
 """Bound of the work for one text, in comparisons of a template with a place in the text."""
 MOST_PARTS: Final = 40
+_MOST_PIECES: Final = 3
 _WHOLE_STEPS: Final = 10
 """Cost of looking through all templates."""
 MOST_DEPTH: Final = 5
 """A sentence may hold a sentence that holds another."""
 _KEPT: Final = 2048
 """Translations that are kept; a status repeats most of its texts."""
+_WORDS: Final = {"level": "panel.level", "mode": "mode", "outcome": "panel.outcome"}
+"""Fields that are one of some words, and where those are in the table."""
 _NUMBER: Final = re.compile(r"-?[0-9]+(?:\.[0-9]+)?%?")
 _FIELD: Final = re.compile(r"\{(\w+)\}")
 _ARTICLE: Final = re.compile(r"^(?:the|an?) ")
@@ -198,7 +201,7 @@ class Sayings:
         for template in self._templates:
             for values in template.values(text, work):
                 told = self._filled(template, values, work, depth)
-                if best is None or told.rank > best.rank:
+                if told is not None and (best is None or told.rank > best.rank):
                     best = told
         return best
 
@@ -214,11 +217,14 @@ class Sayings:
 
     def _filled(
         self, template: Template, values: tuple[str, ...], work: _Work, depth: int
-    ) -> _Told:
-        told = {
-            name: self._value(name, value, work, depth + 1) or _Told(value, 0, is_complete=False)
-            for name, value in zip(template.fields, values, strict=True)
-        }
+    ) -> _Told | None:
+        """Return the translation with its values; None where one of them does not fit."""
+        told: dict[str, _Told] = {}
+        for name, value in zip(template.fields, values, strict=True):
+            said = self._value(name, value, work, depth + 1)
+            if said is None and name.partition("_")[0] in _WORDS:
+                return None
+            told[name] = said or _Told(value, 0, is_complete=False)
         return _Told(
             template.translation.format(**{name: one.text for name, one in told.items()}),
             template.weight + sum(one.known for one in told.values()),
@@ -226,32 +232,25 @@ class Sayings:
         )
 
     def _parted(self, text: str, mark: str, work: _Work, depth: int) -> _Told | None:
-        """Return a text part by part; parts may be of several pieces between the marks."""
+        """Return a text part by part, parted so that most of it is known.
+
+        A part has one piece between the marks, or several where a template has marks of its own.
+        """
         pieces = text.split(mark)
         if not 1 < len(pieces) <= MOST_PARTS:
             return None
-        parts: list[_Told] = []
-        while pieces:
-            count, told = self._first_part(pieces, mark, work, depth)
-            parts.append(told or _Told(pieces[0], 0, is_complete=False))
-            pieces = pieces[count:]
-        return _joined(parts, mark) if any(one.known for one in parts) else None
-
-    def _first_part(
-        self, pieces: list[str], mark: str, work: _Work, depth: int
-    ) -> tuple[int, _Told | None]:
-        """Return how many pieces the first part has, and its translation."""
-        alone = self._found(pieces[0], work, depth + 1)
-        for count in range(len(pieces), 1, -1):
-            told = self._whole(mark.join(pieces[:count]), work, depth + 1)
-            apart = sum(
-                one.known
-                for piece in pieces[:count]
-                if (one := self._found(piece, work, depth + 1)) is not None
-            )
-            if told is not None and told.known > apart:
-                return count, told
-        return 1, alone
+        best: list[_Told] = [_Told("", 0)]
+        """Of all that follows each piece, from the last one on."""
+        for begin in reversed(range(len(pieces))):
+            ways: list[_Told] = []
+            for count in range(1, min(_MOST_PIECES, len(pieces) - begin) + 1):
+                part = mark.join(pieces[begin : begin + count])
+                find = self._found if count == 1 else self._whole
+                told = find(part, work, depth + 1) or _Told(part, 0, is_complete=False)
+                rest = best[-count]
+                ways.append(_joined([told, rest], mark) if begin + count < len(pieces) else told)
+            best.append(max(ways, key=lambda one: one.rank))
+        return best[-1] if best[-1].known else None
 
     # -- values --------------------------------------------------------------------------------
 
@@ -281,8 +280,8 @@ class Sayings:
                 return _Told(_VERB.sub("", value), 0)
             case "thing":
                 return _Told(_ARTICLE.sub("", value), 0)
-            case "level" | "mode" | "outcome" as kind:
-                key = f"mode.{value}" if kind == "mode" else f"panel.{kind}.{value}"
+            case kind if kind in _WORDS:
+                key = f"{_WORDS[kind]}.{value}"
                 return _Told(self._words(key), len(value)) if self._words.knows(key) else None
             case _:
                 return _Told(value, 0)
