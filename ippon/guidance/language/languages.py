@@ -30,6 +30,8 @@ _MIN_STRANGE_WORDS = 4
 
 _ARTICLES = word_set("le la les el los las il lo der die das den un una une o os de di da du del")
 """Names hold them: "the Le Creuset pot"; they alone make no sentence with English words foreign."""
+_BEFORE_NOUNS = word_set("le la les el los las il lo der das den un una une")
+"""Of these, before a thing that has no English determiner: "such den Ball" is not English."""
 ENGLISH = (
     word_set(
         "i i'm i've i'd i'll me my mine myself you you're your yours he he's him his she she's her "
@@ -77,6 +79,10 @@ def other_language(sentence: str) -> str:
     for word in set(words):
         if word not in ENGLISH and word not in _things():
             counts.update(table.get(word, ()))
+    for before, word, thing in zip(["", *words], words, words[1:], strict=False):
+        if word in _BEFORE_NOUNS and thing in _things() and before not in DETERMINERS:
+            counts.update(table.get(word, ()))
+            known = []
     if not counts or (known and not set(words) & table.keys() - ENGLISH - _things() - _ARTICLES):
         return _strange(words, known)
     # Of languages with equally many own words, the one that has more of the shared ones.
@@ -100,7 +106,8 @@ def _marked(words: list[str]) -> bool:
 def _strange(words: list[str], known: list[str]) -> str:
     things = _things()
     letters = [word for word in words if word.isalpha()]
-    if known or any(word in things for word in words):
+    own = [word for word in known if word not in _languages() or word in DETERMINERS]
+    if own or any(word in things for word in words):
         return ""
     enough = 2 if _marked(words) else _MIN_STRANGE_WORDS
     return UNKNOWN if len(letters) >= enough and len(set(letters)) >= enough else ""

@@ -4,6 +4,7 @@ from dataclasses import replace
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.context_words import ABSTRACT
 from ippon.guidance.language.mentions import room_phrases
 from ippon.guidance.language.requests import phrases
 from ippon.guidance.language.requests.attributes import listed_kind
@@ -14,6 +15,7 @@ from ippon.guidance.language.requests.modifiers import read_modifier
 from ippon.guidance.language.requests.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.requests.phrases import PRONOUNS
 from ippon.guidance.language.requests.relation_phrase import is_room, read_relation
+from ippon.guidance.language.requests.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
 MAX_DRAFTS: Final = 60
@@ -272,7 +274,7 @@ def _listed_next(reading: Reading, index: int) -> bool:
 def _bare_room(reading: Reading, index: int) -> int:
     """Read ", kitchen" after an object."""
     said = reading.said
-    if not said.breaks(index) or said.ends(index):
+    if said.ends(index):
         return index
     phrase = read_noun_phrase(said, index, of=False)
     if phrase is None or not is_room(phrase.head) or not said.breaks(phrase.end):
@@ -282,9 +284,16 @@ def _bare_room(reading: Reading, index: int) -> int:
     return phrase.end
 
 
+def _is_room_at(said: Utterance, index: int) -> bool:
+    phrase = read_noun_phrase(said, index, of=False)
+    return phrase is not None and is_room(phrase.head)
+
+
 def stands_alone(reading: Reading, index: int, phrase: NounPhrase) -> bool:
     """Tell whether a noun phrase is not the subject of a sentence about something else."""
     said = reading.said
+    if phrase.head in ABSTRACT:
+        return False  # "Last night I put my phone down".
     if not phrase.known and not phrase.corrected:
         last = said.word(phrase.end - 1)
         if last.endswith("ing") or said.word(index) in phrases.OTHER_TASKS:
@@ -292,7 +301,7 @@ def stands_alone(reading: Reading, index: int, phrase: NounPhrase) -> bool:
     end = phrase.end
     if end >= len(said) or said.breaks(end) or not phrase.head:
         return True
-    if said.word(end) in _FOLLOWING or said.corrected(end, phrases.CORRECTIONS) > end:
+    if said.word(end) in _FOLLOWING or _is_room_at(said, end) or (phrase.known and said.word(end) in ("my", "our", "you")) or said.corrected(end, phrases.CORRECTIONS) > end:
         return True
     if reading.match(phrases.TAIL, end) > end or reading.match(phrases.GONE, end) > end:
         return True

@@ -22,6 +22,8 @@ _BE = word_set("is are was were be looks look seems isn't aren't wasn't weren't"
 _CONTRACTED = word_set("it's its they're he's she's that's")
 _COVERS = word_set("frame cover sleeve binding wrapping")
 """Of these, "in a wooden frame" tells what a thing looks like, not where it is."""
+_OWNED = word_set("mine yours his hers ours theirs")
+_COVERED = word_set("wrapped covered dressed painted decorated printed")
 _PEOPLE = word_set("me us him her them you my mine")
 _IDIOMS = word_set("life sake goodness")
 _MISSING = word_set("missing lost gone")
@@ -31,6 +33,7 @@ def read_modifier(said: Utterance, index: int, goal: Draft) -> int:
     """Read one thing that is said of a goal; returns the index after it, the same for none."""
     for read in (
         _exclusion,
+        _absent,
         _predicate,
         _feature,
         _made,
@@ -51,6 +54,9 @@ def read_modifier(said: Utterance, index: int, goal: Draft) -> int:
 def _exclusion(said: Utterance, start: int, goal: Draft) -> int:
     """Read "but not the blue one", "except the one in the hallway", "not red"."""
     length = said.starts(start, phrases.EXCLUDING)
+    if not length and said.word(start) == "but" and not said.breaks(start):
+        # "Any mug but the red one".
+        length = int(bool({"any", "all", "every"} & set(said.words(max(0, start - 4), start))))
     if not length:
         return start
     index = start + length
@@ -71,6 +77,9 @@ def _exclusion(said: Utterance, start: int, goal: Draft) -> int:
                 goal.relations[-1] = replace(place, attributes=(*place.attributes, denied))
             else:
                 goal.add(denied)
+        if said.word(phrase.end) in ("with", "without") and phrase.end + 1 == len(said):
+            goal.note(said.said(start, phrase.end + 1))  # "Not the one without".
+            return phrase.end + 1
         probe = goal.probe()
         end = phrase.end if said.breaks(phrase.end) else read_modifier(said, phrase.end, probe)
         for one in probe.attributes:
@@ -98,6 +107,24 @@ def _other_name(said: Utterance, start: int, phrase: NounPhrase, goal: Draft) ->
     return phrase.end
 
 
+def _absent(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "but they aren't there": it is in no place that was told before."""
+    index = start + (said.word(start) in ("and", "but", "yet"))
+    if said.word(index) not in _SUBJECTS:
+        return start
+    end = index
+    while end < len(said) and said.word(end) != "there" and end - index < 4:
+        end += 1
+    if said.word(end) != "there" or not (NEGATIONS | {"gone"}) & set(said.words(index, end)):
+        return start
+    end += 1 + (said.word(end + 1) in ("anymore", "now"))
+    if not said.breaks(end) and end < len(said):
+        return start
+    goal.relations = [replace(one, negated=True) for one in goal.relations]
+    goal.note(said.said(start, end))
+    return end
+
+
 def _predicate(said: Utterance, start: int, goal: Draft) -> int:
     """Read "which is blue and heavy", "it's the white one", "isn't broken"."""
     index, negated = start, False
@@ -122,6 +149,11 @@ def _predicate(said: Utterance, start: int, goal: Draft) -> int:
         for one in phrase.attributes:
             goal.add(Attribute(kind=one.kind, value=one.value, negated=negated))
         return phrase.end
+    owner = said.word(index)
+    if owner in _OWNED or (owner.endswith("'s") and (said.breaks(index + 1) or index + 1 == len(said))):
+        value = said.said(index, index + 1).removesuffix("'s")
+        goal.add(Attribute(kind="owner", value=value, negated=negated))
+        return index + 1
     return _adjectives(said, index, goal, negated=negated) or start
 
 
@@ -223,6 +255,9 @@ def _made(said: Utterance, start: int, goal: Draft) -> int:
         if said.word(index) == "in" and listed_kind(said.word(index + 1)) == "colour":
             goal.add(Attribute(kind="colour", value=said.word(index + 1)))
             return index + 2
+        if said.words(index, index + 2) == ["in", "size"] and not said.breaks(index + 2):
+            goal.add(Attribute(kind="size", value=said.said(index + 1, index + 3)))
+            return index + 3
         return start
     goal.add(Attribute(kind="material", value=word))
     return index + length + 1
@@ -278,7 +313,8 @@ def _relation(said: Utterance, start: int, goal: Draft) -> int:
     phrase = read_relation(said, start)
     if phrase is None or (goal.is_owned and said.word(start) in ("he", "she", "he's", "she's")):
         return start
-    if phrase.relations[0].place in _COVERS:
+    covered = phrase.relations[0].place in _COVERS or said.word(start - 1) in _COVERED
+    if covered or _is_maker(said, start, phrase.relations[0].place):
         goal.add(Attribute(kind="feature", value=said.said(phrase.begin, phrase.end)))
         return phrase.end
     guessed = phrase.soft or is_guessed(said, phrase, goal.phrase.end)
@@ -288,6 +324,14 @@ def _relation(said: Utterance, start: int, goal: Draft) -> int:
             goal.relate(place)
     goal.note(said.said(phrase.begin, phrase.end))
     return phrase.end
+
+
+def _is_maker(said: Utterance, start: int, name: str) -> bool:
+    """Tell whether "by" or "from" says who made or sent it: "by Agatha Christie"."""
+    if said.word(start) not in ("by", "from") or not said.said(start + 1, start + 2)[:1].isupper():
+        return False
+    knowledge = load_knowledge()
+    return knowledge.find(name) is None and knowledge.room(name) is None
 
 
 def _topic(said: Utterance, start: int, goal: Draft) -> int:
@@ -340,7 +384,11 @@ def _aside(said: Utterance, start: int, goal: Draft) -> int:
         end = start + 1
         while end < len(said) and ")" not in said.gap(end) and end - start < 6:
             end += 1
-        goal.add(Attribute(kind="feature", value=said.said(start, end)))
+        phrase = read_noun_phrase(said, start)
+        if phrase is not None and phrase.end == end and phrase.head and phrase.known:
+            goal.note(said.said(start, end))  # "(kitchen drawer)".
+        else:
+            goal.add(Attribute(kind="feature", value=said.said(start, end)))
         return end
     length = said.starts(start, ("preferably", "ideally", "if possible", "best"))
     if not length:

@@ -117,7 +117,7 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
         if length > 1:
             index += length
             continue
-        if word in PRONOUNS:
+        if word in PRONOUNS or (index > start and _names_room_of(said, index, knowledge)):
             break
         if word in _PARTICLES and index > start and not may_be_noun(said, index + 1):
             break
@@ -139,6 +139,13 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             break
         index += 1
     return index
+
+
+def _names_room_of(said: Utterance, index: int, knowledge: Knowledge) -> bool:
+    """Tell whether a room is named right after a thing: "green bag hallway"."""
+    word, before = said.word(index), said.word(index - 1)
+    room = knowledge.room(word) is not None and knowledge.find(word) is None
+    return room and knowledge.find(before) is not None and knowledge.room(before) is None
 
 
 def _determined(said: Utterance, index: int) -> bool:

@@ -21,13 +21,15 @@ _TABLE: Final = _load()
 PREPOSITIONS: Final = RELATIONS | {
     "closest to": "near",
     "nearest to": "near",
+    "furthest from": "away from",
+    "farthest from": "away from",
     "adjacent to": "next to",
     "leaning against": "next to",
     "somewhere other than": "outside",
     "anywhere other than": "outside",
 }
 """Prepositions of the context, and some that only stand in requests."""
-_END: Final = r"(?=$|[\s,.!?;:'\"…)\]\-–—”])"
+_END: Final = r"(?=$|[\s,.!?;:'\"…)\]–—”]|-(?!\w))"
 """A phrase ends with a word."""
 
 
@@ -88,17 +90,19 @@ LOOKED: Final = re.compile(
 TOLD: Final = re.compile(
     r"\b(?:i|we|he|she|they|i've|we've|i have|somebody|someone|(?:my|our|the) \w+(?: \w+)?|"
     r"must have|may have|might have)"
-    r"(?: must have| may have| have| has| had| just| probably| also| last)*"
+    r"(?: must have| may have| have| has| had| just| probably| also| last| always| usually| normally)*"
     r" (?:last had|had(?= (?:my|our|his|her|their) "
-    r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|used|wore|saw|kept|was wearing|left|"
+    r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|used|wore|saw|keeps?|kept|was wearing|left|"
     r"forgot|forgotten|put|placed|dropped|"
-    r"laid|stored|hid|took|taken|hidden|moved|stole|borrowed|lost|misplaced)\s+",
+    r"laid|stored|hid|took|taken|hidden|moved|stole|stolen|borrowed|nicked|pinched|swiped|stashed|"
+    r"lost|misplaced)\s+",
     re.IGNORECASE,
 )
 GONE: Final = re.compile(
     r"(?:'s|is|are|was|were|has|have|got)?(?: just| now| all| been| both)*"
     r" ?(?:gone missing|gone|missing|lost|misplaced|disappeared|vanished|stolen|nowhere to be "
-    r"(?:found|seen)|nowhere|went missing)\b(?: again| now)*",
+    r"(?:found|seen)|nowhere|went missing|been (?:moved|taken|borrowed|nicked|pinched)(?: by "
+    r"(?:somebody|someone))?(?! to| from| into| by))\b(?: again| now)*",
     re.IGNORECASE,
 )
 GONE_SENTENCE: Final = re.compile(
@@ -121,11 +125,20 @@ CODE: Final = re.compile(
 )
 """What no sentence holds, and code does."""
 SAYS: Final = re.compile(
-    r"(?:i|we|he|she|they|my \w+|the \w+) (?:says?|said|thinks?|believes?|claims?|told me|swears?)"
-    r"(?: that)? (?=(?:her|his|my|our|their|the|a|some|there|there's) ?)",
+    r"(?:(?:i|we|he|she|they|(?:my |the |our )?\w+)(?: just| also)? (?:says?|said|thinks?|believes?|"
+    r"claims?|told (?:me|us)|swears?|swore|reckons?|bets?)|according to (?:my |the |our )?\w+,?|"
+    r"(?:i'm|i am|we're|we are)(?: \w+)? (?:sure|certain|convinced|positive))"
+    r"(?: that)? (?=(?:i|you|he|she|we|they|her|his|my|our|their|the|a|an|some|there|there's) )",
     re.IGNORECASE,
 )
+"""Who says what follows."""
 
+FIXED: Final = tuple(
+    phrase
+    for name in ("then", "and", "or", "first", "excluding", "having", "lacking", "made", "topic")
+    for phrase in _TABLE[name]
+)
+"""Fixed phrases that say how what follows belongs to what stands before."""
 THEN: Final = tuple(_TABLE["then"])
 SEPARATORS: Final[dict[Order, tuple[str, ...]]] = {
     "then": THEN,

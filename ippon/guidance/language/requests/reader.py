@@ -193,12 +193,16 @@ class RequestReader:
             if more == start + 1 and listed_kind(said.word(start)):
                 break
             start = more
-        if said.word(start) in ("it", "them", "him", "her") and self.reading.drafts:
+        if said.word(start) in ("it", "them", "him", "her", "some", "any") and self.reading.drafts:
             return start + 1 if said.breaks(start + 1) or start + 1 == len(said) else index
         if self.reading.drafts and (length := count_again(said, start)):
             self.reading.drafts[-1].count = NUMBERS[said.word(start)]
             return start + length
         asked = said.said(index, end)
+        told = self.reading.match(phrases.TOLD, start) if "where" in asked.lower() else start
+        owned = read_noun_phrase(said, told) if told > start else None
+        if owned is not None and owned.determined:
+            start = told  # "Where the kids have hidden the remote".
         after = read_goals(self.reading, start, asked)
         if after > start:
             if asked.lower().startswith(("how many", "count")):

@@ -82,6 +82,8 @@ def read_relation(said: Utterance, start: int, *, verbs: bool = True) -> Relatio
             relations, end = _read_places(said, prepositions, at, negated=negated)
             if relations:
                 return RelationPhrase(tuple(relations), soft, start, end)
+        if word in ("from", "at") and said.word(index + 1) in _STOREYS:
+            index, word = index + 1, said.word(index + 1)
         if word in _STOREYS:
             place = Relation(relation="at", place=_STOREYS[word], negated=negated)
             return RelationPhrase((place,), soft, start, index + 1)
@@ -167,7 +169,7 @@ def _side(said: Utterance, relation: str, index: int) -> tuple[str, int]:
     at = index
     while said.word(at) in ("the", "left", "right", "hand", "far", "very", "top", "bottom", "back"):
         at += 1
-    at += said.word(at) in PARTS
+    at += said.word(at) in PARTS and said.word(at) != "shelf"
     if at == index or said.word(at) != "of" or at > index + 4:
         return relation, index
     words = set(said.words(index, at))
@@ -193,7 +195,7 @@ def _read_places(
         index = phrase.end
         joint = said.word(index)
         again = index + 1
-        if joint == "and" and not _joins_places(said, again, prepositions, denied=negated):
+        if joint == "and" and not _joins_places(said, again, phrase, prepositions, denied=negated):
             break
         if joint not in ("or", "nor", "and") or said.word(again) in PREPOSITIONS:
             break
@@ -208,10 +210,13 @@ def _read_places(
     return relations, index
 
 
-def _joins_places(said: Utterance, index: int, prepositions: list[str], *, denied: bool) -> bool:
+def _joins_places(
+    said: Utterance, index: int, before: NounPhrase, prepositions: list[str], *, denied: bool
+) -> bool:
+    """Tell whether "and" joins two places, not two objects: "in the kitchen and the hall"."""
     if "between" in prepositions:
         return True
-    return denied and _room_at(said, index) != ""
+    return (denied or is_room(before.head)) and _room_at(said, index) != ""
 
 
 def _room_at(said: Utterance, index: int) -> str:
@@ -236,7 +241,7 @@ def _is_abstract(said: Utterance, index: int, phrase: NounPhrase) -> bool:
     last = said.word(phrase.end - 1)
     if phrase.count == ALL and last in ("room", "rooms", "corner"):
         return True
-    if last in NUMBERS and phrase.end - index > 1:
+    if last in NUMBERS and phrase.head and phrase.end - index > 1:
         return False  # "Aisle three".
     if said.word(index) == "this" and last in ("floor", "storey", *_OWN_ROOMS):
         return True

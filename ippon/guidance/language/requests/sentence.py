@@ -13,6 +13,7 @@ from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
 from ippon.guidance.language.requests.phrases import CODE, SAME
 from ippon.guidance.language.requests.reader import RequestReader
 from ippon.guidance.language.requests.relation_phrase import is_room
+from ippon.guidance.language.requests.traces import lost_words
 from ippon.guidance.language.requests.utterance import hear
 
 MAX_OBJECT_CHARS: Final = 80
@@ -48,6 +49,9 @@ def read_request(sentence: str, previous: Sequence[Goal] = ()) -> Request:
         return _again(text, previous)
     reader = RequestReader(said, previous)
     reading = reader.read()
+    changing, names = lost_words(reading)
+    reading.stray += changing
+    reading.unused += names
     request = _judge(reading.drafts, reading.unused, reading.stray)
     if len(sentence.strip()) > MAX_SENTENCE_CHARS:
         rest = f"everything after {MAX_SENTENCE_CHARS} characters"
