@@ -23,6 +23,7 @@ _ABOUT = word_set(
 
 
 _RELATIVE: Final = ("which", "that", "who", "whose")
+_PLACING = word_set("in on under at behind near inside upstairs downstairs outside above below")
 _TIMES = word_set(
     "yesterday morning afternoon evening night noon tonight week weekend month year ago earlier "
     "recently monday tuesday wednesday thursday friday saturday sunday"
@@ -95,7 +96,7 @@ def state(reading: Reading, words: str, targets: list[Draft]) -> None:
     told = False
     heard = hear(words).words(0, 400)
     content = [word for word in heard if word not in ENGLISH]
-    kept = bool(content) or bool(_TIMES & set(heard)) or (len(heard) > 1 and heard[0] in _RELATIVE)
+    kept = bool(content) or bool((_TIMES | _PLACING) & set(heard)) or (len(heard) > 1 and heard[0] in _RELATIVE)
     for goal in targets:
         ooi = resolve_object(goal.head, ()).canonical if goal.head else None
         claims = read_context(words, (), ooi=ooi).claims

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Final, Literal
 
 from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.context_words import NEGATIONS
 from ippon.guidance.language.requests.attributes import UNITS, listed_kind
 from ippon.guidance.language.requests.goals import ALL, Attribute, Reference
 from ippon.guidance.language.requests.phrases import PREPOSITIONS, STOP
@@ -204,7 +205,7 @@ def _number(said: Utterance, index: int) -> int | None:
 def may_be_noun(said: Utterance, index: int) -> bool:
     """Tell whether a noun, or a word before one, may stand at an index."""
     word = said.word(index)
-    if not word or said.breaks(index) or " ".join(said.words(index, index + 2)) in PREPOSITIONS:
+    if not word or said.breaks(index) or word in NEGATIONS or " ".join(said.words(index, index + 2)) in PREPOSITIONS:
         return False
     return word == "of" or (word not in STOP and word not in PREPOSITIONS) or word in _LEADING
 

@@ -111,5 +111,7 @@ class Reading:
 
     def match(self, pattern: re.Pattern[str], index: int) -> int:
         """Return the index after a pattern that matches at a word; the same for none."""
-        match = pattern.match(self.said.text, self.said.tokens[index].start)
+        match = None
+        if index < len(self.said):
+            match = pattern.match(self.said.text, self.said.tokens[index].start)
         return index if match is None else self.after(match.end())

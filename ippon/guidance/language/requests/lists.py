@@ -4,8 +4,6 @@ from dataclasses import replace
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
-from ippon.guidance.language.context_words import ABSTRACT
-from ippon.guidance.language.mentions import room_phrases
 from ippon.guidance.language.requests import phrases
 from ippon.guidance.language.requests.attributes import listed_kind
 from ippon.guidance.language.requests.clauses import decline_place, state
@@ -15,6 +13,7 @@ from ippon.guidance.language.requests.modifiers import read_modifier
 from ippon.guidance.language.requests.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.requests.phrases import PRONOUNS
 from ippon.guidance.language.requests.relation_phrase import is_room, read_relation
+from ippon.guidance.language.requests.shared_places import share
 from ippon.guidance.language.requests.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
@@ -24,7 +23,7 @@ BE = word_set("is are was were has have had will would can could should must mig
 _FOLLOWING = word_set(
     "and or then but with without that which please not pls it i they he she what called made "
     "named as plus followed left other preferably fell must should might was slipped has had for "
-    "of also again asap too except after next"
+    "of also again asap too except after next nobody somebody someone"
 )
 """Words that may follow an object which stands without a verb."""
 
@@ -78,64 +77,15 @@ def _is_item(reading: Reading, start: int, phrase: NounPhrase, *, lone: bool) ->
         if relation is None:
             return False
     if lone:
-        return phrase.determined or phrase.known
+        # "Hat, pepper, and oil": what stands within a list belongs to it.
+        within = said.word(phrase.end) in ("and", "or") and phrase.end - start <= 2
+        return phrase.determined or phrase.known or within
     return (
         phrase.known
         or phrase.determined
         or phrase.corrected
         or not said.word(start).endswith("ing")
     )
-
-
-def _replace_by_parts(reading: Reading) -> None:
-    """Read "two markers, one red and one black" as the two."""
-    listed = reading.drafts[reading.list_start :]
-    if len(listed) < 3 or not isinstance(listed[0].count, int) or listed[0].attributes:
-        return
-    parts = listed[1:]
-    same = all(not one.phrase.head and isinstance(one.count, int) for one in parts)
-    if same and sum(int(one.count) for one in parts) == listed[0].count:
-        reading.drafts.remove(listed[0])
-
-
-def _drop_destination(reading: Reading) -> None:
-    """Take "bring the bucket upstairs" to say where it shall go, which is not done."""
-    for one in reading.drafts[reading.list_start :]:
-        if not one.trigger.lower().startswith(("bring", "take", "carry")):
-            continue
-        for place in one.relations:
-            if place.place in ("upstairs", "downstairs") and one.context == [place.place]:
-                one.relations, one.context = [], []
-                reading.unused.append(place.place)
-                break
-
-
-def _is_in_room(place: Relation) -> bool:
-    return is_room(place.place) or bool(room_phrases(place.place))
-
-
-def share(reading: Reading) -> None:
-    """Let the objects of one list share the place that is said at its end."""
-    _replace_by_parts(reading)
-    _drop_destination(reading)
-    listed = reading.drafts[reading.list_start :]
-    if len(listed) < 2 or any(one.order == "then" for one in listed[1:]):
-        return
-    last = listed[-1]
-    if any(one.relations for one in listed[:-1]):
-        return
-    together = last.phrase.shared or last.trigger == "told"
-    shared = [
-        place for place in last.relations
-        if place not in reading.places and (together or _is_in_room(place))
-    ]  # fmt: skip
-    if not shared:
-        return
-    for one in listed[:-1]:
-        for place in shared:
-            one.relate(place)
-        for words in last.context:
-            one.note(words)
 
 
 def read_goals(reading: Reading, start: int, asked: str) -> int:
@@ -254,6 +204,10 @@ def read_modifiers(reading: Reading, index: int) -> int:
             index = room
             continue
         end = reading.match(phrases.GONE, index)
+        timed = reading.match(phrases.TIME, index)
+        if timed > index:
+            goal.note(said.said(index, timed))
+            end = timed
         if end == index and not _listed_next(reading, index):
             end = read_modifier(said, index, goal)
         if end == index and not said.ends(index):
@@ -292,8 +246,6 @@ def _is_room_at(said: Utterance, index: int) -> bool:
 def stands_alone(reading: Reading, index: int, phrase: NounPhrase) -> bool:
     """Tell whether a noun phrase is not the subject of a sentence about something else."""
     said = reading.said
-    if phrase.head in ABSTRACT:
-        return False  # "Last night I put my phone down".
     if not phrase.known and not phrase.corrected:
         last = said.word(phrase.end - 1)
         if last.endswith("ing") or said.word(index) in phrases.OTHER_TASKS:
@@ -301,7 +253,12 @@ def stands_alone(reading: Reading, index: int, phrase: NounPhrase) -> bool:
     end = phrase.end
     if end >= len(said) or said.breaks(end) or not phrase.head:
         return True
-    if said.word(end) in _FOLLOWING or _is_room_at(said, end) or (phrase.known and said.word(end) in ("my", "our", "you")) or said.corrected(end, phrases.CORRECTIONS) > end:
+    if (
+        said.word(end) in _FOLLOWING
+        or _is_room_at(said, end)
+        or (phrase.known and said.word(end) in ("my", "our", "you"))
+        or said.corrected(end, phrases.CORRECTIONS) > end
+    ):
         return True
     if reading.match(phrases.TAIL, end) > end or reading.match(phrases.GONE, end) > end:
         return True

@@ -7,7 +7,20 @@ from ippon.guidance.language.context_words import NEGATIONS
 from ippon.guidance.language.naming import same_object
 from ippon.guidance.language.requests import phrases
 from ippon.guidance.language.requests.attributes import is_intensity, is_part, is_shade, listed_kind
+from ippon.guidance.language.requests.determiners import NUMBERS, count_again
 from ippon.guidance.language.requests.drafts import Draft
+from ippon.guidance.language.requests.features import (
+    BE,
+    SUBJECTS,
+    is_maker,
+    read_feature,
+    read_material,
+    read_owner,
+    read_purpose,
+    read_side,
+    read_topic,
+    without_article,
+)
 from ippon.guidance.language.requests.goals import Attribute, Relation
 from ippon.guidance.language.requests.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.requests.phrases import PREPOSITIONS
@@ -15,17 +28,11 @@ from ippon.guidance.language.requests.relation_phrase import is_guessed, read_re
 from ippon.guidance.language.requests.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
-_SUBJECTS = word_set(
-    "that which who it it's its they they're he he's she she's that's this these theirs those"
-)
-_BE = word_set("is are was were be looks look seems isn't aren't wasn't weren't")
 _CONTRACTED = word_set("it's its they're he's she's that's")
 _COVERS = word_set("frame cover sleeve binding wrapping")
 """Of these, "in a wooden frame" tells what a thing looks like, not where it is."""
 _OWNED = word_set("mine yours his hers ours theirs")
 _COVERED = word_set("wrapped covered dressed painted decorated printed")
-_PEOPLE = word_set("me us him her them you my mine")
-_IDIOMS = word_set("life sake goodness")
 _MISSING = word_set("missing lost gone")
 
 
@@ -33,16 +40,17 @@ def read_modifier(said: Utterance, index: int, goal: Draft) -> int:
     """Read one thing that is said of a goal; returns the index after it, the same for none."""
     for read in (
         _exclusion,
+        _until,
         _absent,
         _predicate,
-        _feature,
-        _made,
-        _belonging,
+        read_feature,
+        read_material,
+        read_owner,
         _other_one,
         _relation,
-        _sided,
-        _topic,
-        _purpose,
+        read_side,
+        read_topic,
+        read_purpose,
         _aside,
     ):
         end = read(said, index, goal)
@@ -68,10 +76,15 @@ def _exclusion(said: Utterance, start: int, goal: Draft) -> int:
         value = said.said(index, index + 1)[:-2]
         goal.add(Attribute(kind="owner", value=value, negated=True))
         return index + 1
+    if owner in _OWNED:
+        goal.add(Attribute(kind="owner", value=owner, negated=True))
+        return index + 1
     phrase = read_noun_phrase(said, index)
     if phrase is not None and phrase.head in ("", goal.head):
         place = goal.relations[-1] if goal.relations else None
         for one in phrase.attributes:
+            if one in goal.attributes:
+                continue  # "Her blue scarf, not her green one".
             denied = Attribute(kind=one.kind, value=one.value, negated=True)
             if place is not None and one.kind in {other.kind for other in place.attributes}:
                 goal.relations[-1] = replace(place, attributes=(*place.attributes, denied))
@@ -107,10 +120,22 @@ def _other_name(said: Utterance, start: int, phrase: NounPhrase, goal: Draft) ->
     return phrase.end
 
 
+def _until(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "until you have found six"."""
+    if said.word(start) not in ("until", "till"):
+        return start
+    for index in range(start + 1, min(start + 6, len(said))):
+        length = count_again(said, index)
+        if length:
+            goal.count = NUMBERS[said.word(index)]
+            return index + length
+    return start
+
+
 def _absent(said: Utterance, start: int, goal: Draft) -> int:
     """Read "but they aren't there": it is in no place that was told before."""
     index = start + (said.word(start) in ("and", "but", "yet"))
-    if said.word(index) not in _SUBJECTS:
+    if said.word(index) not in SUBJECTS:
         return start
     end = index
     while end < len(said) and said.word(end) != "there" and end - index < 4:
@@ -129,10 +154,10 @@ def _predicate(said: Utterance, start: int, goal: Draft) -> int:
     """Read "which is blue and heavy", "it's the white one", "isn't broken"."""
     index, negated = start, False
     index += said.word(index) in ("and", "but")
-    subject = said.word(index) in _SUBJECTS
+    subject = said.word(index) in SUBJECTS
     be = said.word(index) in _CONTRACTED
     index += subject
-    if said.word(index) in _BE and not said.breaks(index):
+    if said.word(index) in BE and not said.breaks(index):
         be, negated = True, said.word(index).endswith("n't")
         index += 1
     if not be:
@@ -150,7 +175,9 @@ def _predicate(said: Utterance, start: int, goal: Draft) -> int:
             goal.add(Attribute(kind=one.kind, value=one.value, negated=negated))
         return phrase.end
     owner = said.word(index)
-    if owner in _OWNED or (owner.endswith("'s") and (said.breaks(index + 1) or index + 1 == len(said))):
+    if owner in _OWNED or (
+        owner.endswith("'s") and (said.breaks(index + 1) or index + 1 == len(said))
+    ):
         value = said.said(index, index + 1).removesuffix("'s")
         goal.add(Attribute(kind="owner", value=value, negated=negated))
         return index + 1
@@ -204,76 +231,6 @@ def _is_noun(said: Utterance, index: int) -> bool:
     return phrase is not None and not phrase.determined and bool(phrase.head)
 
 
-def _feature(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "with wheels", "and has a dinosaur on it", "without a handle"."""
-    index = start
-    if said.word(index) == "whose":
-        return _whose(said, index, goal)
-    index += said.word(index) in ("and", "but")
-    index += said.word(index) in _SUBJECTS
-    lacking = said.starts(index, phrases.LACKING)
-    length = lacking or said.starts(index, phrases.HAVING)
-    if not length:
-        return start
-    index += length
-    phrase = read_noun_phrase(said, index)
-    if phrase is None or (not phrase.head and not phrase.attributes):
-        return start
-    end = phrase.end
-    while said.words(end, end + 2) in (["on", "it"], ["on", "them"], ["in", "it"], ["on", "top"],
-                                       ["inside", "it"]):  # fmt: skip
-        end += 2
-    value = said.said(index, phrase.end)
-    goal.add(Attribute(kind="feature", value=_without_article(value), negated=bool(lacking)))
-    return end
-
-
-def _whose(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "whose leg is broken"."""
-    phrase = read_noun_phrase(said, start + 1)
-    if phrase is None or said.word(phrase.end) not in _BE:
-        return start
-    end = phrase.end + 1
-    while end < len(said) and not said.breaks(end) and said.word(end) not in ("and", "or"):
-        end += 1
-    goal.add(Attribute(kind="feature", value=said.said(start + 1, end)))
-    return end
-
-
-def _without_article(value: str) -> str:
-    first, _, rest = value.partition(" ")
-    return rest if rest and first.lower() in ("a", "an", "the", "some", "its") else value
-
-
-def _made(said: Utterance, start: int, goal: Draft) -> int:
-    index = start + (said.word(start) == "and")
-    index += said.word(index) in _SUBJECTS
-    index += said.word(index) in _BE
-    length = said.starts(index, phrases.MADE)
-    word = said.word(index + length)
-    if not length or listed_kind(word) not in ("material", "colour"):
-        if said.word(index) == "in" and listed_kind(said.word(index + 1)) == "colour":
-            goal.add(Attribute(kind="colour", value=said.word(index + 1)))
-            return index + 2
-        if said.words(index, index + 2) == ["in", "size"] and not said.breaks(index + 2):
-            goal.add(Attribute(kind="size", value=said.said(index + 1, index + 3)))
-            return index + 3
-        return start
-    goal.add(Attribute(kind="material", value=word))
-    return index + length + 1
-
-
-def _belonging(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "that belongs to Max"."""
-    index = start + (said.word(start) in _SUBJECTS)
-    length = said.starts(index, ("belongs to", "belong to", "belonging to", "owned by"))
-    phrase = read_noun_phrase(said, index + length) if length else None
-    if phrase is None:
-        return start
-    goal.add(Attribute(kind="owner", value=said.said(index + length, phrase.end)))
-    return phrase.end
-
-
 def _other_one(said: Utterance, start: int, goal: Draft) -> int:
     """Read ", the blue one" and "the one on the sofa" as more about the same object."""
     if said.word(start) in ("and", "or") or said.word(start) in NEGATIONS:
@@ -282,7 +239,8 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
     if phrase is None or phrase.reference:
         return start
     if not phrase.head and said.word(phrase.end - 1) in ("one", "ones"):
-        several = goal.count not in (None, 1) and said.word(start) in ("a", "an", "one")
+        several = goal.count not in (None, 1) and said.word(start) in ("a", "an", "one", "the")
+        several = several and said.word(phrase.end - 1) == "one"
         if phrase.count not in (None, 1) or several:
             return start
         for one in phrase.attributes:
@@ -299,7 +257,7 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
             goal.add(one)
         return phrase.end
     if part and said.breaks(start):
-        goal.add(Attribute(kind="feature", value=_without_article(phrase.display)))
+        goal.add(Attribute(kind="feature", value=without_article(phrase.display)))
         return phrase.end
     return start
 
@@ -314,7 +272,7 @@ def _relation(said: Utterance, start: int, goal: Draft) -> int:
     if phrase is None or (goal.is_owned and said.word(start) in ("he", "she", "he's", "she's")):
         return start
     covered = phrase.relations[0].place in _COVERS or said.word(start - 1) in _COVERED
-    if covered or _is_maker(said, start, phrase.relations[0].place):
+    if covered or is_maker(said, start, phrase.relations[0].place):
         goal.add(Attribute(kind="feature", value=said.said(phrase.begin, phrase.end)))
         return phrase.end
     guessed = phrase.soft or is_guessed(said, phrase, goal.phrase.end)
@@ -324,58 +282,6 @@ def _relation(said: Utterance, start: int, goal: Draft) -> int:
             goal.relate(place)
     goal.note(said.said(phrase.begin, phrase.end))
     return phrase.end
-
-
-def _is_maker(said: Utterance, start: int, name: str) -> bool:
-    """Tell whether "by" or "from" says who made or sent it: "by Agatha Christie"."""
-    if said.word(start) not in ("by", "from") or not said.said(start + 1, start + 2)[:1].isupper():
-        return False
-    knowledge = load_knowledge()
-    return knowledge.find(name) is None and knowledge.room(name) is None
-
-
-def _topic(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "about cooking", "called Dune": what it is a picture or a book of."""
-    index = start + (said.word(start) in _SUBJECTS)
-    index += said.word(index) in _BE
-    length = said.starts(index, phrases.TOPIC)
-    word = said.word(index + length)
-    if not length or said.breaks(index + length) or word in _PEOPLE or word in ("and", ""):
-        return start
-    if said.word(index) == "for":
-        return start
-    end = index + length
-    while end < len(said) and not said.breaks(end) and end - index < 6:
-        if said.word(end) in ("and", "or", "then") or said.word(end) in PREPOSITIONS:
-            break
-        end += 1
-    if end == index + length:
-        return start
-    goal.add(Attribute(kind="feature", value=said.said(index, end)))
-    return end
-
-
-def _purpose(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "for the living room" and "to the shed": what or whom it is for."""
-    to = said.word(start) == "to" and said.word(start + 1) in ("the", "my", "our", "a")
-    if not (to or said.word(start) == "for") or said.breaks(start + 1):
-        return start
-    phrase = read_noun_phrase(said, start + 1)
-    if phrase is None or not phrase.head:
-        return start
-    if phrase.head.split()[-1] in _IDIOMS:
-        return phrase.end  # "For the life of me".
-    goal.add(Attribute(kind="feature", value=said.said(start, phrase.end)))
-    return phrase.end
-
-
-def _sided(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "on the left" where no "of" follows."""
-    length = said.starts(start, phrases.SIDES)
-    if not length or said.word(start + length) == "of":
-        return start
-    goal.add(Attribute(kind="which", value=said.said(start, start + length)))
-    return start + length
 
 
 def _aside(said: Utterance, start: int, goal: Draft) -> int:

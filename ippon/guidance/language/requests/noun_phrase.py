@@ -1,6 +1,6 @@
 """One noun phrase: how many, whose, which, and what."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 from ippon.guidance.knowledge import Knowledge, load_knowledge
@@ -15,6 +15,7 @@ from ippon.guidance.language.words import word_set
 
 MAX_WORDS: Final = 9
 _POSSESSIVES: Final = {"mine": "", "yours": "", "ours": "", "hers": "her", "theirs": "their"}
+_PLACED = word_set("inside outside nearest opposite near far")
 _PARTICLES = word_set("down aside up off out over back")
 """They belong to the verb: "I put my pipe down"."""
 _CONTAINERS = word_set("bottle cup glass bowl jar can carton mug jug tin pot bag plate")
@@ -69,6 +70,13 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
     named = name_head(said.words(index, end), words, begun.count, knowledge)
     attributes = [*(begun.owners or []), *named.attributes]
     display = said.said(index, end)
+    several = read_noun_phrase(said, end + 1) if of and said.word(end) == "of" else None
+    if not named.head and named.attributes and several is not None and several.head:
+        # "The smaller of the two boxes".
+        named = replace(named, head=several.head, known=several.known, corrected=several.corrected)
+        attributes += several.attributes
+        display = " ".join([*(one.value for one in attributes), named.head])
+        end = several.end
     if named.corrected:
         display = " ".join([*(one.value for one in named.attributes), named.head])
     if of and said.word(end) == "of" and not said.breaks(end):
@@ -133,6 +141,8 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             and may_be_noun(said, index + 1)
         ):
             pass
+        elif word in _PLACED and index == start and _determined(said, index):
+            pass  # "The inside pocket".
         elif (word in STOP or _is_preposition(said, index) or word in NEGATIONS) and not (
             word in ("over", "off") and index == start and said.word(index + 1) == "white"
         ):

@@ -21,6 +21,7 @@ _TABLE: Final = _load()
 PREPOSITIONS: Final = RELATIONS | {
     "closest to": "near",
     "nearest to": "near",
+    "nearest": "near",
     "furthest from": "away from",
     "farthest from": "away from",
     "adjacent to": "next to",
@@ -68,8 +69,9 @@ DECLINED: Final = re.compile(
 )
 """What says which object not to search for."""
 PLACE_DECLINED: Final = re.compile(
-    r"(?:don't|dont|do not|no need to|you needn't|no point in|no use|skip|never mind|forget)"
-    r"(?: (?:bother|look|search|check|go|try|about)(?:ing)?)*"
+    r"(?:don't|dont|do not|no need to|you needn't|no point in|no use|skip|never mind|forget|avoid|"
+    r"(?:stay|keep|steer)(?: away| clear)?(?: out)?(?= of| from))"
+    r"(?: (?:bother|look|search|check|go|try|about|of|from|enter)(?:ing)?)*"
     r"(?: (?:with|in|into|on|at|to|inside|around|through))* +(?=(?:the|my|our|your|his|her) )",
     re.IGNORECASE,
 )
@@ -91,7 +93,7 @@ TOLD: Final = re.compile(
     r"\b(?:i|we|he|she|they|i've|we've|i have|somebody|someone|(?:my|our|the) \w+(?: \w+)?|"
     r"must have|may have|might have)"
     r"(?: must have| may have| have| has| had| just| probably| also| last| always| usually| normally)*"
-    r" (?:last had|had(?= (?:my|our|his|her|their) "
+    r" (?:last had|ha[ds](?= (?:my|our|his|her|their) "
     r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|used|wore|saw|keeps?|kept|was wearing|left|"
     r"forgot|forgotten|put|placed|dropped|"
     r"laid|stored|hid|took|taken|hidden|moved|stole|stolen|borrowed|nicked|pinched|swiped|stashed|"
@@ -107,9 +109,20 @@ GONE: Final = re.compile(
 )
 GONE_SENTENCE: Final = re.compile(
     r"\b(?:my|our|the|his|her|their)(?: \w+){1,4}?(?:'s| is| are| was| has| have)(?: been| now)*"
-    r" (?:gone|missing|lost|misplaced|disappeared|vanished|stolen|nowhere)",
+    r" (?:gone|missing|lost|misplaced|disappeared|vanished|stolen|nowhere|not there)"
+    r"|\b(?:my|our|the|his|her|their)(?: \w+){1,4}? (?:isn't|aren't|wasn't|weren't) there",
     re.IGNORECASE,
 )
+TIME: Final = re.compile(
+    r"(?:from |since )?(?:(?:early |late )?yesterday(?: morning| afternoon| evening| night)?|just now|"
+    r"earlier(?: today| on)?|(?:last|this|the other|on|every) (?:night|morning|afternoon|evening|day|"
+    r"week|weekend|month|year|spring|summer|autumn|winter|(?:mon|tues|wednes|thurs|fri|satur|sun)day)"
+    r"(?: morning| afternoon| evening| night)?|(?:a|an|one|two|three|four|five|\d+|a few|some|a couple "
+    r"of) (?:seconds?|minutes?|hours?|days?|weeks?|months?|years?) ago|(?:before|after|at|during) "
+    r"(?:breakfast|lunch|dinner|supper|work|school|noon|night))(?![\w'’]),?",
+    re.IGNORECASE,
+)
+"""When it was."""
 SAME: Final = re.compile(
     r"^(?:(?:find|look for|search for|bring me|do|get)(?: me)? )?(?:(?:exactly )?the same(?: thing|"
     r" one| object| again| as before| as last time| as yesterday)*|same(?: thing| again| as before|"
@@ -126,7 +139,8 @@ CODE: Final = re.compile(
 """What no sentence holds, and code does."""
 SAYS: Final = re.compile(
     r"(?:(?:i|we|he|she|they|(?:my |the |our )?\w+)(?: just| also)? (?:says?|said|thinks?|believes?|"
-    r"claims?|told (?:me|us)|swears?|swore|reckons?|bets?)|according to (?:my |the |our )?\w+,?|"
+    r"claims?|told (?:me|us)|swears?|swore|reckons?|"
+    r"bets?|guess(?:es)?|supposes?|suspects?|assumes?|expects?|imagines?|hopes?)|according to (?:my |the |our )?\w+,?|"
     r"(?:i'm|i am|we're|we are)(?: \w+)? (?:sure|certain|convinced|positive))"
     r"(?: that)? (?=(?:i|you|he|she|we|they|her|his|my|our|their|the|a|an|some|there|there's) )",
     re.IGNORECASE,

@@ -7,6 +7,7 @@ from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import RELATIONS
 from ippon.guidance.language.requests import clauses, phrases
 from ippon.guidance.language.requests.attributes import listed_kind
+from ippon.guidance.language.requests.corrections import read_correction
 from ippon.guidance.language.requests.determiners import NUMBERS, count_again
 from ippon.guidance.language.requests.drafts import Reading
 from ippon.guidance.language.requests.goals import ALL, Goal, Relation
@@ -82,13 +83,14 @@ class RequestReader:
 
     def _step(self, index: int) -> int:
         for read in (
-            self._correction,
+            self._corrected,
             self._declined,
             self._ordering,
             self._place_first,
             self._asked,
             self._told,
             self._padding,
+            self._timed,
             self._described,
             self._listed,
             self._bare,
@@ -97,6 +99,14 @@ class RequestReader:
             if end > index:
                 return end
         return self._context(index)
+
+    def _corrected(self, index: int) -> int:
+        after = self._said.corrected(index, phrases.CORRECTIONS)
+        if after == index:
+            return index
+        if not self.reading.drafts:
+            return max(self._declined(index), index if after == index + 1 else after)
+        return read_correction(self.reading, index, self._skip_asking(after))
 
     def _declined(self, index: int) -> int:
         return clauses.skip_declined(self.reading, index)
@@ -129,9 +139,19 @@ class RequestReader:
             return index if end == index + 1 and continues(self.reading, index) else end
         return end
 
+    def _timed(self, index: int) -> int:
+        """Read "last night" before an object."""
+        end = index if self.reading.drafts else self.reading.match(phrases.TIME, index)
+        if end > index:
+            self.reading.before.append(self._said.said(index, end))
+        return end
+
     def _place_first(self, index: int) -> int:
         """Read "look in the kitchen for" and "go to the kitchen and"."""
         said = self._said
+        leading = self._leading_place(index)
+        if leading > index:
+            return leading
         start = said.tokens[index].start
         looked = phrases.LOOKED.match(said.text, start)
         match = None if looked else phrases.GO.match(said.text, start)
@@ -164,6 +184,30 @@ class RequestReader:
         ]
         self.reading.before.append(said.said(index, end - 1))
         return read_goals(self.reading, after, said.said(index, after))
+
+    def _leading_place(self, index: int) -> int:
+        """Read "upstairs in the hall: the hat", "kitchen: scissors", "on my desk is a folder"."""
+        said = self._said
+        if self.reading.drafts or (index and not said.ends(index)):
+            return index
+        end, relations = index, list[Relation]()
+        while (place := read_relation(said, end, verbs=end > index)) is not None:
+            end, relations = place.end, [*relations, *place.relations]
+            end += said.starts(end, phrases.SIDES)
+        room = None if relations else read_noun_phrase(said, index)
+        if room is not None and is_room(room.head) and ":" in said.gap(room.end):
+            end, relations = room.end, [Relation(relation="in", place=room.head)]
+        verb = said.word(end) in ("is", "are", "lies", "there", "there's")
+        if not relations or not (verb or said.breaks(end)) or end >= len(said):
+            return index
+        after = self._skip_asking(end) if said.word(end).startswith("there") else end + verb
+        after = after if verb else self._skip_asking(after)
+        phrase = read_noun_phrase(said, after)
+        if phrase is None or not (phrase.known or phrase.determined) or is_room(phrase.head):
+            return index
+        self.reading.places = [*self.reading.places, *relations]
+        self.reading.before.append(said.said(index, end))
+        return read_goals(self.reading, after, "bare")
 
     def _skip_asking(self, index: int) -> int:
         """Skip padding and a verb that asks."""
@@ -216,13 +260,18 @@ class RequestReader:
 
     def _told(self, index: int) -> int:
         """Read "I left my phone in the kitchen" as a request for the phone."""
+        said = self._said
         if self.reading.drafts:
             return index
         end = self.reading.match(phrases.TOLD, index)
         if end == index:
             return index
         after = read_goals(self.reading, end, "told")
-        return after if after > end else index
+        if after == end:
+            return index
+        if said.word(index) in ("my", "our", "the"):
+            self.reading.drafts[0].note(said.said(index, end))  # "My sister borrowed".
+        return after
 
     def _described(self, index: int) -> int:
         """Read what is said of the objects before: "not upstairs", "the blue one"."""
@@ -280,53 +329,7 @@ class RequestReader:
             return index
         return read_goals(self.reading, index, "bare")
 
-    # -- corrections and context ---------------------------------------------------------------
-
-    def _correction(self, index: int) -> int:
-        """Read "no, the scarf" after an object: it takes the place of the one before."""
-        said = self._said
-        after = said.corrected(index, phrases.CORRECTIONS)
-        if after == index:
-            return index
-        if not self.reading.drafts:
-            return max(self._declined(index), index if after == index + 1 else after)
-        start = self._skip_asking(after)
-        last = self.reading.drafts[-1]
-        relation = read_relation(said, start, verbs=False)
-        if relation is not None:
-            last.relations = [*relation.relations]
-            last.context = [said.said(start, relation.end)]
-            return relation.end
-        phrase = read_noun_phrase(said, start)
-        if phrase is None or (said.word(phrase.end) in BE and not said.breaks(phrase.end)):
-            return index
-        place = read_relation(said, phrase.end) if not said.breaks(phrase.end) else None
-        if not phrase.head and place is not None and not phrase.attributes:
-            last.relations, last.context = [*place.relations], [said.said(phrase.end, place.end)]
-            return place.end
-        if not phrase.head and phrase.count is None:
-            last.attributes = list(phrase.attributes)
-            last.display = " ".join([*(one.value for one in phrase.attributes), last.head])
-            return phrase.end
-        if not phrase.head:
-            last.count = phrase.count or 1
-            return phrase.end
-        before = len(self.reading.drafts)
-        listed = before - self.reading.list_start
-        self.reading.order = last.order
-        end = read_goals(self.reading, start, last.trigger)
-        new = self.reading.drafts[before:]
-        if not new:
-            return index
-        # A whole list that is said again takes the place of the whole list.
-        replaced = listed if len(new) == listed else 1
-        first = new[0]
-        for place in last.relations:
-            first.relate(place)
-        first.context += [words for words in last.context if words not in first.context]
-        del self.reading.drafts[before - replaced : before]
-        self.reading.list_start = before - replaced
-        return end
+    # -- context ---------------------------------------------------------------
 
     def _context(self, index: int) -> int:
         """Take a clause as told beside the request."""

@@ -45,11 +45,16 @@ _DENYING = ("away from", "far from")
 _ONLY_PLACES = word_set("where to through along until about")
 _OWN_ROOMS = word_set("room bedroom office study room's bathroom studio flat house place apartment")
 _SPOTS = word_set("corner middle side back front end edge center centre top bottom")
+_SIDED = word_set("the left right hand far very top bottom back other opposite near wrong")
 _OPENED = word_set(
     "fridge refrigerator freezer cupboard cabinet drawer wardrobe closet bag box oven dishwasher "
     "toolbox backpack suitcase basket bin car bathtub sink shed safe"
 )
 """Places that are searched inside."""
+ENTERING: Final = word_set(
+    "look search check go bother try looking searching checking going entering trying"
+)
+"""After a denial, these lead to a place not to search."""
 _MAX_PLACES = 6
 
 
@@ -89,7 +94,7 @@ def read_relation(said: Utterance, start: int, *, verbs: bool = True) -> Relatio
             return RelationPhrase((place,), soft, start, index + 1)
         if word in NEGATIONS or (word == "no" and said.word(index + 1) == "longer"):
             negated = True
-        elif negated and word in ("look", "search", "check", "go", "bother", "try"):
+        elif negated and word in ENTERING:
             pass
         elif word in _SOFT:
             soft = True
@@ -167,7 +172,7 @@ def _prepositions(said: Utterance, index: int) -> tuple[list[str], int]:
 def _side(said: Utterance, relation: str, index: int) -> tuple[str, int]:
     """Read "the left side of" after a preposition: it says beside."""
     at = index
-    while said.word(at) in ("the", "left", "right", "hand", "far", "very", "top", "bottom", "back"):
+    while said.word(at) in _SIDED:
         at += 1
     at += said.word(at) in PARTS and said.word(at) != "shelf"
     if at == index or said.word(at) != "of" or at > index + 4:

@@ -20,9 +20,9 @@ _EMPTY: Final = (
 """What asks, and what says nothing of an object."""
 _DENYING: Final = (NEGATIONS | word_set("except unless")) - {"no", "cannot"}
 _PLACING = word_set(
-    "under underneath behind inside outside above below between near beside upstairs downstairs"
+    "before under underneath behind inside outside above below between near beside upstairs downstairs"
 )
-_PLAIN = word_set("ones belongs belong different preferably ideally bother")
+_PLAIN = word_set("check need stay until ones belongs belong different preferably ideally bother")
 _TAKEN_BACK: Final = 4
 """So many words may stand between "not" and what takes the place of what is denied."""
 

@@ -39,7 +39,7 @@ CONTEXTS = [
     ("find my hat, I think I left it on the sofa", "hat", "I think I left it on the sofa"),
     ("where did I put my keys? I came home an hour ago", "keys", "I came home an hour ago"),
     ("please look for the remote control near the tv", "remote control", "near the tv"),
-    ("I lost my wallet yesterday in the living room", "wallet", "yesterday in the living room"),
+    ("I lost my wallet yesterday in the living room", "wallet", "yesterday, in the living room"),
     ("My hat is gone, it was on the coat rack", "hat", "it was on the coat rack"),
     ("fetch the book lying on the table", "book", "lying on the table"),
     ("looking for hat - left on sofa", "hat", "left on sofa"),
