@@ -96,7 +96,11 @@ def state(reading: Reading, words: str, targets: list[Draft]) -> None:
     told = False
     heard = hear(words).words(0, 400)
     content = [word for word in heard if word not in ENGLISH]
-    kept = bool(content) or bool((_TIMES | _PLACING) & set(heard)) or (len(heard) > 1 and heard[0] in _RELATIVE)
+    kept = (
+        bool(content)
+        or bool((_TIMES | _PLACING) & set(heard))
+        or (len(heard) > 1 and heard[0] in _RELATIVE)
+    )
     for goal in targets:
         ooi = resolve_object(goal.head, ()).canonical if goal.head else None
         claims = read_context(words, (), ooi=ooi).claims

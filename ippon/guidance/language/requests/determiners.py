@@ -205,7 +205,12 @@ def _number(said: Utterance, index: int) -> int | None:
 def may_be_noun(said: Utterance, index: int) -> bool:
     """Tell whether a noun, or a word before one, may stand at an index."""
     word = said.word(index)
-    if not word or said.breaks(index) or word in NEGATIONS or " ".join(said.words(index, index + 2)) in PREPOSITIONS:
+    if (
+        not word
+        or said.breaks(index)
+        or word in NEGATIONS
+        or " ".join(said.words(index, index + 2)) in PREPOSITIONS
+    ):
         return False
     return word == "of" or (word not in STOP and word not in PREPOSITIONS) or word in _LEADING
 

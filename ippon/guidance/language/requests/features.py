@@ -29,8 +29,8 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     index += said.word(index) in SUBJECTS
     lacking = said.starts(index, phrases.LACKING)
     length = lacking or said.starts(index, phrases.HAVING)
-    if not length:
-        return start
+    if not length or (said.word(index) == "have" and said.breaks(index)):
+        return start  # "..., have a look round".
     index += length
     if lacking and said.word(index) in ENTERING:
         return start  # "Without going into the nursery" is no part of it.

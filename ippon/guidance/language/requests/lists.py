@@ -139,7 +139,14 @@ def _take(
             last.add(one)
         last.count = 1 if phrase.count is None else phrase.count
         return
-    if not phrase.head:
+    if last is not None and not phrase.head and _is_replaced(last, asked):
+        # "This pen is empty, find a new one."
+        reading.drafts.remove(last)
+        goal.head, goal.display = (
+            last.head,
+            " ".join([*(one.value for one in goal.attributes), last.head]),
+        )
+    elif not phrase.head:
         _refer(reading, goal)
     for words in reading.before:
         state(reading, words, [goal])
@@ -158,9 +165,15 @@ def _take(
     reading.before = []
 
 
+def _is_replaced(last: Draft, asked: str) -> bool:
+    """Tell whether of the last object only a state was told, and another one is asked for."""
+    told = last.trigger == "bare" and len(last.attributes) > len(last.phrase.attributes)
+    return told and asked not in ("bare", "listed", "named", "told")
+
+
 def _selects(last: Draft, asked: str) -> bool:
     """Tell whether "I want the black one" selects from what was told before."""
-    wanted = asked.lower().startswith(("i ", "we ", "i'd", "we'd"))
+    wanted = asked.lower().startswith(("i ", "we ", "i'd", "we'd", "i'm"))
     return last.trigger.lower().startswith("there") or (wanted and last.trigger != asked)
 
 

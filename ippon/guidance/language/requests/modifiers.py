@@ -241,8 +241,9 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
     if not phrase.head and said.word(phrase.end - 1) in ("one", "ones"):
         several = goal.count not in (None, 1) and said.word(start) in ("a", "an", "one", "the")
         several = several and said.word(phrase.end - 1) == "one"
-        if phrase.count not in (None, 1) or several:
-            return start
+        stated = said.word(phrase.end) in BE and not said.breaks(phrase.end)
+        if phrase.count not in (None, 1) or several or stated:
+            return start  # "The big box, the small one is empty".
         for one in phrase.attributes:
             goal.add(one)
         return phrase.end

@@ -92,7 +92,7 @@ LOOKED: Final = re.compile(
 TOLD: Final = re.compile(
     r"\b(?:i|we|he|she|they|i've|we've|i have|somebody|someone|(?:my|our|the) \w+(?: \w+)?|"
     r"must have|may have|might have)"
-    r"(?: must have| may have| have| has| had| just| probably| also| last| always| usually| normally)*"
+    r"(?: must have| may have| have| has| had| gone and| just| probably| also| last| always| usually| normally)*"
     r" (?:last had|ha[ds](?= (?:my|our|his|her|their) "
     r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|used|wore|saw|keeps?|kept|was wearing|left|"
     r"forgot|forgotten|put|placed|dropped|"
@@ -102,14 +102,14 @@ TOLD: Final = re.compile(
 )
 GONE: Final = re.compile(
     r"(?:'s|is|are|was|were|has|have|got)?(?: just| now| all| been| both)*"
-    r" ?(?:gone missing|gone|missing|lost|misplaced|disappeared|vanished|stolen|nowhere to be "
+    r" ?(?:gone missing|gone|missing|lost|misplaced|escaped|disappeared|vanished|stolen|nowhere to be "
     r"(?:found|seen)|nowhere|went missing|been (?:moved|taken|borrowed|nicked|pinched)(?: by "
     r"(?:somebody|someone))?(?! to| from| into| by))\b(?: again| now)*",
     re.IGNORECASE,
 )
 GONE_SENTENCE: Final = re.compile(
     r"\b(?:my|our|the|his|her|their)(?: \w+){1,4}?(?:'s| is| are| was| has| have)(?: been| now)*"
-    r" (?:gone|missing|lost|misplaced|disappeared|vanished|stolen|nowhere|not there)"
+    r" (?:gone|missing|lost|misplaced|escaped|disappeared|vanished|stolen|nowhere|not there)"
     r"|\b(?:my|our|the|his|her|their)(?: \w+){1,4}? (?:isn't|aren't|wasn't|weren't) there",
     re.IGNORECASE,
 )

@@ -8,11 +8,10 @@ from ippon.guidance.language.context_words import RELATIONS
 from ippon.guidance.language.requests import clauses, phrases
 from ippon.guidance.language.requests.attributes import listed_kind
 from ippon.guidance.language.requests.corrections import read_correction
-from ippon.guidance.language.requests.determiners import NUMBERS, count_again
+from ippon.guidance.language.requests.determiners import NUMBERS, count_again, may_be_noun
 from ippon.guidance.language.requests.drafts import Reading
 from ippon.guidance.language.requests.goals import ALL, Goal, Relation
 from ippon.guidance.language.requests.lists import (
-    BE,
     MAX_DRAFTS,
     continues,
     drop_rooms,
@@ -133,7 +132,7 @@ class RequestReader:
             if end > index:
                 return end
         end = self.reading.match(phrases.PADDING, index)
-        if end == index + 1 and listed_kind(said.word(index)) and not said.breaks(end):
+        if end == index + 1 and listed_kind(said.word(index)) and may_be_noun(said, end):
             return index
         if end > index and said.word(index) in ("and", "but", "also") and self.reading.drafts:
             return index if end == index + 1 and continues(self.reading, index) else end
@@ -249,6 +248,8 @@ class RequestReader:
             start = told  # "Where the kids have hidden the remote".
         after = read_goals(self.reading, start, asked)
         if after > start:
+            if " in " in asked:
+                self.reading.drafts[self.reading.list_start].note(asked)  # "The lady in room 12".
             if asked.lower().startswith(("how many", "count")):
                 self.reading.drafts[-1].count = "all"
             return after
@@ -321,8 +322,11 @@ class RequestReader:
         first = not self.reading.drafts
         fresh = self.reading.order is not None or (index > 0 and said.ends(index))
         phrase = read_noun_phrase(said, index)
-        if phrase is None:
+        if phrase is None or not (phrase.head or phrase.determined or self.reading.drafts):
             return index
+        called = index == 0 and not phrase.known and phrase.end == 1 and said.breaks(1)
+        if called and self.reading.match(phrases.ASKED, 1) > 1:
+            return 1  # "Nurse, where are my glasses?"
         if not first and not gone and not (fresh and (phrase.known or phrase.determined)):
             return index
         if not gone and not stands_alone(self.reading, index, phrase):
@@ -342,6 +346,8 @@ class RequestReader:
             self.reading.before.append(words)
             return end
         told = said.breaks(index) or said.word(index) in _SUBJECTS or index == 0
+        if said.breaks(index) and self.reading.match(phrases.ASKED, index) > index + 1:
+            self.reading.stray.append(words)  # It asks for what no object was read of.
         if not told:
             end = next((n for n in range(index + 1, end) if said.breaks(n)), end)
             words = said.said(index, end)

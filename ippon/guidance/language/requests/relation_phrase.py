@@ -134,7 +134,7 @@ def is_room(head: str) -> bool:
 
 def is_searched_inside(head: str) -> bool:
     """Tell whether a place to search is a room or something with an inside."""
-    return is_room(head) or head.rsplit(maxsplit=1)[-1] in _OPENED
+    return is_room(head) or head.rpartition(" ")[2] in _OPENED
 
 
 def _prepositions(said: Utterance, index: int) -> tuple[list[str], int]:

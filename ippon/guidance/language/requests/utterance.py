@@ -53,6 +53,8 @@ _FAILING = re.compile(
     re.IGNORECASE,
 )
 """Conditions that only say which object comes after, and which in place of another."""
+_NUMBERED = re.compile(r"(?:^|\s)[1-9a-e][.)]\s+(?=[^\W\d])")
+"""A number of a list: "1. hammer 2. nails"."""
 _EARLY = re.compile(r"[^\W\d_]{3,}")
 _VERBS = ("find", "where", "search", "looking", "bring", "fetch", "locate", "please", "look")
 _BREAK = re.compile(r"[,.!?;:\n()\[\]…]|\s[-–—]+\s|[–—]")
@@ -61,6 +63,7 @@ _SOUND = (
     (re.compile(r"\b(?:teh|hte)\b", re.IGNORECASE), "the"),
     (re.compile(r"\bwere (?=(?:is|are|did|have|do|can)\b)", re.IGNORECASE), "where "),
     (re.compile(r"\bout(?:t?a|ta)\b", re.IGNORECASE), "out of"),
+    (re.compile(r"['’]s (?=(?:taken|moved|stolen|hidden|borrowed|got)\b)", re.IGNORECASE), " has "),
     (re.compile(r"(?<=\w) or so\b", re.IGNORECASE), ""),
     (re.compile(r"\bnon-(?=\w)", re.IGNORECASE), "non"),
     (re.compile(r"\s+comma\b(?=\s)", re.IGNORECASE), ","),
@@ -152,6 +155,8 @@ class Utterance:
 def hear(sentence: str) -> Utterance:
     """Take a sentence apart into words."""
     text = plain(re.sub(r"[\r\n]+", ". ", sentence))
+    if _NUMBERED.match(text):
+        text = _NUMBERED.sub(", ", text).lstrip(" ,")
     for sign, said in _SOUND:
         text = sign.sub(said, text)
     text = _FILLERS.sub("", _RESTART.sub(_restart, text))
