@@ -1,19 +1,19 @@
 """Reading of a sentence from left to right: goals, what describes them, and the context."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import RELATIONS
 from ippon.guidance.language.requests import clauses, phrases
 from ippon.guidance.language.requests.attributes import listed_kind
 from ippon.guidance.language.requests.corrections import read_correction
-from ippon.guidance.language.requests.determiners import NUMBERS, count_again, may_be_noun
+from ippon.guidance.language.requests.courtesy import skip_asking, skip_courtesy
+from ippon.guidance.language.requests.determiners import NUMBERS, count_again
 from ippon.guidance.language.requests.drafts import Reading
-from ippon.guidance.language.requests.goals import ALL, Goal, Relation
+from ippon.guidance.language.requests.goals import Goal
+from ippon.guidance.language.requests.leading_places import read_place_first
 from ippon.guidance.language.requests.lists import (
     MAX_DRAFTS,
-    continues,
     drop_rooms,
     not_this,
     read_goals,
@@ -26,7 +26,6 @@ from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
 from ippon.guidance.language.requests.phrases import PRONOUNS
 from ippon.guidance.language.requests.relation_phrase import (
     is_room,
-    is_searched_inside,
     read_relation,
 )
 from ippon.guidance.language.requests.utterance import Utterance
@@ -85,10 +84,10 @@ class RequestReader:
             self._corrected,
             self._declined,
             self._ordering,
-            self._place_first,
+            self._placed_first,
             self._asked,
             self._told,
-            self._padding,
+            self._courtesy,
             self._timed,
             self._described,
             self._listed,
@@ -105,7 +104,7 @@ class RequestReader:
             return index
         if not self.reading.drafts:
             return max(self._declined(index), index if after == index + 1 else after)
-        return read_correction(self.reading, index, self._skip_asking(after))
+        return read_correction(self.reading, index, skip_asking(self.reading, after))
 
     def _declined(self, index: int) -> int:
         return clauses.skip_declined(self.reading, index)
@@ -125,19 +124,6 @@ class RequestReader:
             return index + length
         return index
 
-    def _padding(self, index: int) -> int:
-        said = self._said
-        if not self.reading.drafts:
-            end = self.reading.match(phrases.SAYS, index)
-            if end > index:
-                return end
-        end = self.reading.match(phrases.PADDING, index)
-        if end == index + 1 and listed_kind(said.word(index)) and may_be_noun(said, end):
-            return index
-        if end > index and said.word(index) in ("and", "but", "also") and self.reading.drafts:
-            return index if end == index + 1 and continues(self.reading, index) else end
-        return end
-
     def _timed(self, index: int) -> int:
         """Read "last night" before an object."""
         end = index if self.reading.drafts else self.reading.match(phrases.TIME, index)
@@ -145,78 +131,11 @@ class RequestReader:
             self.reading.before.append(self._said.said(index, end))
         return end
 
-    def _place_first(self, index: int) -> int:
-        """Read "look in the kitchen for" and "go to the kitchen and"."""
-        said = self._said
-        leading = self._leading_place(index)
-        if leading > index:
-            return leading
-        start = said.tokens[index].start
-        looked = phrases.LOOKED.match(said.text, start)
-        match = None if looked else phrases.GO.match(said.text, start)
-        matched = looked or match
-        if matched is None:
-            return index
-        end = self.reading.after(matched.end())
-        if looked is None and match is not None and match["place"].startswith(("for ", "high")):
-            return index
-        after = self._skip_asking(end)
-        phrase = read_noun_phrase(said, after)
-        if phrase is None:
-            return index
-        found = next((one for at in range(index, end) if (one := read_relation(said, at))), None)
-        relations: list[Relation] = list(found.relations) if found else []
-        everywhere = False
-        if not relations and match is not None:
-            place = read_noun_phrase(said, self.reading.after(match.start("place")), of=False)
-            place_end = self.reading.after(match.end("place"))
-            if place is None or place.end < place_end:
-                return index
-            everywhere = place.count == ALL or said.word(place_end - 1) in ("house", "flat")
-            relation_word = "in" if is_searched_inside(place.head) else "at"
-            relations = [] if everywhere else [Relation(relation=relation_word, place=place.head)]
-        if not relations and not everywhere:
-            return index
-        denied = [one for one in self.reading.places if one.negated]
-        self.reading.places = denied + [
-            replace(one, negated=one.negated or looked is not None) for one in relations
-        ]
-        self.reading.before.append(said.said(index, end - 1))
-        return read_goals(self.reading, after, said.said(index, after))
+    def _placed_first(self, index: int) -> int:
+        return read_place_first(self.reading, index)
 
-    def _leading_place(self, index: int) -> int:
-        """Read "upstairs in the hall: the hat", "kitchen: scissors", "on my desk is a folder"."""
-        said = self._said
-        if self.reading.drafts or (index and not said.ends(index)):
-            return index
-        end, relations = index, list[Relation]()
-        while (place := read_relation(said, end, verbs=end > index)) is not None:
-            end, relations = place.end, [*relations, *place.relations]
-            end += said.starts(end, phrases.SIDES)
-        room = None if relations else read_noun_phrase(said, index)
-        if room is not None and is_room(room.head) and ":" in said.gap(room.end):
-            end, relations = room.end, [Relation(relation="in", place=room.head)]
-        verb = said.word(end) in ("is", "are", "lies", "there", "there's")
-        if not relations or not (verb or said.breaks(end)) or end >= len(said):
-            return index
-        after = self._skip_asking(end) if said.word(end).startswith("there") else end + verb
-        after = after if verb else self._skip_asking(after)
-        phrase = read_noun_phrase(said, after)
-        if phrase is None or not (phrase.known or phrase.determined) or is_room(phrase.head):
-            return index
-        self.reading.places = [*self.reading.places, *relations]
-        self.reading.before.append(said.said(index, end))
-        return read_goals(self.reading, after, "bare")
-
-    def _skip_asking(self, index: int) -> int:
-        """Skip padding and a verb that asks."""
-        while index < len(self._said):
-            end = self.reading.match(phrases.ASKED, index)
-            end = end if end > index else self._padding(index)
-            if end == index:
-                break
-            index = end
-        return index
+    def _courtesy(self, index: int) -> int:
+        return skip_courtesy(self.reading, index)
 
     def _asked(self, index: int) -> int:
         said = self._said
