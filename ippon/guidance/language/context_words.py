@@ -205,7 +205,8 @@ SUGGESTIONS = (
 )
 
 ABSTRACT = word_set(
-    "room rooms morning evening afternoon night noon day week month year monday tuesday "
+    "lunch breakfast dinner supper nap room rooms morning evening afternoon night noon day week "
+    "month year monday tuesday "
     "wednesday thursday friday saturday sunday time hand hands hour minute second way home house "
     "apartment flat hurry rush case fact moment place spot somewhere anywhere everywhere "
     "nowhere there here it him her them me you us once all least most first last mind purpose "

@@ -26,7 +26,7 @@ _RELATIVE: Final = ("which", "that", "who", "whose")
 _PLACING = word_set("in on under at behind near inside upstairs downstairs outside above below")
 _TIMES = word_set(
     "yesterday morning afternoon evening night noon tonight week weekend month year ago earlier "
-    "recently monday tuesday wednesday thursday friday saturday sunday"
+    "recently breakfast lunch dinner supper monday tuesday wednesday thursday friday saturday sunday"
 )
 
 
@@ -39,7 +39,7 @@ def clause_end(reading: Reading, start: int) -> int:
         joint = joint or said.word(index - 1) in ("and", "but", "so")
         if joint and _begins_request(reading, index):
             break
-        if not reading.drafts and _asks_inside(reading, index):
+        if not reading.drafts and (_asks_inside(reading, index) or _names_late(reading, index)):
             break
         index += 1
     return index
@@ -65,6 +65,16 @@ def _asks_inside(reading: Reading, index: int) -> bool:
             return False
     end = reading.match(phrases.ASKED, index)
     return end > index and read_noun_phrase(reading.said, end) is not None
+
+
+def _names_late(reading: Reading, index: int) -> bool:
+    """Tell whether a sentence ends in the object: "it's not on the fridge: my list"."""
+    said = reading.said
+    phrase = read_noun_phrase(said, index) if said.breaks(index) else None
+    if phrase is None or not phrase.head or is_room(phrase.head):
+        return False
+    owned = said.word(index) in ("my", "our", "his", "her", "the")
+    return (owned or ":" in said.gap(index)) and said.ends(phrase.end)
 
 
 def _begins_request(reading: Reading, index: int) -> bool:

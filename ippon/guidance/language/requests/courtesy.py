@@ -8,6 +8,7 @@ from ippon.guidance.language.requests.lists import continues
 
 
 def skip_courtesy(reading: Reading, index: int) -> int:
+    """Skip courtesy and who says it; "and" is left where it goes on with an object."""
     said = reading.said
     if not reading.drafts:
         end = reading.match(phrases.SAYS, index)

@@ -38,7 +38,7 @@ NUMBERS: Final = {
         ],
         start=1,
     )
-}
+} | {"thirty": 30, "forty": 40, "fifty": 50, "sixty": 60, "hundred": 100}
 COUNTS: Final[dict[str, int | Literal["all"]]] = {
     "every single": ALL, "each and every": ALL, "every one of": ALL, "each of": ALL, "every": ALL,
     "each": ALL, "all of": ALL, "all": ALL, "as many": ALL, "half a dozen": 6, "a dozen": 12,

@@ -6,7 +6,7 @@ from ippon.guidance.language.requests.attributes import listed_kind
 from ippon.guidance.language.requests.drafts import Draft
 from ippon.guidance.language.requests.goals import Attribute
 from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
-from ippon.guidance.language.requests.phrases import PREPOSITIONS
+from ippon.guidance.language.requests.phrases import PREPOSITIONS, STOP
 from ippon.guidance.language.requests.relation_phrase import ENTERING
 from ippon.guidance.language.requests.utterance import Utterance
 from ippon.guidance.language.words import word_set
@@ -17,6 +17,7 @@ SUBJECTS = word_set(
 """What stands for the object in a clause about it."""
 BE = word_set("is are was were be looks look seems isn't aren't wasn't weren't")
 _PEOPLE = word_set("me us him her them you my mine")
+_PLACES_ON_IT = ("on it", "on them", "in it", "inside it", "on top")
 _IDIOMS = word_set("life sake goodness")
 
 
@@ -30,7 +31,7 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     lacking = said.starts(index, phrases.LACKING)
     length = lacking or said.starts(index, phrases.HAVING)
     if not length or (said.word(index) == "have" and said.breaks(index)):
-        return start  # "..., have a look round".
+        return _on_it(said, start, goal)  # "..., have a look round".
     index += length
     if lacking and said.word(index) in ENTERING:
         return start  # "Without going into the nursery" is no part of it.
@@ -38,12 +39,25 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     if phrase is None or (not phrase.head and not phrase.attributes):
         return start
     end = phrase.end
-    while said.words(end, end + 2) in (["on", "it"], ["on", "them"], ["in", "it"], ["on", "top"],
-                                       ["inside", "it"]):  # fmt: skip
-        end += 2
-    value = said.said(index, phrase.end)
+    if said.word(end) in ("on", "in", "at", "around") and said.word(end + 1) in ("its", "their"):
+        part = read_noun_phrase(said, end + 1)
+        end = end if part is None else part.end  # "With tennis balls on its feet".
+    value = said.said(index, end)
     goal.add(Attribute(kind="feature", value=without_article(value), negated=bool(lacking)))
+    while length := said.starts(end, _PLACES_ON_IT) or said.starts(end, phrases.SIDES):
+        end += length
     return end
+
+
+def _on_it(said: Utterance, start: int, goal: Draft) -> int:
+    """Read ", dinosaurs on it"."""
+    phrase = read_noun_phrase(said, start) if said.breaks(start) else None
+    if phrase is None or not phrase.head:
+        return start
+    if said.word(phrase.end) not in ("on", "in") or said.word(phrase.end + 1) not in ("it", "them"):
+        return start
+    goal.add(Attribute(kind="feature", value=without_article(said.said(start, phrase.end))))
+    return phrase.end + 2
 
 
 def _whose(said: Utterance, start: int, goal: Draft) -> int:
@@ -59,12 +73,14 @@ def _whose(said: Utterance, start: int, goal: Draft) -> int:
 
 
 def read_material(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "made of oak", "in blue", "in size 42"."""
     index = start + (said.word(start) == "and")
     index += said.word(index) in SUBJECTS
     index += said.word(index) in BE
     length = said.starts(index, phrases.MADE)
     word = said.word(index + length)
-    if not length or listed_kind(word) not in ("material", "colour"):
+    of = said.word(index + length - 1) == "of" and word not in STOP
+    if not length or not (of or listed_kind(word) in ("material", "colour")):
         if said.word(index) == "in" and listed_kind(said.word(index + 1)) == "colour":
             goal.add(Attribute(kind="colour", value=said.word(index + 1)))
             return index + 2
@@ -141,5 +157,6 @@ def is_maker(said: Utterance, start: int, name: str) -> bool:
 
 
 def without_article(value: str) -> str:
+    """Return words without their article."""
     first, _, rest = value.partition(" ")
     return rest if rest and first.lower() in ("a", "an", "the", "some", "its") else value

@@ -1,5 +1,6 @@
 """Places that are said before the object: "look in the kitchen for", "on my desk is a"."""
 
+import re
 from dataclasses import replace
 
 from ippon.guidance.language.requests import phrases
@@ -7,18 +8,19 @@ from ippon.guidance.language.requests.courtesy import skip_asking
 from ippon.guidance.language.requests.drafts import Reading
 from ippon.guidance.language.requests.goals import ALL, Relation
 from ippon.guidance.language.requests.lists import read_goals
-from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
+from ippon.guidance.language.requests.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.requests.relation_phrase import (
     is_room,
     is_searched_inside,
     read_relation,
 )
+from ippon.guidance.language.requests.utterance import hear
 
 
 def read_place_first(reading: Reading, index: int) -> int:
     """Read "look in the kitchen for" and "go to the kitchen and"."""
     said = reading.said
-    leading = _read_leading_place(reading, index)
+    leading = max(_read_leading_place(reading, index), _read_several_places(reading, index))
     if leading > index:
         return leading
     start = said.tokens[index].start
@@ -43,8 +45,7 @@ def read_place_first(reading: Reading, index: int) -> int:
         if place is None or place.end < place_end:
             return index
         everywhere = place.count == ALL or said.word(place_end - 1) in ("house", "flat")
-        relation_word = "in" if is_searched_inside(place.head) else "at"
-        relations = [] if everywhere else [Relation(relation=relation_word, place=place.head)]
+        relations = [] if everywhere else [_at(place)]
     if not relations and not everywhere:
         return index
     denied = [one for one in reading.places if one.negated]
@@ -53,6 +54,29 @@ def read_place_first(reading: Reading, index: int) -> int:
     ]
     reading.before.append(said.said(index, end - 1))
     return read_goals(reading, after, said.said(index, after))
+
+
+def _at(place: NounPhrase) -> Relation:
+    """Return the relation to a place that is named without a preposition."""
+    relation = "in" if is_searched_inside(place.head) else "at"
+    return Relation(relation=relation, place=place.head, attributes=place.attributes)
+
+
+def _read_several_places(reading: Reading, index: int) -> int:
+    """Read "check the hall, the study first, then the attic for"."""
+    match = phrases.SEVERAL.match(reading.said.text, reading.said.tokens[index].start)
+    if match is None:
+        return index
+    names = re.split(r"(?: first)?(?:,? and then |,? then |,? and |,? or |, )", match["places"])
+    places = [read_noun_phrase(hear(name), 0) for name in names]
+    known = [one for one in places if one is not None and one.head and one.known]
+    after = reading.after(match.end())
+    phrase = read_noun_phrase(reading.said, after)
+    if len(names) < 2 or len(known) < len(names) or phrase is None:
+        return index
+    reading.places = [_at(place) for place in known]
+    reading.before.append(reading.said.said(index, after - 1))
+    return read_goals(reading, after, "bare")
 
 
 def _read_leading_place(reading: Reading, index: int) -> int:

@@ -23,7 +23,7 @@ BE = word_set("is are was were has have had will would can could should must mig
 _FOLLOWING = word_set(
     "and or then but with without that which please not pls it i they he she what called made "
     "named as plus followed left other preferably fell must should might was slipped has had for "
-    "of also again asap too except after next nobody somebody someone"
+    "of all also again asap too except after next nobody somebody someone"
 )
 """Words that may follow an object which stands without a verb."""
 
@@ -289,6 +289,7 @@ def not_this(reading: Reading, index: int) -> int:
         decline_place(reading, phrase.head)
         return phrase.end
     at = phrase.end + (said.word(phrase.end) in ("but", "just", "only"))
+    at = said.corrected(at, phrases.CORRECTIONS)
     other = read_noun_phrase(said, at)
     if other is None or (at == phrase.end and not said.breaks(at)):
         return index

@@ -33,7 +33,8 @@ _COVERS = word_set("frame cover sleeve binding wrapping")
 """Of these, "in a wooden frame" tells what a thing looks like, not where it is."""
 _OWNED = word_set("mine yours his hers ours theirs")
 _COVERED = word_set("wrapped covered dressed painted decorated printed")
-_MISSING = word_set("missing lost gone")
+_CONDITIONS = ("but only if", "only if", "as long as", "so long as", "provided", "provided that")
+_MISSING = word_set("missing lost gone back")
 
 
 def read_modifier(said: Utterance, index: int, goal: Draft) -> int:
@@ -153,7 +154,7 @@ def _absent(said: Utterance, start: int, goal: Draft) -> int:
 def _predicate(said: Utterance, start: int, goal: Draft) -> int:
     """Read "which is blue and heavy", "it's the white one", "isn't broken"."""
     index, negated = start, False
-    index += said.word(index) in ("and", "but")
+    index += said.starts(index, _CONDITIONS) or said.word(index) in ("and", "but")
     subject = said.word(index) in SUBJECTS
     be = said.word(index) in _CONTRACTED
     index += subject
@@ -169,8 +170,12 @@ def _predicate(said: Utterance, start: int, goal: Draft) -> int:
     article = said.word(index) in ("a", "an", "the", "my", "one", "that")
     if article:
         phrase = read_noun_phrase(said, index)
-        if phrase is None or phrase.head not in ("", goal.head) or not phrase.attributes:
+        if phrase is None or phrase.head not in ("", goal.head):
             return start
+        if not phrase.attributes:
+            # "It's the one with two handles".
+            described = not negated and read_modifier(said, phrase.end, goal.probe()) > phrase.end
+            return phrase.end if described else start
         for one in phrase.attributes:
             goal.add(Attribute(kind=one.kind, value=one.value, negated=negated))
         return phrase.end
@@ -235,6 +240,8 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
     """Read ", the blue one" and "the one on the sofa" as more about the same object."""
     if said.word(start) in ("and", "or") or said.word(start) in NEGATIONS:
         return start
+    if said.word(start) == "last" and read_relation(said, start) is not None:
+        return start  # "Last seen in the hall".
     phrase = read_noun_phrase(said, start, of=False)
     if phrase is None or phrase.reference:
         return start

@@ -6,7 +6,7 @@ from typing import Final, Literal
 from ippon.guidance.knowledge import Knowledge, load_knowledge
 from ippon.guidance.language.context_words import NEGATIONS
 from ippon.guidance.language.requests.attributes import listed_kind
-from ippon.guidance.language.requests.determiners import may_be_noun, read_determiners
+from ippon.guidance.language.requests.determiners import MEASURES, may_be_noun, read_determiners
 from ippon.guidance.language.requests.goals import Attribute, AttributeKind, Reference
 from ippon.guidance.language.requests.heads import name_head
 from ippon.guidance.language.requests.phrases import PREPOSITIONS, PRONOUNS, STOP
@@ -16,7 +16,8 @@ from ippon.guidance.language.words import word_set
 MAX_WORDS: Final = 9
 _POSSESSIVES: Final = {"mine": "", "yours": "", "ours": "", "hers": "her", "theirs": "their"}
 _PLACED = word_set("inside outside nearest opposite near far")
-_PARTICLES = word_set("down aside up off out over back")
+_BEFORE_PLACED = word_set("the my a his her your our their other for with")
+_PARTICLES = word_set("down aside up off out over back missing lost gone checked")
 """They belong to the verb: "I put my pipe down"."""
 _CONTAINERS = word_set("bottle cup glass bowl jar can carton mug jug tin pot bag plate")
 
@@ -71,8 +72,9 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
     attributes = [*(begun.owners or []), *named.attributes]
     display = said.said(index, end)
     several = read_noun_phrase(said, end + 1) if of and said.word(end) == "of" else None
-    if not named.head and named.attributes and several is not None and several.head:
-        # "The smaller of the two boxes".
+    chosen = (not named.head and named.attributes) or named.head in MEASURES
+    if chosen and several is not None and several.head:
+        # "The smaller of the two boxes", "an unopened pack of syringes".
         named = replace(named, head=several.head, known=several.known, corrected=several.corrected)
         attributes += several.attributes
         display = " ".join([*(one.value for one in attributes), named.head])
@@ -159,7 +161,7 @@ def _names_room_of(said: Utterance, index: int, knowledge: Knowledge) -> bool:
 
 
 def _determined(said: Utterance, index: int) -> bool:
-    return said.word(index - 1) in ("the", "my", "a", "his", "her", "your", "our", "their", "other")
+    return said.word(index - 1) in _BEFORE_PLACED
 
 
 def _is_preposition(said: Utterance, index: int) -> bool:

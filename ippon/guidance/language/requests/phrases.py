@@ -40,8 +40,8 @@ def _any(name: str) -> str:
 
 ASKED: Final = re.compile(
     rf"\b{_any('ask')}(?: for (?:me|us))?"
-    r"(?: (?:up|down|along|back|out|in|around|over)"
-    r"(?= (?:the|a|an|my|our|his|her|their|some|all|that|this|\d)\b))?"
+    r"(?: (?:up|down|along|back|out|in|around|over)(?= (?:the|a|an|my|our|his|her|their|some|all|"
+    r"that|this|another|two|three|four|every|\d+)\b))?"
     r"(?: (?:the |one |this |these |two |three |following )*"
     r"(?:object|item|target|thing)s?(?=\s*:))?"
     r"\s*:?\s+(?=\S)",
@@ -79,47 +79,63 @@ PLACE_DECLINED: Final = re.compile(
 GO: Final = re.compile(
     r"\b(?:go|drive|navigate|walk|head|move|run|pop|nip|look|check|search|try|"
     r"inspect|scan|explore|comb|patrol)"
-    r"(?: over| down| up| straight| out| through| around)*(?: (?:in|to|into|on|at|inside|under))? "
+    r"(?: over| down| up| straight| out| through| around| round)*"
+    r"(?: (?:in|to|into|on|at|inside|under))? "
     r"(?P<place>[^.,;!?]{2,60}?),? (?P<end>and(?: then)?|for)\b ",
     re.IGNORECASE,
 )
 """A place to go to before the object: "go to the kitchen and", "search the shelf for"."""
+SEVERAL: Final = re.compile(
+    r"\b(?:look|check|search|try|inspect|explore|comb)(?: in| into| through| around)* "
+    r"(?P<places>(?!for )[^.;!?]{2,90}?),? for ",
+    re.IGNORECASE,
+)
+"""Several places before the object: "check the hall, the study and then the attic for"."""
 LOOKED: Final = re.compile(
     r"(?:i|we)(?:'ve| have)?(?: already| also| just)? (?:looked|searched|checked|been)\b"
     r"[^.;!?]{2,80}? for ",
     re.IGNORECASE,
 )
+_TELLER = (
+    r"(?:i|we|he|she|they|i've|we've|i have|somebody|someone|(?:my|our|the) \w+(?: \w+)?|"
+    r"must have|may have|might have|(?!that|which|who|what|where|when|if|find|get)\w+"
+    r"(?= (?:\w+ ){1,2}(?:the|my|our|his|her|their|an?|some) ))"
+)
+_MEANWHILE = (
+    r"(?: must have| may have| have| has| had| gone and| just| probably| also| last| always|"
+    r" usually| normally)*"
+)
 TOLD: Final = re.compile(
-    r"\b(?:i|we|he|she|they|i've|we've|i have|somebody|someone|(?:my|our|the) \w+(?: \w+)?|"
-    r"must have|may have|might have)"
-    r"(?: must have| may have| have| has| had| gone and| just| probably| also| last| always| usually| normally)*"
-    r" (?:last had|ha[ds](?= (?:my|our|his|her|their) "
+    rf"\b{_TELLER}{_MEANWHILE} (?:last had|ha[ds](?= (?:my|our|his|her|their) "
     r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|used|wore|saw|keeps?|kept|was wearing|left|"
-    r"forgot|forgotten|put|placed|dropped|"
-    r"laid|stored|hid|took|taken|hidden|moved|stole|stolen|borrowed|nicked|pinched|swiped|stashed|"
-    r"lost|misplaced)\s+",
+    r"forgot|forgotten|put|placed|dropped|laid|stored|hid|took|taken|hidden|moved|stole|stolen|"
+    r"borrowed|nicked|pinched|swiped|stashed|lost|misplaced|handed in|turned in)\s+",
     re.IGNORECASE,
 )
+"""Who did what with the object that follows: "my sister borrowed"."""
+_GONE = r"gone|missing|lost|misplaced|escaped|disappeared|vanished|stolen|nowhere"
 GONE: Final = re.compile(
     r"(?:'s|is|are|was|were|has|have|got)?(?: just| now| all| been| both)*"
-    r" ?(?:gone missing|gone|missing|lost|misplaced|escaped|disappeared|vanished|stolen|nowhere to be "
-    r"(?:found|seen)|nowhere|went missing|been (?:moved|taken|borrowed|nicked|pinched)(?: by "
-    r"(?:somebody|someone))?(?! to| from| into| by))\b(?: again| now)*",
+    rf" ?(?:gone missing|went missing|nowhere to be (?:found|seen)|{_GONE}|been (?:moved|taken|"
+    r"borrowed|nicked|pinched)(?: by (?:somebody|someone))?(?! to| from| into| by))\b"
+    r"(?: again| now)*",
     re.IGNORECASE,
 )
 GONE_SENTENCE: Final = re.compile(
-    r"\b(?:my|our|the|his|her|their)(?: \w+){1,4}?(?:'s| is| are| was| has| have)(?: been| now)*"
-    r" (?:gone|missing|lost|misplaced|escaped|disappeared|vanished|stolen|nowhere|not there)"
-    r"|\b(?:my|our|the|his|her|their)(?: \w+){1,4}? (?:isn't|aren't|wasn't|weren't) there",
+    rf"\b(?:my|our|the|his|her|their)(?: \w+){{1,4}}?(?:(?:'s| is| are| was| has| have)"
+    rf"(?: been| now)* (?:{_GONE}|not there)| (?:isn't|aren't|wasn't|weren't) there)",
     re.IGNORECASE,
 )
+_DAY = r"(?:mon|tues|wednes|thurs|fri|satur|sun)day"
+_PART_OF_DAY = r"morning|afternoon|evening|night"
 TIME: Final = re.compile(
-    r"(?:from |since )?(?:(?:early |late )?yesterday(?: morning| afternoon| evening| night)?|just now|"
-    r"earlier(?: today| on)?|(?:last|this|the other|on|every) (?:night|morning|afternoon|evening|day|"
-    r"week|weekend|month|year|spring|summer|autumn|winter|(?:mon|tues|wednes|thurs|fri|satur|sun)day)"
-    r"(?: morning| afternoon| evening| night)?|(?:a|an|one|two|three|four|five|\d+|a few|some|a couple "
-    r"of) (?:seconds?|minutes?|hours?|days?|weeks?|months?|years?) ago|(?:before|after|at|during) "
-    r"(?:breakfast|lunch|dinner|supper|work|school|noon|night))(?![\w'’]),?",
+    rf"(?:from |since )?(?:(?:early |late )?yesterday(?: (?:{_PART_OF_DAY}))?|just now|"
+    rf"earlier(?: today| on)?|(?:last|this|the other|on|every) (?:{_PART_OF_DAY}|day|week|weekend|"
+    rf"month|year|spring|summer|autumn|winter|{_DAY})(?: (?:{_PART_OF_DAY}))?|"
+    r"(?:a|an|one|two|three|four|five|\d+|a few|some|a couple of) "
+    r"(?:second|minute|hour|day|week|month|year)s? ago|"
+    r"(?:before|after|at|during) (?:breakfast|lunch|dinner|supper|work|school|noon|night))"
+    r"(?![\w'’]),?",
     re.IGNORECASE,
 )
 """When it was."""
@@ -138,11 +154,11 @@ CODE: Final = re.compile(
 )
 """What no sentence holds, and code does."""
 SAYS: Final = re.compile(
-    r"(?:(?:i|we|he|she|they|(?:my |the |our )?\w+)(?: just| also)? (?:says?|said|thinks?|believes?|"
-    r"claims?|told (?:me|us)|swears?|swore|reckons?|"
-    r"bets?|guess(?:es)?|supposes?|suspects?|assumes?|expects?|imagines?|hopes?)|according to (?:my |the |our )?\w+,?|"
-    r"(?:i'm|i am|we're|we are)(?: \w+)? (?:sure|certain|convinced|positive))"
-    r"(?: that)? (?=(?:i|you|he|she|we|they|her|his|my|our|their|the|a|an|some|there|there's) )",
+    r"(?:(?:i|we|he|she|they|(?:my |the |our )?\w+)(?: just| also)? (?:told (?:me|us)|said|swore|"
+    r"(?:say|think|believe|claim|swear|reckon|bet|guess|suppose|suspect|assume|expect|imagine|hope)"
+    r"(?:e?s)?)|according to (?:my |the |our )?\w+,?|"
+    r"(?:i'm|i am|we're|we are)(?: \w+)? (?:sure|certain|convinced|positive))(?: that)? "
+    r"(?=(?:i|you|he|she|we|they|her|his|my|our|their|the|a|an|some|there|there's) )",
     re.IGNORECASE,
 )
 """Who says what follows."""

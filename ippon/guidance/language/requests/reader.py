@@ -10,7 +10,7 @@ from ippon.guidance.language.requests.corrections import read_correction
 from ippon.guidance.language.requests.courtesy import skip_asking, skip_courtesy
 from ippon.guidance.language.requests.determiners import NUMBERS, count_again
 from ippon.guidance.language.requests.drafts import Reading
-from ippon.guidance.language.requests.goals import Goal
+from ippon.guidance.language.requests.goals import Goal, Relation
 from ippon.guidance.language.requests.leading_places import read_place_first
 from ippon.guidance.language.requests.lists import (
     MAX_DRAFTS,
@@ -198,6 +198,12 @@ class RequestReader:
         said = self._said
         if not self.reading.drafts:
             return index
+        room = read_noun_phrase(said, index) if said.ends(index) else None
+        if room is not None and is_room(room.head) and said.ends(room.end):
+            self.reading.drafts[-1].note(room.display)  # "Glue gun. Attic?"
+            if "?" not in said.text:
+                self.reading.drafts[-1].relate(Relation(relation="in", place=room.head))
+            return room.end
         length = said.starts(index, ("all of them", "every one of them", "all"))
         if length and said.ends(index + length):
             self.reading.drafts[-1].count = "all"

@@ -28,7 +28,7 @@ _STANDING = word_set(
     "down up back out what's they're he's she's what found it they he she definitely certainly "
     "surely currently now must anywhere there somewhere even but or and either behind directly "
     "exactly immediately close sat stands lies sits hangs lives placed both all fell "
-    "fallen slipped rolled have has had gone"
+    "fallen slipped rolled have has had gone used seen spotted worn last"
 )
 """Words that may stand before a preposition without changing where."""
 _SOFT = word_set(
@@ -129,7 +129,8 @@ def is_guessed(said: Utterance, phrase: RelationPhrase, object_end: int) -> bool
 def is_room(head: str) -> bool:
     """Tell whether a name is that of a room and of no thing."""
     knowledge = load_knowledge()
-    return knowledge.room(head) is not None and knowledge.find(head) is None
+    named = knowledge.room(head) is not None or head.endswith(" room")
+    return named and knowledge.find(head) is None
 
 
 def is_searched_inside(head: str) -> bool:
@@ -253,7 +254,7 @@ def _is_abstract(said: Utterance, index: int, phrase: NounPhrase) -> bool:
     mine = said.word(index) in ("my", "our", "your")
     if mine and last in _OWN_ROOMS - {"house", "flat", "place", "apartment"}:
         return False
-    if load_knowledge().room(phrase.head) is not None or _is_own_room(phrase):
+    if is_room(phrase.head) or _is_own_room(phrase):
         return False
     if last in _OWN_ROOMS and phrase.attributes and phrase.head:
         return False

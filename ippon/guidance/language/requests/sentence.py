@@ -49,7 +49,7 @@ def read_request(sentence: str, previous: Sequence[Goal] = ()) -> Request:
         return _again(text, previous)
     reader = RequestReader(said, previous)
     reading = reader.read()
-    changing, names = lost_words(reading)
+    changing, names = lost_words(reading) if reading.drafts else ([], [])
     reading.stray += changing
     reading.unused += names
     request = _judge(reading.drafts, reading.unused, reading.stray)

@@ -11,7 +11,7 @@ from ippon.guidance.language.requests import phrases
 from ippon.guidance.language.requests.attributes import listed_kind
 from ippon.guidance.language.requests.determiners import COUNTS, MEASURES, NUMBERS
 from ippon.guidance.language.requests.drafts import Reading
-from ippon.guidance.language.requests.goals import Goal
+from ippon.guidance.language.requests.goals import ALL, Goal
 from ippon.guidance.language.words import singular_candidates, tokenize, word_set
 
 _EMPTY: Final = (
@@ -20,7 +20,8 @@ _EMPTY: Final = (
 """What asks, and what says nothing of an object."""
 _DENYING: Final = (NEGATIONS | word_set("except unless")) - {"no", "cannot"}
 _PLACING = word_set(
-    "before under underneath behind inside outside above below between near beside upstairs downstairs"
+    "before under underneath behind inside outside above below between near beside upstairs "
+    "downstairs"
 )
 _PLAIN = word_set("check need stay until ones belongs belong different preferably ideally bother")
 _TAKEN_BACK: Final = 4
@@ -46,7 +47,8 @@ def lost_words(reading: Reading) -> tuple[list[str], list[str]]:
         if word in kept:
             continue
         if word in _DENYING:
-            changing += [] if _is_denied(goals) else [word]
+            listed = word == "nor" and len(goals) > 1
+            changing += [] if listed or _is_denied(goals) else [word]
         elif word in _PLACING:
             changing.append(word)
         elif word == "or":
@@ -105,7 +107,8 @@ def _is_counted(reading: Reading, index: int, goals: list[Goal]) -> bool:
     counts = [goal.count for goal in goals if isinstance(goal.count, int)]
     ranged = said.word(index + 1) in ("or", "to")
     chosen = said.word(index - 1) == "are" or said.word(index - 2) == "of"  # "Of the two".
-    return ranged or chosen or number == 1 or number in counts or number == sum(counts)
+    every = any(goal.count == ALL for goal in goals)  # "All thirty tablets".
+    return ranged or chosen or every or number == 1 or number in counts or number == sum(counts)
 
 
 @cache

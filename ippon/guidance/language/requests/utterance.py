@@ -40,9 +40,10 @@ _TAKEN_BACK = re.compile(
 """A determiner or a number that is said anew: "my, no wait, the other", "two, no, three"."""
 _PRONOUN = r"(?:it|them|those|these|that|this|both|one|any)"
 _AFTERWARDS = re.compile(
-    rf"\b(?:and,? )?(?:after (?:those|these)\b|(?:once|when|after|as soon as) (?:you|that|this|it)(?:'s|'re|'ve| is| are| have|"
-    rf" has)? (?:(?:done|finished)(?: with)?(?: {_PRONOUN})?|(?:have|find|found|get|got|located|"
-    rf"collected|finish|finished) {_PRONOUN}))(?=,? \w)(?! (?:in|on|at|under|with|to)\b),?",
+    rf"\b(?:and,? )?(?:after (?:those|these)\b|(?:once|when|after|as soon as) (?:you|that|this|it)"
+    rf"(?:'s|'re|'ve| is| are| have| has)? (?:(?:done|finished)(?: with)?(?: {_PRONOUN})?|"
+    rf"(?:have|find|found|get|got|located|collected|finish|finished) {_PRONOUN}))"
+    r"(?=,? \w)(?! (?:in|on|at|under|with|to)\b),?",
     re.IGNORECASE,
 )
 _FAILING = re.compile(
@@ -62,8 +63,10 @@ _HARD = re.compile(r"[.!?;\n…]")
 _SOUND = (
     (re.compile(r"\b(?:teh|hte)\b", re.IGNORECASE), "the"),
     (re.compile(r"\bwere (?=(?:is|are|did|have|do|can)\b)", re.IGNORECASE), "where "),
+    (re.compile(r"\bcan (?:find|see) neither\b", re.IGNORECASE), "can't find"),
     (re.compile(r"\bout(?:t?a|ta)\b", re.IGNORECASE), "out of"),
     (re.compile(r"['’]s (?=(?:taken|moved|stolen|hidden|borrowed|got)\b)", re.IGNORECASE), " has "),
+    (re.compile(r"(?<=\d)\s?[x×]\s+(?=[^\W\d])", re.IGNORECASE), " "),
     (re.compile(r"(?<=\w) or so\b", re.IGNORECASE), ""),
     (re.compile(r"\bnon-(?=\w)", re.IGNORECASE), "non"),
     (re.compile(r"\s+comma\b(?=\s)", re.IGNORECASE), ","),
