@@ -26,7 +26,8 @@ _RELATIVE: Final = ("which", "that", "who", "whose")
 _PLACING = word_set("in on under at behind near inside upstairs downstairs outside above below")
 _TIMES = word_set(
     "yesterday morning afternoon evening night noon tonight week weekend month year ago earlier "
-    "recently breakfast lunch dinner supper monday tuesday wednesday thursday friday saturday sunday"
+    "recently breakfast lunch dinner supper monday tuesday wednesday thursday friday saturday "
+    "sunday"
 )
 
 
@@ -39,7 +40,10 @@ def clause_end(reading: Reading, start: int) -> int:
         joint = joint or said.word(index - 1) in ("and", "but", "so")
         if joint and _begins_request(reading, index):
             break
-        if not reading.drafts and (_asks_inside(reading, index) or _names_late(reading, index)):
+        early = not reading.drafts
+        if early and _asks_inside(reading, index):
+            break
+        if (early or said.word(start) in ("if", "when", "while")) and _names_late(reading, index):
             break
         index += 1
     return index
@@ -73,7 +77,7 @@ def _names_late(reading: Reading, index: int) -> bool:
     phrase = read_noun_phrase(said, index) if said.breaks(index) else None
     if phrase is None or not phrase.head or is_room(phrase.head):
         return False
-    owned = said.word(index) in ("my", "our", "his", "her", "the")
+    owned = said.word(index) in ("my", "our", "his", "her", "the", "a", "an", "some")
     return (owned or ":" in said.gap(index)) and said.ends(phrase.end)
 
 

@@ -3,6 +3,7 @@
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.requests import phrases
 from ippon.guidance.language.requests.attributes import listed_kind
+from ippon.guidance.language.requests.determiners import may_be_noun
 from ippon.guidance.language.requests.drafts import Draft
 from ippon.guidance.language.requests.goals import Attribute
 from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
@@ -16,6 +17,8 @@ SUBJECTS = word_set(
 )
 """What stands for the object in a clause about it."""
 BE = word_set("is are was were be looks look seems isn't aren't wasn't weren't")
+COVERED = word_set("wrapped covered dressed painted decorated printed")
+"""After these, "in gold paper" tells what a thing looks like, not where it is."""
 _PEOPLE = word_set("me us him her them you my mine")
 _PLACES_ON_IT = ("on it", "on them", "in it", "inside it", "on top")
 _IDIOMS = word_set("life sake goodness")
@@ -30,6 +33,8 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     index += said.word(index) in SUBJECTS
     lacking = said.starts(index, phrases.LACKING)
     length = lacking or said.starts(index, phrases.HAVING)
+    if said.word(index + 1) == "than":
+        return _than(said, index, goal)
     if not length or (said.word(index) == "have" and said.breaks(index)):
         return _on_it(said, start, goal)  # "..., have a look round".
     index += length
@@ -46,6 +51,17 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     goal.add(Attribute(kind="feature", value=without_article(value), negated=bool(lacking)))
     while length := said.starts(end, _PLACES_ON_IT) or said.starts(end, phrases.SIDES):
         end += length
+    return end
+
+
+def _than(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "longer than two metres"."""
+    kind = listed_kind(said.word(start))
+    if kind is None or said.word(start + 1) != "than":
+        return start
+    phrase = read_noun_phrase(said, start + 2)
+    end = start + 3 if phrase is None else phrase.end
+    goal.add(Attribute(kind=kind, value=said.said(start, end)))
     return end
 
 
@@ -81,7 +97,12 @@ def read_material(said: Utterance, start: int, goal: Draft) -> int:
     word = said.word(index + length)
     of = said.word(index + length - 1) == "of" and word not in STOP
     if not length or not (of or listed_kind(word) in ("material", "colour")):
-        if said.word(index) == "in" and listed_kind(said.word(index + 1)) == "colour":
+        colour = said.word(index) == "in" and listed_kind(said.word(index + 1)) == "colour"
+        sized = said.word(start + 1) in ("size", "sized") and said.word(start) != "any"
+        if said.breaks(start) and sized:
+            goal.add(Attribute(kind="size", value=said.said(start, start + 2)))
+            return start + 2  # ", child size".
+        if colour and not (said.word(start - 1) in COVERED and may_be_noun(said, index + 2)):
             goal.add(Attribute(kind="colour", value=said.word(index + 1)))
             return index + 2
         index += said.word(index) == "in"
@@ -122,7 +143,7 @@ def read_topic(said: Utterance, start: int, goal: Draft) -> int:
     if end == index + length:
         return start
     goal.add(Attribute(kind="feature", value=said.said(index, end)))
-    return end
+    return end + said.starts(end, _PLACES_ON_IT)
 
 
 def read_purpose(said: Utterance, start: int, goal: Draft) -> int:

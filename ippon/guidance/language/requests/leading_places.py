@@ -36,8 +36,12 @@ def read_place_first(reading: Reading, index: int) -> int:
     phrase = read_noun_phrase(said, after)
     if phrase is None:
         return index
-    found = next((one for at in range(index, end) if (one := read_relation(said, at))), None)
-    relations: list[Relation] = list(found.relations) if found else []
+    relations: list[Relation] = []
+    at = index
+    while at < end - 1:
+        found = read_relation(said, at)
+        relations += found.relations if found else ()
+        at = found.end if found else at + 1
     everywhere = False
     if not relations and match is not None:
         place = read_noun_phrase(said, reading.after(match.start("place")), of=False)
@@ -62,17 +66,25 @@ def _at(place: NounPhrase) -> Relation:
     return Relation(relation=relation, place=place.head, attributes=place.attributes)
 
 
+def _whole_place(name: str) -> NounPhrase | None:
+    """Return the place that a text names and nothing else; None for other texts."""
+    said = hear(name)
+    place = read_noun_phrase(said, 0)
+    return place if place is not None and place.head and place.end == len(said) else None
+
+
 def _read_several_places(reading: Reading, index: int) -> int:
     """Read "check the hall, the study first, then the attic for"."""
     match = phrases.SEVERAL.match(reading.said.text, reading.said.tokens[index].start)
     if match is None:
         return index
     names = re.split(r"(?: first)?(?:,? and then |,? then |,? and |,? or |, )", match["places"])
-    places = [read_noun_phrase(hear(name), 0) for name in names]
-    known = [one for one in places if one is not None and one.head and one.known]
+    places = [_whole_place(name) for name in names]
+    known = [place for place in places if place is not None]
     after = reading.after(match.end())
     phrase = read_noun_phrase(reading.said, after)
-    if len(names) < 2 or len(known) < len(names) or phrase is None:
+    sure = any(place.known or is_room(place.head) for place in known)
+    if len(names) < 2 or len(known) < len(names) or not sure or phrase is None:
         return index
     reading.places = [_at(place) for place in known]
     reading.before.append(reading.said.said(index, after - 1))

@@ -20,6 +20,7 @@ from ippon.guidance.language.words import word_set
 MAX_DRAFTS: Final = 60
 BE = word_set("is are was were has have had will would can could should must might may says said")
 
+_PARTS = ("drawer", "shelf", "compartment", "cupboard", "locker")
 _FOLLOWING = word_set(
     "and or then but with without that which please not pls it i they he she what called made "
     "named as plus followed left other preferably fell must should might was slipped has had for "
@@ -79,7 +80,8 @@ def _is_item(reading: Reading, start: int, phrase: NounPhrase, *, lone: bool) ->
     if lone:
         # "Hat, pepper, and oil": what stands within a list belongs to it.
         within = said.word(phrase.end) in ("and", "or") and phrase.end - start <= 2
-        return phrase.determined or phrase.known or within
+        listed = len(reading.drafts) - reading.list_start > 1 and said.ends(phrase.end)
+        return phrase.determined or phrase.known or within or listed
     return (
         phrase.known
         or phrase.determined
@@ -239,16 +241,22 @@ def _listed_next(reading: Reading, index: int) -> bool:
 
 
 def _bare_room(reading: Reading, index: int) -> int:
-    """Read ", kitchen" after an object."""
+    """Read ", kitchen" and ", third drawer down" after an object."""
     said = reading.said
     if said.ends(index):
         return index
     phrase = read_noun_phrase(said, index, of=False)
-    if phrase is None or not is_room(phrase.head) or not said.breaks(phrase.end):
+    if phrase is None:
         return index
-    reading.drafts[-1].relate(Relation(relation="in", place=phrase.head))
-    reading.drafts[-1].note(f"in the {phrase.head}")
-    return phrase.end
+    end = phrase.end + (said.word(phrase.end) in ("down", "up"))
+    part = phrase.shared and phrase.head in _PARTS and phrase.attributes
+    if not (is_room(phrase.head) or part) or not said.breaks(end):
+        return index
+    relation = "on" if phrase.head == "shelf" else "in"
+    place = Relation(relation=relation, place=phrase.head, attributes=phrase.attributes)
+    reading.drafts[-1].relate(place)
+    reading.drafts[-1].note(place.text)
+    return end
 
 
 def _is_room_at(said: Utterance, index: int) -> bool:

@@ -11,6 +11,7 @@ from ippon.guidance.language.requests.determiners import NUMBERS, count_again
 from ippon.guidance.language.requests.drafts import Draft
 from ippon.guidance.language.requests.features import (
     BE,
+    COVERED,
     SUBJECTS,
     is_maker,
     read_feature,
@@ -32,7 +33,6 @@ _CONTRACTED = word_set("it's its they're he's she's that's")
 _COVERS = word_set("frame cover sleeve binding wrapping")
 """Of these, "in a wooden frame" tells what a thing looks like, not where it is."""
 _OWNED = word_set("mine yours his hers ours theirs")
-_COVERED = word_set("wrapped covered dressed painted decorated printed")
 _CONDITIONS = ("but only if", "only if", "as long as", "so long as", "provided", "provided that")
 _MISSING = word_set("missing lost gone back")
 
@@ -73,7 +73,7 @@ def _exclusion(said: Utterance, start: int, goal: Draft) -> int:
     while listed_kind(said.word(bare)) is not None and not said.breaks(bare):
         bare += 1
     owner = said.word(index)
-    if owner.endswith("'s") and (said.breaks(index + 1) or index + 1 == len(said)):
+    if owner.endswith("'s") and _is_last(said, index):
         value = said.said(index, index + 1)[:-2]
         goal.add(Attribute(kind="owner", value=value, negated=True))
         return index + 1
@@ -180,13 +180,21 @@ def _predicate(said: Utterance, start: int, goal: Draft) -> int:
             goal.add(Attribute(kind=one.kind, value=one.value, negated=negated))
         return phrase.end
     owner = said.word(index)
-    if owner in _OWNED or (
-        owner.endswith("'s") and (said.breaks(index + 1) or index + 1 == len(said))
-    ):
+    if owner in _OWNED or (owner.endswith("'s") and _is_last(said, index)):
         value = said.said(index, index + 1).removesuffix("'s")
         goal.add(Attribute(kind="owner", value=value, negated=negated))
         return index + 1
-    return _adjectives(said, index, goal, negated=negated) or start
+    end = _adjectives(said, index, goal, negated=negated)
+    does = said.word(end + 1)
+    joined = end and said.word(end) == "and" and does.endswith("s") and _is_last(said, end + 1)
+    if joined and load_knowledge().find(does) is None:
+        goal.add(Attribute(kind="feature", value=does))  # "It's yellow and squeaks".
+        return end + 2
+    return end or start
+
+
+def _is_last(said: Utterance, index: int) -> bool:
+    return said.breaks(index + 1) or index + 1 == len(said)
 
 
 def _adjectives(said: Utterance, start: int, goal: Draft, *, negated: bool) -> int:
@@ -279,7 +287,7 @@ def _relation(said: Utterance, start: int, goal: Draft) -> int:
     phrase = read_relation(said, start)
     if phrase is None or (goal.is_owned and said.word(start) in ("he", "she", "he's", "she's")):
         return start
-    covered = phrase.relations[0].place in _COVERS or said.word(start - 1) in _COVERED
+    covered = phrase.relations[0].place in _COVERS or said.word(start - 1) in COVERED
     if covered or is_maker(said, start, phrase.relations[0].place):
         goal.add(Attribute(kind="feature", value=said.said(phrase.begin, phrase.end)))
         return phrase.end

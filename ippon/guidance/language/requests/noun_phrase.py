@@ -129,6 +129,8 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             continue
         if word in PRONOUNS or (index > start and _names_room_of(said, index, knowledge)):
             break
+        if index > start and said.word(index + 1) == "than":
+            break
         if word in _PARTICLES and index > start and not may_be_noun(said, index + 1):
             break
         if word in ("first", "next") and index > start and said.breaks(index + 1):

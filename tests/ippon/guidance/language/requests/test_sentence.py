@@ -33,6 +33,7 @@ SETS = [
     "sentences_ninth.yaml",
     "sentences_tenth.yaml",
     "sentences_twelfth.yaml",
+    "sentences_fourteenth.yaml",
 ]
 RARE = ["sentences_thirteenth.yaml"]
 """Sets with many things that the table of objects lacks: their readings are asked about."""
