@@ -1,5 +1,6 @@
 """Which language a sentence is in, as far as that tells whether it can be read as English."""
 
+import re
 import unicodedata
 from collections import Counter
 from functools import cache
@@ -69,7 +70,7 @@ def other_language(sentence: str) -> str:
     A noun alone is taken as English: it may be the name of anything. What a sentence borrows from
     another language ("the café in the hall") does not make it foreign.
     """
-    script = _other_script(sentence)
+    script = "Spanish" if re.search("[¿¡]", sentence) else _other_script(sentence)
     if script:
         return script
     words = [token.word for token in tokenize(sentence.replace("non-", "non"))]

@@ -64,11 +64,13 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
     index = begun.index
     end = _end_of_nouns(said, index, knowledge)
     words = [word for word in said.words(index, end) if word not in ("and", "or")]
+    if not words and begun.reference and (said.breaks(index) or said.word(index) in STOP):
+        words = ["one"]  # "Another", "two more", "the same".
     if said.word(index) in PRONOUNS or not words:
         return None
     if begun.reference and words in (["thing"], ["object"], ["item"], ["things"]):
         words = ["one"]  # "The same thing".
-    named = name_head(said.words(index, end), words, begun.count, knowledge)
+    named = name_head(said.words(index, end) or words, words, begun.count, knowledge)
     attributes = [*(begun.owners or []), *named.attributes]
     display = said.said(index, end)
     several = read_noun_phrase(said, end + 1) if of and said.word(end) == "of" else None
