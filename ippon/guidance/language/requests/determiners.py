@@ -91,7 +91,7 @@ _PLURAL_OWNERS = word_set(
     "friends neighbours neighbors"
 )
 """Owners that are written without their apostrophe."""
-_NO_OWNERS = word_set(
+NO_OWNERS = word_set(
     "it's that's what's where's there's here's who's let's he's she's how's when's one's"
 )
 
@@ -185,7 +185,7 @@ def _owner_end(said: Utterance, index: int) -> int:
         word = said.word(end)
         if (end > index and said.breaks(end)) or listed_kind(said.word(index)) == "colour":
             return index
-        if word.endswith("'s") and word not in _NO_OWNERS:
+        if word.endswith("'s") and word not in NO_OWNERS:
             return index if said.breaks(end + 1) else end + 1
         if word in STOP or word in PREPOSITIONS or word in _LEADING or word in _OWNERS:
             return index

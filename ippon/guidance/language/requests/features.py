@@ -2,8 +2,8 @@
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.requests import phrases
-from ippon.guidance.language.requests.attributes import listed_kind
-from ippon.guidance.language.requests.determiners import may_be_noun
+from ippon.guidance.language.requests.attributes import UNITS, listed_kind
+from ippon.guidance.language.requests.determiners import NUMBERS, may_be_noun
 from ippon.guidance.language.requests.drafts import Draft
 from ippon.guidance.language.requests.goals import Attribute
 from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
@@ -20,6 +20,7 @@ BE = word_set("is are was were be looks look seems isn't aren't wasn't weren't")
 COVERED = word_set("wrapped covered dressed painted decorated printed")
 """After these, "in gold paper" tells what a thing looks like, not where it is."""
 _PEOPLE = word_set("me us him her them you my mine")
+_DIMENSIONS = word_set("long wide tall high deep thick")
 _PLACES_ON_IT = ("on it", "on them", "in it", "inside it", "on top")
 _IDIOMS = word_set("life sake goodness")
 
@@ -33,6 +34,9 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     index += said.word(index) in SUBJECTS
     lacking = said.starts(index, phrases.LACKING)
     length = lacking or said.starts(index, phrases.HAVING)
+    if (end := _measure(said, start)) > start:
+        goal.add(Attribute(kind="size", value=said.said(start, end)))
+        return end
     if said.word(index + 1) == "than":
         return _than(said, index, goal)
     if not length or (said.word(index) == "have" and said.breaks(index)):
@@ -63,6 +67,15 @@ def _than(said: Utterance, start: int, goal: Draft) -> int:
     end = start + 3 if phrase is None else phrase.end
     goal.add(Attribute(kind=kind, value=said.said(start, end)))
     return end
+
+
+def _measure(said: Utterance, start: int) -> int:
+    """Return the index after "at least 30 cm long"; the same for none."""
+    index = start + said.starts(start, ("at least", "at most", "about", "up to", "around"))
+    number = said.word(index)[:1].isdigit() or said.word(index) in NUMBERS
+    if not number or said.word(index + 1) not in UNITS:
+        return start
+    return index + 3 if said.word(index + 2) in _DIMENSIONS else start
 
 
 def _on_it(said: Utterance, start: int, goal: Draft) -> int:
@@ -99,7 +112,7 @@ def read_material(said: Utterance, start: int, goal: Draft) -> int:
     if not length or not (of or listed_kind(word) in ("material", "colour")):
         colour = said.word(index) == "in" and listed_kind(said.word(index + 1)) == "colour"
         sized = said.word(start + 1) in ("size", "sized") and said.word(start) != "any"
-        if said.breaks(start) and sized:
+        if said.breaks(start) and sized and not said.breaks(start + 1):
             goal.add(Attribute(kind="size", value=said.said(start, start + 2)))
             return start + 2  # ", child size".
         if colour and not (said.word(start - 1) in COVERED and may_be_noun(said, index + 2)):

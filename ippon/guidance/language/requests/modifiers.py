@@ -262,6 +262,11 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
         for one in phrase.attributes:
             goal.add(one)
         return phrase.end
+    owned = any(one.kind == "owner" and one.negated for one in goal.attributes)
+    if owned and not phrase.head and said.word(phrase.end - 1).endswith("'s"):
+        for one in phrase.attributes:
+            goal.add(one)  # "Not today's, yesterday's".
+        return phrase.end
     bare = not phrase.head and said.breaks(start) and phrase.shared
     part = bool(phrase.head) and is_part(phrase.head.split()[-1]) and phrase.attributes
     if bare:

@@ -6,7 +6,12 @@ from typing import Final, Literal
 from ippon.guidance.knowledge import Knowledge, load_knowledge
 from ippon.guidance.language.context_words import NEGATIONS
 from ippon.guidance.language.requests.attributes import listed_kind
-from ippon.guidance.language.requests.determiners import MEASURES, may_be_noun, read_determiners
+from ippon.guidance.language.requests.determiners import (
+    MEASURES,
+    NO_OWNERS,
+    may_be_noun,
+    read_determiners,
+)
 from ippon.guidance.language.requests.goals import Attribute, AttributeKind, Reference
 from ippon.guidance.language.requests.heads import name_head
 from ippon.guidance.language.requests.phrases import PREPOSITIONS, PRONOUNS, STOP
@@ -59,7 +64,12 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
     if said.word(start) in ("after", "before", "during", "until", "while"):
         return None
     if said.word(start) in _POSSESSIVES:
-        return _possessive(said, start)
+        return _possessive(_POSSESSIVES[said.word(start)], start + 1)
+    owner = start + (said.word(start) in ("my", "our", "his", "her", "their", "the"))
+    whose = said.word(owner).endswith("'s") and said.word(owner) not in NO_OWNERS
+    if whose and said.breaks(owner + 1):
+        said_of = owner if said.word(start) == "the" else start
+        return _possessive(said.said(said_of, owner + 1)[:-2], owner + 1)  # "My wife's".
     begun = read_determiners(said, start)
     index = begun.index
     end = _end_of_nouns(said, index, knowledge)
@@ -101,9 +111,8 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
     )
 
 
-def _possessive(said: Utterance, start: int) -> NounPhrase:
+def _possessive(owner: str, end: int) -> NounPhrase:
     """Return "mine" and "hers" as one more of what was named before."""
-    owner = _POSSESSIVES[said.word(start)]
     return NounPhrase(
         head="",
         display="",
@@ -115,7 +124,7 @@ def _possessive(said: Utterance, start: int) -> NounPhrase:
         known=True,
         corrected=False,
         crowded=False,
-        end=start + 1,
+        end=end,
     )
 
 
@@ -131,7 +140,7 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             continue
         if word in PRONOUNS or (index > start and _names_room_of(said, index, knowledge)):
             break
-        if index > start and said.word(index + 1) == "than":
+        if index > start and (said.word(index + 1) == "than" or stands_somewhere(said, index)):
             break
         if word in _PARTICLES and index > start and not may_be_noun(said, index + 1):
             break
@@ -155,6 +164,17 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             break
         index += 1
     return index
+
+
+def stands_somewhere(said: Utterance, index: int) -> bool:
+    """Tell whether a verb says how a thing stands before its place: "drying on", "plugged in"."""
+    word, knowledge = said.word(index), load_knowledge()
+    if said.breaks(index) or said.breaks(index + 1) or not _is_preposition(said, index + 1):
+        return False
+    if word in ("hangs", "lies", "sits", "stands", "lives", "stays"):
+        return True
+    moving = word.endswith(("ing", "ed")) and len(word) > 5
+    return moving and listed_kind(word) is None and knowledge.find(word) is None
 
 
 def _names_room_of(said: Utterance, index: int, knowledge: Knowledge) -> bool:

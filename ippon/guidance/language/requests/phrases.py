@@ -107,9 +107,9 @@ _MEANWHILE = (
 )
 TOLD: Final = re.compile(
     rf"\b{_TELLER}{_MEANWHILE} (?:last had|ha[ds](?= (?:my|our|his|her|their) "
-    r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|used|wore|saw|keeps?|kept|was wearing|left|"
-    r"forgot|forgotten|put|placed|dropped|laid|stored|hid|took|taken|hidden|moved|stole|stolen|"
-    r"borrowed|nicked|pinched|swiped|stashed|lost|misplaced|handed in|turned in)\s+",
+    r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|used|wore|saw|keeps?|kept|was wearing|"
+    r"leaves?|left|forgot|forgotten|put|placed|dropped|laid|stored|hid|took|taken|hidden|moved|stole|"
+    r"stolen|borrowed|nicked|pinched|swiped|stashed|lost|misplaced|handed in|turned in)\s+",
     re.IGNORECASE,
 )
 """Who did what with the object that follows: "my sister borrowed"."""

@@ -17,16 +17,21 @@ from ippon.guidance.language.context_words import (
 )
 from ippon.guidance.language.requests.determiners import NUMBERS
 from ippon.guidance.language.requests.goals import ALL, Relation
-from ippon.guidance.language.requests.noun_phrase import NounPhrase, read_noun_phrase
+from ippon.guidance.language.requests.noun_phrase import (
+    NounPhrase,
+    read_noun_phrase,
+    stands_somewhere,
+)
 from ippon.guidance.language.requests.phrases import PREPOSITIONS
 from ippon.guidance.language.requests.utterance import Utterance
-from ippon.guidance.language.words import word_set
+from ippon.guidance.language.words import DETERMINERS, word_set
 
 _STANDING = word_set(
     "that which who is are was were it's its be been being lying sitting standing hanging located "
     "placed stored kept left put hidden resting stuck somewhere right just still only also over "
     "down up back out what's they're he's she's what found it they he she definitely certainly "
-    "surely currently now must anywhere there somewhere even but or and either behind directly "
+    "that's who's surely currently now must anywhere there somewhere even but or and either behind "
+    "directly "
     "exactly immediately close sat stands lies sits hangs lives placed both all fell "
     "fallen slipped rolled have has had gone used seen spotted worn last"
 )
@@ -35,7 +40,7 @@ _SOFT = word_set(
     "probably maybe perhaps possibly likely presumably usually normally often sometimes might "
     "could should supposedly apparently mostly prob probs i'd guess generally typically"
 )
-_GUESSES = word_set("think believe guess suppose probably likely maybe perhaps possibly")
+_GUESSES = HABITS | word_set("think believe guess suppose probably likely maybe perhaps possibly")
 """Of a sentence before the object: "could" and "might" ask there."""
 _STOREYS: Final = {
     "upstairs": "upstairs", "downstairs": "downstairs", "outdoors": "outdoors",
@@ -98,12 +103,18 @@ def read_relation(said: Utterance, start: int, *, verbs: bool = True) -> Relatio
             pass
         elif word in _SOFT:
             soft = True
-        elif word == "longer" or (verbs and word in _STANDING) or word in ("but", "or", "and"):
+        elif word in ("longer", "but", "or", "and") or (verbs and _may_precede(said, index)):
             pass
         else:
             return None
         index += 1
     return None
+
+
+def _may_precede(said: Utterance, index: int) -> bool:
+    """Tell whether a word may stand before a preposition without changing where."""
+    particle = said.word(index) in ("in", "on", "up", "out") and said.word(index - 1).endswith("ed")
+    return particle or said.word(index) in _STANDING or stands_somewhere(said, index)
 
 
 def is_guessed(said: Utterance, phrase: RelationPhrase, object_end: int) -> bool:
@@ -120,6 +131,8 @@ def is_guessed(said: Utterance, phrase: RelationPhrase, object_end: int) -> bool
     while not said.ends(last):
         last += 1
     after = min(max(first, object_end), phrase.begin)
+    if said.word(first) in ("could", "might", "may") and said.word(first + 1) in DETERMINERS:
+        return True  # "Could my wallet have fallen behind the sofa?"
     doubts = BELIEFS | DOUBTS | HABITS
     return bool(doubts & set(said.words(after, last))) or bool(
         (doubts & _GUESSES) & set(said.words(first, after))

@@ -34,6 +34,7 @@ SETS = [
     "sentences_tenth.yaml",
     "sentences_twelfth.yaml",
     "sentences_fourteenth.yaml",
+    "sentences_fifteenth.yaml",
 ]
 RARE = ["sentences_thirteenth.yaml"]
 """Sets with many things that the table of objects lacks: their readings are asked about."""
