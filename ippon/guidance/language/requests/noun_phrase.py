@@ -22,6 +22,11 @@ MAX_WORDS: Final = 9
 _POSSESSIVES: Final = {"mine": "", "yours": "", "ours": "", "hers": "her", "theirs": "their"}
 _PLACED = word_set("inside outside nearest opposite near far")
 _BEFORE_PLACED = word_set("the my a his her your our their other for with")
+_STANDS = word_set(
+    "hangs hung lies lay sits sat stands stood lives lived stays stayed sleeps slept came comes "
+    "went goes ran runs flew slid rolls crawled climbed jumped landed ended blew hides walked "
+    "always"
+)
 _PARTICLES = word_set("down aside up off out over back missing lost gone checked")
 """They belong to the verb: "I put my pipe down"."""
 _CONTAINERS = word_set("bottle cup glass bowl jar can carton mug jug tin pot bag plate")
@@ -169,9 +174,13 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
 def stands_somewhere(said: Utterance, index: int) -> bool:
     """Tell whether a verb says how a thing stands before its place: "drying on", "plugged in"."""
     word, knowledge = said.word(index), load_knowledge()
-    if said.breaks(index) or said.breaks(index + 1) or not _is_preposition(said, index + 1):
+    if said.breaks(index) or said.breaks(index + 1):
         return False
-    if word in ("hangs", "lies", "sits", "stands", "lives", "stays"):
+    if word == "always" and said.word(index + 1) in _STANDS:
+        return True
+    if not _is_preposition(said, index + 1):
+        return False
+    if word in _STANDS:
         return True
     moving = word.endswith(("ing", "ed")) and len(word) > 5
     return moving and listed_kind(word) is None and knowledge.find(word) is None

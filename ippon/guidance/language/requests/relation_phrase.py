@@ -1,7 +1,7 @@
 """Phrases that say where a thing is: "next to the white fridge", "not in Anna's room"."""
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Final
 
 from rapidfuzz.distance import OSA
@@ -42,6 +42,7 @@ _SOFT = word_set(
 )
 _GUESSES = HABITS | word_set("think believe guess suppose probably likely maybe perhaps possibly")
 """Of a sentence before the object: "could" and "might" ask there."""
+_JOINTS: Final = ("or", "nor", "and")
 _STOREYS: Final = {
     "upstairs": "upstairs", "downstairs": "downstairs", "outdoors": "outdoors",
     "outside": "outdoors", "indoors": "indoors",
@@ -102,7 +103,7 @@ def read_relation(said: Utterance, start: int, *, verbs: bool = True) -> Relatio
         elif negated and word in ENTERING:
             pass
         elif word in _SOFT:
-            soft = True
+            soft = soft or (word, said.word(index + 1)) != ("could", "not")
         elif word in ("longer", "but", "or", "and") or (verbs and _may_precede(said, index)):
             pass
         else:
@@ -226,7 +227,46 @@ def _read_places(
         return relations, index
     if relations and said.word(index - 1) in ("or", "nor", "and"):
         index -= 1
+    for begin, phrase in _listed_places(said, index, denied=negated) if relations else []:
+        for preposition in prepositions:
+            relation, denied = _stated(preposition, negated=negated)
+            relations.append(_relation(said, begin, phrase, relation, denied))
+        index = phrase.end
     return relations, index
+
+
+def _listed_places(said: Utterance, index: int, *, denied: bool) -> list[tuple[int, NounPhrase]]:
+    """Return the further places of a list: ", the hall or the attic"; empty for other lists."""
+    listed: list[tuple[int, NounPhrase]] = []
+    joint = ""
+    while not joint:
+        joint = said.word(index) if said.word(index) in _JOINTS else ""
+        if said.gap(index).strip() != "," and not (listed and joint):
+            return []
+        begin = index + bool(joint)
+        phrase = read_noun_phrase(said, begin)
+        if phrase is None or (joint and said.breaks(begin)) or not _holds_things(phrase.head):
+            return []
+        listed.append((begin, phrase))
+        index = phrase.end
+    rooms = all(is_room(phrase.head) for _, phrase in listed)
+    return listed if joint != "and" or rooms or denied else []
+
+
+@lru_cache(maxsize=512)
+def _holds_things(head: str) -> bool:
+    """Tell whether a name is that of a room or of furniture, on or in which things are."""
+    knowledge = load_knowledge()
+    entry = knowledge.find(head)
+    return is_room(head) or (entry is not None and entry.thing.name in _furniture())
+
+
+@cache
+def _furniture() -> frozenset[str]:
+    things = load_knowledge().things.values()
+    places = [place for thing in things for place in thing.places]
+    holding = {place.name for place in places if place.relation in ("on", "in")}
+    return frozenset(holding | {"rug", "carpet", "floor"})
 
 
 def _joins_places(

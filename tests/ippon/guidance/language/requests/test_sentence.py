@@ -337,6 +337,10 @@ def test_one_object_is_left(sentence: str, object_: str, attributes: list[str]) 
         ("I always keep my hat on the hook but it isn't there", ["not on hook"]),
         ("green bag hallway", ["in hallway"]),
         ("the hat, third drawer down", ["in third drawer"]),
+        ("my hat is in the kitchen, hall or attic", ["in kitchen", "in hall", "in attic"]),
+        ("a hat, not on the bed, sofa or rug", ["not on bed", "not on sofa", "not on rug"]),
+        ("the cat came into the kitchen", ["in kitchen"]),
+        ("the socks drying on the rack", ["on rack"]),
     ],
 )
 def test_places_that_are_ruled_out_or_said_anew(sentence: str, places: list[str]) -> None:
