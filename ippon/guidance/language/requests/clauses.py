@@ -22,6 +22,7 @@ _ABOUT = word_set(
 )
 
 
+_SOUGHT = word_set("bother look looking search searching check checking go going try trying enter")
 _RELATIVE: Final = ("which", "that", "who", "whose")
 _PLACING = word_set("in on under at behind near inside upstairs downstairs outside above below")
 _TIMES = word_set(
@@ -173,7 +174,8 @@ def skip_declined(reading: Reading, index: int) -> int:
     said = reading.said
     place = reading.match(phrases.PLACE_DECLINED, index)
     room = read_noun_phrase(said, place) if place > index else None
-    if room is not None and is_room(room.head):
+    sought = _SOUGHT & set(said.words(index, place)) and room is not None
+    if room is not None and (is_room(room.head) or (sought and not room.known)):
         decline_place(reading, room.head)
         return room.end
     start = reading.match(phrases.DECLINED, index)

@@ -5,10 +5,10 @@ from ippon.guidance.language.requests import phrases
 from ippon.guidance.language.requests.attributes import UNITS, listed_kind
 from ippon.guidance.language.requests.determiners import NUMBERS, may_be_noun
 from ippon.guidance.language.requests.drafts import Draft
-from ippon.guidance.language.requests.goals import Attribute
-from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
+from ippon.guidance.language.requests.goals import Attribute, Relation
+from ippon.guidance.language.requests.noun_phrase import STANDS, read_noun_phrase
 from ippon.guidance.language.requests.phrases import PREPOSITIONS, STOP
-from ippon.guidance.language.requests.relation_phrase import ENTERING
+from ippon.guidance.language.requests.relation_phrase import ENTERING, is_searched_inside
 from ippon.guidance.language.requests.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
@@ -42,7 +42,7 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     if not length or (said.word(index) == "have" and said.breaks(index)):
         return _on_it(said, start, goal)  # "..., have a look round".
     index += length
-    if lacking and said.word(index) in ENTERING:
+    if said.word(index) in STANDS or (lacking and said.word(index) in ENTERING):
         return start  # "Without going into the nursery" is no part of it.
     phrase = read_noun_phrase(said, index)
     if phrase is None or (not phrase.head and not phrase.attributes):
@@ -75,7 +75,7 @@ def _measure(said: Utterance, start: int) -> int:
     number = said.word(index)[:1].isdigit() or said.word(index) in NUMBERS
     if not number or said.word(index + 1) not in UNITS:
         return start
-    return index + 3 if said.word(index + 2) in _DIMENSIONS else start
+    return index + 2 + (said.word(index + 2) in _DIMENSIONS)
 
 
 def _on_it(said: Utterance, start: int, goal: Draft) -> int:
@@ -169,6 +169,11 @@ def read_purpose(said: Utterance, start: int, goal: Draft) -> int:
         return start
     if phrase.head.split()[-1] in _IDIOMS:
         return phrase.end  # "For the life of me".
+    if to and goal.trigger == "told":
+        relation = "in" if is_searched_inside(phrase.head) else "at"
+        goal.relate(Relation(relation=relation, place=phrase.head))
+        goal.note(said.said(start, phrase.end))
+        return phrase.end  # "Dad took the ladder to the garage".
     goal.add(Attribute(kind="feature", value=said.said(start, phrase.end)))
     return phrase.end
 

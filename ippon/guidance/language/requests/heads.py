@@ -141,6 +141,8 @@ def _respelt_phrase(phrase: str) -> str:
 
 def _respelt(words: list[str]) -> tuple[int | None, str]:
     """Return where a misspelt head begins, and what was meant."""
+    if words[-1] in ENGLISH:
+        return None, ""
     for start in range(max(0, len(words) - 3), len(words)):
         meant = _respelt_phrase(" ".join(words[start:]))
         if meant and len(meant.split()) == len(words) - start:

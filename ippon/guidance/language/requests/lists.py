@@ -8,7 +8,7 @@ from ippon.guidance.language.requests import phrases
 from ippon.guidance.language.requests.attributes import listed_kind
 from ippon.guidance.language.requests.clauses import decline_place, state
 from ippon.guidance.language.requests.drafts import Draft, Reading, draft
-from ippon.guidance.language.requests.goals import Order, Relation
+from ippon.guidance.language.requests.goals import Attribute, Order, Relation
 from ippon.guidance.language.requests.modifiers import read_modifier
 from ippon.guidance.language.requests.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.requests.phrases import PRONOUNS
@@ -20,6 +20,7 @@ from ippon.guidance.language.words import word_set
 MAX_DRAFTS: Final = 60
 BE = word_set("is are was were has have had will would can could should must might may says said")
 
+_POINTING = ("is that", "is this", "are those", "are these")
 _PARTS = ("drawer", "shelf", "compartment", "cupboard", "locker")
 _FOLLOWING = word_set(
     "and or then but with without that which please not pls it i they he she what called made "
@@ -141,15 +142,10 @@ def _take(
             last.add(one)
         last.count = 1 if phrase.count is None else phrase.count
         return
-    if last is not None and not phrase.head and _is_replaced(last, asked):
-        # "This pen is empty, find a new one."
-        reading.drafts.remove(last)
-        goal.head, goal.display = (
-            last.head,
-            " ".join([*(one.value for one in goal.attributes), last.head]),
-        )
-    elif not phrase.head:
+    if not phrase.head:
         _refer(reading, goal)
+        for one in _replaced(reading, asked):
+            reading.drafts.remove(one)
     for words in reading.before:
         state(reading, words, [goal])
     for place in reading.places:
@@ -167,10 +163,15 @@ def _take(
     reading.before = []
 
 
-def _is_replaced(last: Draft, asked: str) -> bool:
-    """Tell whether of the last object only a state was told, and another one is asked for."""
-    told = last.trigger == "bare" and len(last.attributes) > len(last.phrase.attributes)
-    return told and asked not in ("bare", "listed", "named", "told")
+def _replaced(reading: Reading, asked: str) -> list[Draft]:
+    """Return the objects of which only a state was told: "this pen is empty, find a new one"."""
+    if asked in ("bare", "listed", "named", "told") or not reading.drafts:
+        return []
+    pointed = [one for one in reading.drafts if one.trigger.lower().startswith(_POINTING)]
+    last = reading.drafts[-1]
+    stated = len(last.attributes) > len(last.phrase.attributes)
+    stated = stated or bool(last.context and not last.relations)
+    return pointed or ([last] if last.trigger == "bare" and stated else [])
 
 
 def _selects(last: Draft, asked: str) -> bool:
@@ -303,6 +304,10 @@ def not_this(reading: Reading, index: int) -> int:
         return index
     if not other.head:
         goal = draft(replace(phrase, attributes=()), "and", "bare")
+        first, _, last = phrase.head.rpartition(" ")
+        if first and not phrase.attributes and load_knowledge().find(last) is not None:
+            goal.head = last  # "Not the kitchen scissors, the small ones".
+            goal.add(Attribute(kind="other", value=first, negated=True))
         for one in phrase.attributes:
             goal.add(replace(one, negated=True))
         for one in other.attributes:
@@ -315,11 +320,14 @@ def not_this(reading: Reading, index: int) -> int:
 
 def drop_rooms(reading: Reading) -> None:
     """Take a room to go to as the place of the object that follows it."""
-    for room, goal in zip(reading.drafts, reading.drafts[1:], strict=False):
+    for number, room in enumerate(reading.drafts[:-1]):
+        goal = reading.drafts[number + 1]
         going = room.trigger.lower().startswith(("go", "drive", "walk", "navigate", "head", "move"))
         if going and is_room(room.head) and not is_room(goal.head):
-            goal.relate(Relation(relation="in", place=room.head))
-            goal.note(f"in the {room.head}")
+            for one in reading.drafts[number + 1 :]:
+                if one.order == "and":
+                    one.relate(Relation(relation="in", place=room.head))
+                    one.note(f"in the {room.head}")
             goal.order = room.order
             reading.drafts.remove(room)
             return

@@ -5,7 +5,7 @@ from typing import Final, Literal
 
 from ippon.guidance.knowledge import Knowledge, load_knowledge
 from ippon.guidance.language.context_words import NEGATIONS
-from ippon.guidance.language.requests.attributes import listed_kind
+from ippon.guidance.language.requests.attributes import UNITS, listed_kind
 from ippon.guidance.language.requests.determiners import (
     MEASURES,
     NO_OWNERS,
@@ -22,11 +22,12 @@ MAX_WORDS: Final = 9
 _POSSESSIVES: Final = {"mine": "", "yours": "", "ours": "", "hers": "her", "theirs": "their"}
 _PLACED = word_set("inside outside nearest opposite near far")
 _BEFORE_PLACED = word_set("the my a his her your our their other for with")
-_STANDS = word_set(
+STANDS = word_set(
     "hangs hung lies lay sits sat stands stood lives lived stays stayed sleeps slept came comes "
-    "went goes ran runs flew slid rolls crawled climbed jumped landed ended blew hides walked "
-    "always"
+    "went goes ran runs flew slid slipped fallen rolls crawled climbed jumped landed ended blew "
+    "hides walked always"
 )
+"""Verbs and adverbs that stand between a thing and its place."""
 _PARTICLES = word_set("down aside up off out over back missing lost gone checked")
 """They belong to the verb: "I put my pipe down"."""
 _CONTAINERS = word_set("bottle cup glass bowl jar can carton mug jug tin pot bag plate")
@@ -145,6 +146,9 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             continue
         if word in PRONOUNS or (index > start and _names_room_of(said, index, knowledge)):
             break
+        measured = said.word(index)[:1].isdigit() and said.word(index + 1) in UNITS
+        if index > start and measured and not may_be_noun(said, index + 2):
+            break  # "Ruler 50 cm".
         if index > start and (said.word(index + 1) == "than" or stands_somewhere(said, index)):
             break
         if word in _PARTICLES and index > start and not may_be_noun(said, index + 1):
@@ -176,11 +180,11 @@ def stands_somewhere(said: Utterance, index: int) -> bool:
     word, knowledge = said.word(index), load_knowledge()
     if said.breaks(index) or said.breaks(index + 1):
         return False
-    if word == "always" and said.word(index + 1) in _STANDS:
+    if word == "always" and said.word(index + 1) in STANDS:
         return True
     if not _is_preposition(said, index + 1):
         return False
-    if word in _STANDS:
+    if word in STANDS:
         return True
     moving = word.endswith(("ing", "ed")) and len(word) > 5
     return moving and listed_kind(word) is None and knowledge.find(word) is None

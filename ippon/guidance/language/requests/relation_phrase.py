@@ -18,6 +18,7 @@ from ippon.guidance.language.context_words import (
 from ippon.guidance.language.requests.determiners import NUMBERS
 from ippon.guidance.language.requests.goals import ALL, Relation
 from ippon.guidance.language.requests.noun_phrase import (
+    STANDS,
     NounPhrase,
     read_noun_phrase,
     stands_somewhere,
@@ -115,7 +116,8 @@ def read_relation(said: Utterance, start: int, *, verbs: bool = True) -> Relatio
 def _may_precede(said: Utterance, index: int) -> bool:
     """Tell whether a word may stand before a preposition without changing where."""
     particle = said.word(index) in ("in", "on", "up", "out") and said.word(index - 1).endswith("ed")
-    return particle or said.word(index) in _STANDING or stands_somewhere(said, index)
+    word = said.word(index)
+    return particle or word in _STANDING or word in STANDS or stands_somewhere(said, index)
 
 
 def is_guessed(said: Utterance, phrase: RelationPhrase, object_end: int) -> bool:
@@ -129,10 +131,11 @@ def is_guessed(said: Utterance, phrase: RelationPhrase, object_end: int) -> bool
     first, last = phrase.begin, phrase.end
     while first > 0 and not said.ends(first):
         first -= 1
-    while not said.ends(last):
+    while not said.ends(last) and not (said.breaks(last) and said.word(last) in ("or", "and")):
         last += 1
     after = min(max(first, object_end), phrase.begin)
-    if said.word(first) in ("could", "might", "may") and said.word(first + 1) in DETERMINERS:
+    asked = said.word(first + 1) in DETERMINERS or said.word(first + 1) == "there"
+    if said.word(first) in ("could", "might", "may") and asked:
         return True  # "Could my wallet have fallen behind the sofa?"
     doubts = BELIEFS | DOUBTS | HABITS
     return bool(doubts & set(said.words(after, last))) or bool(

@@ -156,11 +156,20 @@ def _doubts(read: Draft, goal: Goal) -> list[str]:
         reasons.append(f"“{goal.object}” is not in the table of objects{hint}")
     elif thing is not None and thing.spread == "broad":
         reasons.append(f"“{goal.object}” may be anything")
+    if _may_end_in_verb(goal.object, read.phrase.display):
+        reasons.append(f"“{goal.object}” may be more than a name")
     if read.phrase.crowded:
         reasons.append(f"“{goal.object}” may be several objects: say “and” between them")
     if len(goal.object.split()) > 4:
         reasons.append(f"“{goal.object}” is long for the name of an object")
     return reasons
+
+
+def _may_end_in_verb(name: str, spoken: str) -> bool:
+    """Tell whether the last word of a name may be a verb: "the pump beeps"."""
+    find = load_knowledge().find
+    first, _, last = name.rpartition(" ")
+    return bool(first) and not (find(name) or find(last)) and spoken.endswith(("s", "ed"))
 
 
 def _joined(first: str, second: str) -> str:
