@@ -188,6 +188,7 @@ def test_the_end_of_a_very_long_sentence_is_said_to_be_unread() -> None:
     assert f"after {MAX_SENTENCE_CHARS} characters was not read" in request.because
 
 
+@pytest.mark.slow
 @given(sentence=st.text(max_size=300))
 @settings(deadline=None)
 def test_any_text_is_read(sentence: str) -> None:
@@ -235,6 +236,7 @@ WORDS = [
 ]
 
 
+@pytest.mark.slow
 @given(words=st.lists(st.sampled_from(WORDS), max_size=40))
 @settings(deadline=None, max_examples=300)
 def test_any_order_of_words_is_read(words: Sequence[str]) -> None:
