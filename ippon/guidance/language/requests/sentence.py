@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
-from ippon.guidance.language.languages import other_language
+from ippon.guidance.language.languages import ENGLISH, other_language
 from ippon.guidance.language.naming import is_instance_of, resolve_object
 from ippon.guidance.language.requests.drafts import Draft, draft
 from ippon.guidance.language.requests.goals import Goal, Request, unchecked
@@ -65,9 +65,13 @@ def read_request(sentence: str, previous: Sequence[Goal] = ()) -> Request:
 
 
 def is_name(text: str) -> bool:
-    """Tell whether a text is the name of an object and nothing else, so that none need read it."""
+    """Tell whether a text is the name of an object and nothing else, so that none need read it.
+
+    One word is a name, unless it is known to be of another language or names nothing ("again").
+    """
     if len(text.split()) < 2:
-        return True
+        known = load_knowledge().find(text.strip().lower()) is not None
+        return known or not (text.strip().lower() in ENGLISH or other_language(text))
     request = read_request(text)
     if request.doubtful or request.unused or len(request.goals) != 1:
         return False

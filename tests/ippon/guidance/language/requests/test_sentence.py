@@ -267,7 +267,17 @@ def test_a_name_needs_no_reading(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["find hat", "my keys", "hat on the sofa", "flurbl gadget", "two hats"]
+    "text",
+    [
+        "find hat",
+        "my keys",
+        "hat on the sofa",
+        "flurbl gadget",
+        "two hats",
+        "sedia",
+        "Brille",
+        "again",
+    ],
 )
 def test_more_or_less_than_a_name_is_read(text: str) -> None:
     assert not is_name(text)
