@@ -107,8 +107,7 @@ def _marked(words: list[str]) -> bool:
 def _strange(words: list[str], known: list[str]) -> str:
     things = _things()
     letters = [word for word in words if word.isalpha()]
-    own = [word for word in known if word not in _languages() or word in DETERMINERS]
-    if own or any(word in things for word in words):
+    if set(known) - {"no"} or any(word in things for word in words):
         return ""
     enough = 2 if _marked(words) else _MIN_STRANGE_WORDS
     return UNKNOWN if len(letters) >= enough and len(set(letters)) >= enough else ""

@@ -74,6 +74,8 @@ _LEADING = [
     "up",
     "to",
     "exactly",
+    "maximum",
+    "minimum",
     "only",
     "just",
     "about",

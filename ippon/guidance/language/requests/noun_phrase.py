@@ -16,7 +16,7 @@ from ippon.guidance.language.requests.goals import Attribute, AttributeKind, Ref
 from ippon.guidance.language.requests.heads import name_head
 from ippon.guidance.language.requests.phrases import PREPOSITIONS, PRONOUNS, STOP
 from ippon.guidance.language.requests.utterance import Utterance
-from ippon.guidance.language.words import word_set
+from ippon.guidance.language.words import singular_candidates, word_set
 
 MAX_WORDS: Final = 9
 _POSSESSIVES: Final = {"mine": "", "yours": "", "ours": "", "hers": "her", "theirs": "their"}
@@ -25,7 +25,7 @@ _BEFORE_PLACED = word_set("the my a his her your our their other for with")
 STANDS = word_set(
     "hangs hung lies lay sits sat stands stood lives lived stays stayed sleeps slept came comes "
     "went goes ran runs flew slid slipped fallen rolls crawled climbed jumped landed ended blew "
-    "hides walked always"
+    "hides walked broke burst spilled always"
 )
 """Verbs and adverbs that stand between a thing and its place."""
 _PARTICLES = word_set("down aside up off out over back missing lost gone checked")
@@ -87,6 +87,8 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
     if begun.reference and words in (["thing"], ["object"], ["item"], ["things"]):
         words = ["one"]  # "The same thing".
     named = name_head(said.words(index, end) or words, words, begun.count, knowledge)
+    if said.word(start) == "both" and not singular_candidates(said.word(end - 1)):
+        begun.count = None  # "Both my mug and yours".
     attributes = [*(begun.owners or []), *named.attributes]
     display = said.said(index, end)
     several = read_noun_phrase(said, end + 1) if of and said.word(end) == "of" else None

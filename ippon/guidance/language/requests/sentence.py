@@ -7,6 +7,7 @@ from typing import Final
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.languages import ENGLISH, other_language
 from ippon.guidance.language.naming import is_instance_of, resolve_object
+from ippon.guidance.language.requests.attributes import listed_kind
 from ippon.guidance.language.requests.drafts import Draft, draft
 from ippon.guidance.language.requests.goals import Goal, Request, unchecked
 from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
@@ -173,7 +174,8 @@ def _may_end_in_verb(name: str, spoken: str) -> bool:
     """Tell whether the last word of a name may be a verb: "the pump beeps"."""
     find = load_knowledge().find
     first, _, last = name.rpartition(" ")
-    return bool(first) and not (find(name) or find(last)) and spoken.endswith(("s", "ed"))
+    odd = spoken.endswith(("s", "ed")) or listed_kind(last) is not None
+    return bool(first) and not (find(name) or find(last)) and odd
 
 
 def _joined(first: str, second: str) -> str:
