@@ -1,8 +1,8 @@
 """Courtesy and what only asks: words that name neither an object nor a place."""
 
-from ippon.guidance.language.requests import phrases
-from ippon.guidance.language.requests.attributes import listed_kind
-from ippon.guidance.language.requests.determiners import may_be_noun
+from ippon.guidance.language.grammar import phrases
+from ippon.guidance.language.grammar.attributes import listed_kind
+from ippon.guidance.language.grammar.determiners import may_be_noun
 from ippon.guidance.language.requests.drafts import Reading
 from ippon.guidance.language.requests.lists import continues
 

@@ -1,15 +1,15 @@
 """What belongs to an object: parts, material, owner, topic, purpose."""
 
 from ippon.guidance.knowledge import load_knowledge
-from ippon.guidance.language.requests import phrases
-from ippon.guidance.language.requests.attributes import UNITS, listed_kind
-from ippon.guidance.language.requests.determiners import NUMBERS, may_be_noun
+from ippon.guidance.language.grammar import phrases
+from ippon.guidance.language.grammar.attributes import UNITS, listed_kind
+from ippon.guidance.language.grammar.determiners import NUMBERS, may_be_noun
+from ippon.guidance.language.grammar.noun_phrase import STANDS, read_noun_phrase
+from ippon.guidance.language.grammar.phrases import PREPOSITIONS, STOP
+from ippon.guidance.language.grammar.relation_phrase import ENTERING, is_searched_inside
+from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.requests.drafts import Draft
 from ippon.guidance.language.requests.goals import Attribute, Relation
-from ippon.guidance.language.requests.noun_phrase import STANDS, read_noun_phrase
-from ippon.guidance.language.requests.phrases import PREPOSITIONS, STOP
-from ippon.guidance.language.requests.relation_phrase import ENTERING, is_searched_inside
-from ippon.guidance.language.requests.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
 SUBJECTS = word_set(

@@ -3,18 +3,18 @@
 import re
 from dataclasses import replace
 
-from ippon.guidance.language.requests import phrases
-from ippon.guidance.language.requests.courtesy import skip_asking
-from ippon.guidance.language.requests.drafts import Reading
-from ippon.guidance.language.requests.goals import ALL, Relation
-from ippon.guidance.language.requests.lists import read_goals
-from ippon.guidance.language.requests.noun_phrase import NounPhrase, read_noun_phrase
-from ippon.guidance.language.requests.relation_phrase import (
+from ippon.guidance.language.grammar import phrases
+from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
+from ippon.guidance.language.grammar.relation_phrase import (
     is_room,
     is_searched_inside,
     read_relation,
 )
-from ippon.guidance.language.requests.utterance import hear
+from ippon.guidance.language.grammar.utterance import hear
+from ippon.guidance.language.requests.courtesy import skip_asking
+from ippon.guidance.language.requests.drafts import Reading
+from ippon.guidance.language.requests.goals import ALL, Relation
+from ippon.guidance.language.requests.lists import read_goals
 
 
 def read_place_first(reading: Reading, index: int) -> int:

@@ -4,17 +4,17 @@ from dataclasses import replace
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
-from ippon.guidance.language.requests import phrases
-from ippon.guidance.language.requests.attributes import listed_kind
+from ippon.guidance.language.grammar import phrases
+from ippon.guidance.language.grammar.attributes import listed_kind
+from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
+from ippon.guidance.language.grammar.phrases import PRONOUNS
+from ippon.guidance.language.grammar.relation_phrase import is_room, read_relation
+from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.requests.clauses import decline_place, state
 from ippon.guidance.language.requests.drafts import Draft, Reading, draft
 from ippon.guidance.language.requests.goals import Attribute, Order, Relation
 from ippon.guidance.language.requests.modifiers import read_modifier
-from ippon.guidance.language.requests.noun_phrase import NounPhrase, read_noun_phrase
-from ippon.guidance.language.requests.phrases import PRONOUNS
-from ippon.guidance.language.requests.relation_phrase import is_room, read_relation
 from ippon.guidance.language.requests.shared_places import share
-from ippon.guidance.language.requests.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
 MAX_DRAFTS: Final = 60

@@ -4,10 +4,14 @@ from dataclasses import replace
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import NEGATIONS
+from ippon.guidance.language.grammar import phrases
+from ippon.guidance.language.grammar.attributes import is_intensity, is_part, is_shade, listed_kind
+from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
+from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
+from ippon.guidance.language.grammar.phrases import PREPOSITIONS
+from ippon.guidance.language.grammar.relation_phrase import is_guessed, read_relation
+from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.naming import same_object
-from ippon.guidance.language.requests import phrases
-from ippon.guidance.language.requests.attributes import is_intensity, is_part, is_shade, listed_kind
-from ippon.guidance.language.requests.determiners import NUMBERS, count_again
 from ippon.guidance.language.requests.drafts import Draft
 from ippon.guidance.language.requests.features import (
     BE,
@@ -23,10 +27,6 @@ from ippon.guidance.language.requests.features import (
     without_article,
 )
 from ippon.guidance.language.requests.goals import Attribute, Relation
-from ippon.guidance.language.requests.noun_phrase import NounPhrase, read_noun_phrase
-from ippon.guidance.language.requests.phrases import PREPOSITIONS
-from ippon.guidance.language.requests.relation_phrase import is_guessed, read_relation
-from ippon.guidance.language.requests.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
 _CONTRACTED = word_set("it's its they're he's she's that's")

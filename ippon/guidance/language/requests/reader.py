@@ -4,11 +4,19 @@ from collections.abc import Sequence
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import RELATIONS
-from ippon.guidance.language.requests import clauses, phrases
-from ippon.guidance.language.requests.attributes import listed_kind
+from ippon.guidance.language.grammar import phrases
+from ippon.guidance.language.grammar.attributes import listed_kind
+from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
+from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
+from ippon.guidance.language.grammar.phrases import PRONOUNS
+from ippon.guidance.language.grammar.relation_phrase import (
+    is_room,
+    read_relation,
+)
+from ippon.guidance.language.grammar.utterance import Utterance
+from ippon.guidance.language.requests import clauses
 from ippon.guidance.language.requests.corrections import read_correction
 from ippon.guidance.language.requests.courtesy import skip_asking, skip_courtesy
-from ippon.guidance.language.requests.determiners import NUMBERS, count_again
 from ippon.guidance.language.requests.drafts import Reading
 from ippon.guidance.language.requests.goals import Goal, Relation
 from ippon.guidance.language.requests.leading_places import read_place_first
@@ -22,13 +30,6 @@ from ippon.guidance.language.requests.lists import (
     stands_alone,
 )
 from ippon.guidance.language.requests.modifiers import read_modifier
-from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
-from ippon.guidance.language.requests.phrases import PRONOUNS
-from ippon.guidance.language.requests.relation_phrase import (
-    is_room,
-    read_relation,
-)
-from ippon.guidance.language.requests.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
 _SUBJECTS = word_set(

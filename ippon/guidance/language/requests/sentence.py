@@ -5,17 +5,17 @@ from dataclasses import replace
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.grammar.attributes import listed_kind
+from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
+from ippon.guidance.language.grammar.phrases import CODE, SAME
+from ippon.guidance.language.grammar.relation_phrase import is_room
+from ippon.guidance.language.grammar.utterance import hear
 from ippon.guidance.language.languages import ENGLISH, other_language
 from ippon.guidance.language.naming import is_instance_of, resolve_object
-from ippon.guidance.language.requests.attributes import listed_kind
 from ippon.guidance.language.requests.drafts import Draft, draft
 from ippon.guidance.language.requests.goals import Goal, Request, unchecked
-from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
-from ippon.guidance.language.requests.phrases import CODE, SAME
 from ippon.guidance.language.requests.reader import RequestReader
-from ippon.guidance.language.requests.relation_phrase import is_room
 from ippon.guidance.language.requests.traces import lost_words
-from ippon.guidance.language.requests.utterance import hear
 
 MAX_OBJECT_CHARS: Final = 80
 MAX_CONTEXT_CHARS: Final = 2000

@@ -1,9 +1,9 @@
 """Places that the objects of one list share."""
 
+from ippon.guidance.language.grammar.relation_phrase import is_room
 from ippon.guidance.language.mentions import room_phrases
 from ippon.guidance.language.requests.drafts import Reading
 from ippon.guidance.language.requests.goals import Relation
-from ippon.guidance.language.requests.relation_phrase import is_room
 
 
 def _replace_by_parts(reading: Reading) -> None:

@@ -6,10 +6,10 @@ from typing import Final
 from rapidfuzz.distance import OSA
 
 from ippon.guidance.language.context_words import NEGATIONS
+from ippon.guidance.language.grammar import phrases
+from ippon.guidance.language.grammar.attributes import listed_kind
+from ippon.guidance.language.grammar.determiners import COUNTS, MEASURES, NUMBERS
 from ippon.guidance.language.languages import ENGLISH
-from ippon.guidance.language.requests import phrases
-from ippon.guidance.language.requests.attributes import listed_kind
-from ippon.guidance.language.requests.determiners import COUNTS, MEASURES, NUMBERS
 from ippon.guidance.language.requests.drafts import Reading
 from ippon.guidance.language.requests.goals import ALL, Goal
 from ippon.guidance.language.words import singular_candidates, tokenize, word_set

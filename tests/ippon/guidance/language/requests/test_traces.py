@@ -1,9 +1,9 @@
 import pytest
 
+from ippon.guidance.language.grammar.utterance import hear
 from ippon.guidance.language.requests.reader import RequestReader
 from ippon.guidance.language.requests.sentence import read_request
 from ippon.guidance.language.requests.traces import lost_words
-from ippon.guidance.language.requests.utterance import hear
 
 
 @pytest.mark.parametrize(

@@ -8,16 +8,16 @@ from typing import Final
 from rapidfuzz.distance import OSA
 
 from ippon.guidance.knowledge import Knowledge, load_knowledge
-from ippon.guidance.language.languages import ENGLISH
-from ippon.guidance.language.naming import resolve_object
-from ippon.guidance.language.requests.attributes import (
+from ippon.guidance.language.grammar.attributes import (
     UNITS,
     attribute_kind,
     is_intensity,
     is_shade,
     listed_kind,
 )
-from ippon.guidance.language.requests.determiners import NUMBERS
+from ippon.guidance.language.grammar.determiners import NUMBERS
+from ippon.guidance.language.languages import ENGLISH
+from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.language.requests.goals import Attribute, AttributeKind
 from ippon.guidance.language.words import singular_candidates
 

@@ -5,17 +5,17 @@ from typing import Final, Literal
 
 from ippon.guidance.knowledge import Knowledge, load_knowledge
 from ippon.guidance.language.context_words import NEGATIONS
-from ippon.guidance.language.requests.attributes import UNITS, listed_kind
-from ippon.guidance.language.requests.determiners import (
+from ippon.guidance.language.grammar.attributes import UNITS, listed_kind
+from ippon.guidance.language.grammar.determiners import (
     MEASURES,
     NO_OWNERS,
     may_be_noun,
     read_determiners,
 )
+from ippon.guidance.language.grammar.heads import name_head
+from ippon.guidance.language.grammar.phrases import PREPOSITIONS, PRONOUNS, STOP
+from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.requests.goals import Attribute, AttributeKind, Reference
-from ippon.guidance.language.requests.heads import name_head
-from ippon.guidance.language.requests.phrases import PREPOSITIONS, PRONOUNS, STOP
-from ippon.guidance.language.requests.utterance import Utterance
 from ippon.guidance.language.words import singular_candidates, word_set
 
 MAX_WORDS: Final = 9

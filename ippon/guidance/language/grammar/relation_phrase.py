@@ -15,16 +15,16 @@ from ippon.guidance.language.context_words import (
     NEGATIONS,
     PARTS,
 )
-from ippon.guidance.language.requests.determiners import NUMBERS
-from ippon.guidance.language.requests.goals import ALL, Relation
-from ippon.guidance.language.requests.noun_phrase import (
+from ippon.guidance.language.grammar.determiners import NUMBERS
+from ippon.guidance.language.grammar.noun_phrase import (
     STANDS,
     NounPhrase,
     read_noun_phrase,
     stands_somewhere,
 )
-from ippon.guidance.language.requests.phrases import PREPOSITIONS
-from ippon.guidance.language.requests.utterance import Utterance
+from ippon.guidance.language.grammar.phrases import PREPOSITIONS
+from ippon.guidance.language.grammar.utterance import Utterance
+from ippon.guidance.language.requests.goals import ALL, Relation
 from ippon.guidance.language.words import DETERMINERS, word_set
 
 _STANDING = word_set(
