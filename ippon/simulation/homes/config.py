@@ -15,8 +15,8 @@ class HomeConfig:
     """Constraints of a generated home."""
 
     layout: Literal["home", "floor"] = "home"
-    """A flat or house, or a floor of a building: by seed in turn an office, a school, a hospital ward
-    or a shopping centre."""
+    """A flat or house, or a floor of a building: by seed in turn an office, a school, a hospital
+    ward or a shopping centre."""
     passage_radius_m: float = 0.3
     """Radius of a body that can reach every room; larger leaves wider passages and less
     furniture."""
