@@ -110,17 +110,44 @@ BENCHMARKS = {
 
 
 def main() -> None:
-    """Run one benchmark on one core and print its rows."""
+    """Run one benchmark on one core and print its rows, or all and write their figures."""
     parser = argparse.ArgumentParser(prog="scripts/benchmark")
-    parser.add_argument("name", choices=sorted(BENCHMARKS))
+    parser.add_argument(
+        "name",
+        choices=[*sorted(BENCHMARKS), "all"],
+        help="all: run every one several times, write docs/figures.md, and say what has moved",
+    )
+    parser.add_argument("--runs", type=int, default=3, help="of all: how often each is run")
+    parser.add_argument(
+        "--searches", action="store_true", help="of all: those with simulated searches too (hours)"
+    )
+    parser.add_argument("--only", help="of all: these alone, with commas")
     parser.add_argument("--json", action="store_true", help="one object a row")
     parser.add_argument("--frames", type=int, default=60, help="frames of each data set")
     parser.add_argument("--quick", action="store_true", help="times only")
     options = parser.parse_args()
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+    if options.name == "all":
+        _run_all(options)
+        return
     rows = list(BENCHMARKS[options.name](options.frames, options.quick))
     sys.stdout.write((as_json(rows) if options.json else as_table(rows)) + "\n")
+
+
+def _run_all(options: argparse.Namespace) -> None:
+    from tests.benchmarks.figures import KEPT, PAGE, SEARCHES, TIMES, regenerate
+
+    parts = (*TIMES, *SEARCHES) if options.searches else TIMES
+    if options.only is not None:
+        parts = tuple(options.only.split(","))
+        unknown = sorted(set(parts) - set(BENCHMARKS))
+        if unknown:
+            sys.exit(f"--only: there is no {', '.join(unknown)}; there are {', '.join(BENCHMARKS)}")
+    moved = regenerate(parts, options.runs, lambda text: sys.stderr.write(f"{text}\n"))
+    lines = [f"written: {PAGE.name} and {KEPT.name} in {PAGE.parent}"]
+    lines += ["moved:", *moved] if moved else ["nothing has moved by more than its noise"]
+    sys.stdout.write("\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":
