@@ -34,13 +34,19 @@ def _report(target: Target, limit: int | None, seed: int) -> None:
         chosen = random.Random(seed).sample(chosen, limit)
         chosen.sort(key=lambda mutant: mutant.line)
     runs = TestRuns(target)
-    survivors = [mutant for mutant in chosen if not runs.fail_with(mutant.code)]
-    for mutant in survivors:
-        sys.stdout.write(f"{target.path}:{mutant.line}: {mutant.before}  ->  {mutant.after}\n")
-    sys.stdout.write(
-        f"{target.path}: {len(chosen)} of {total} mutants, {len(chosen) - len(survivors)} killed, "
-        f"{len(survivors)} survived\n"
+    survivors = 0
+    for mutant in chosen:
+        if not runs.fail_with(mutant.code):
+            survivors += 1
+            _write(f"{target.path}:{mutant.line}: {mutant.before}  ->  {mutant.after}")
+    _write(
+        f"{target.path}: {len(chosen)} of {total} mutants, {len(chosen) - survivors} killed, "
+        f"{survivors} survived"
     )
+
+
+def _write(line: str) -> None:
+    sys.stdout.write(line + "\n")
     sys.stdout.flush()
 
 

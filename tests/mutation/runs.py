@@ -10,9 +10,9 @@ from importlib.machinery import ModuleSpec, SourceFileLoader
 from importlib.util import spec_from_file_location
 from types import CodeType
 
-import hypothesis
 import numba
 import pytest
+from hypothesis import Phase, settings
 
 from tests.locations import ROOT
 from tests.mutation.parts import Target
@@ -71,7 +71,9 @@ class TestRuns:
         if self._target.has_kernels:
             os.environ["NUMBA_DISABLE_JIT"] = "1"
             numba.config.reload_config()
-        hypothesis.settings.register_profile("mutation", derandomize=True, database=None)
+        # One failing example is enough: looking for a smaller one takes longer than all else.
+        phases = (Phase.explicit, Phase.generate)
+        settings.register_profile("mutation", derandomize=True, database=None, phases=phases)
         options = ["-x", "-q", "-p", "no:xdist", "-o", "timeout=60", "--assert=plain"]
         # Sums of bytes overflow in numpy alone: compiled, they are wider.
         options += ["--hypothesis-profile=mutation", "-W", "ignore::RuntimeWarning"]

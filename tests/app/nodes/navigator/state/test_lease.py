@@ -181,12 +181,20 @@ def test_the_holder_and_the_requester_are_kept_by_whatever_they_send(
     held: Lease, again: str
 ) -> None:
     held.request(BERT, 0.1)
-    for tick in range(1, 17):
+    for tick in range(1, 13):
         getattr(held, again)(ANNA_1, 1.5 * tick)
-        if tick % 5 == 0:
-            assert getattr(held, again)(BERT, 1.5 * tick).standing == "waits"
-    status = held.status(24.0)
+        if tick == 6:
+            assert getattr(held, again)(BERT, 9.0).standing == "waits"
+    status = held.status(18.0)
     assert (status.state, status.requester) == ("held", "Bert")
+
+
+def test_a_silent_holder_neither_refuses_nor_is_taken_from(held: Lease) -> None:
+    assert held.refusal(BERT, 2.01) is None
+    held.request(ANNA, 2.02)
+    held.take_events()
+    held.take(CARL, 4.03)
+    assert held.take_events() == ("Anna is gone: the lease expired", "Carl took control")
 
 
 def test_a_request_is_dropped_after_ten_seconds_of_silence(held: Lease) -> None:
