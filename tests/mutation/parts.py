@@ -28,6 +28,17 @@ def _of(module: str, *, has_kernels: bool = False) -> Target:
 
 _OBJECTS = "ippon.mapping.objects"
 _UPDATE: Final = "tests/ippon/mapping/objects/test_bayes_update.py"
+_SMALL: Final = (
+    "test_codes_and_tables",
+    "test_every_label_and_the_object_are_equally_likely_before_any_image",
+    "test_the_exponential_is_exact_to_a_millionth",
+    "test_the_object_is_neither_floor_nor_too_high",
+    "test_the_code_of_the_object_rises_with_its_log_odds",
+)
+"""The tests of the arithmetic that take no whole map, which is slow uncompiled."""
+_ARITHMETIC: Final = tuple(
+    f"tests/ippon/mapping/objects/test_posterior_arithmetic.py::{name}" for name in _SMALL
+)
 _NAVIGATOR = "app.nodes.navigator"
 
 PARTS: Final[dict[str, tuple[Target, ...]]] = {
@@ -39,7 +50,7 @@ PARTS: Final[dict[str, tuple[Target, ...]]] = {
     "gain": (_of("ippon.planning.visibility.viewpoint_gain", has_kernels=True),),
     "filter": (
         _of(f"{_OBJECTS}.bayes_update", has_kernels=True),
-        Target(f"{_OBJECTS}.posterior_arithmetic", (_UPDATE,), has_kernels=True),
+        Target(f"{_OBJECTS}.posterior_arithmetic", (*_ARITHMETIC, _UPDATE), has_kernels=True),
         Target(f"{_OBJECTS}.place_pooling", (_UPDATE,), has_kernels=True),
         _of(f"{_OBJECTS}.posterior_batch", has_kernels=True),
     ),

@@ -1,5 +1,6 @@
 """No sphere of the robot meets an obstacle, and nobody is pinned."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -182,17 +183,35 @@ def test_whatever_a_command_can_reach_is_looked_up_in_the_map(floor_with, robot,
         )
 
 
-def test_little_more_than_a_command_can_reach_is_looked_up(monkeypatch, floor_with):
-    asked = []
+@pytest.mark.parametrize("acceleration", [0.4, 0.8, 2.0])
+def test_little_more_than_a_command_can_reach_is_looked_up(monkeypatch, floor_with, acceleration):
+    asked, robot = [], dataclasses.replace(ZED, max_linear_acceleration_m_s2=acceleration)
 
     def noted(arrays, robot, pose, radius_m):
         asked.append(radius_m)
         return mapped_obstacles(arrays, robot, pose, radius_m)
 
     monkeypatch.setattr("ippon.control.safety_filter.mapped_obstacles", noted)
-    filter_command(AHEAD, HERE, ZED, floor_with(), 0.5)
-    stopping_m = 0.8 * 0.5 + 0.5 * 0.8**2 / ZED.max_linear_acceleration_m_s2
-    assert ZED.radius_m + stopping_m < asked[0] < ZED.radius_m + 2.0 * stopping_m + 0.31
+    filter_command(AHEAD, HERE, robot, floor_with(), 0.5)
+    stopping_m = 0.8 * 0.5 + 0.5 * 0.8**2 / acceleration
+    assert ZED.radius_m + stopping_m + 0.2 < asked[0] < ZED.radius_m + 2.0 * stopping_m + 0.31
+
+
+@pytest.mark.parametrize("share", SHARES)
+def test_a_share_of_a_command_is_taken_where_the_next_larger_one_is_not_free(share):
+    speed = share * 0.8
+    stopping_m = speed * HORIZON_S + 0.5 * speed**2 / ZED.max_linear_acceleration_m_s2
+    post = np.array([[ZED.radius_m - OVERLAP_TOLERANCE_M + stopping_m + 0.001, 0.0]])
+    command, _ = filter_among_obstacles(AHEAD, HERE, ZED, post, HORIZON_S)
+    assert command.linear_m_s == pytest.approx(speed)
+
+
+def test_a_robot_that_can_neither_drive_nor_turn_stands():
+    posts = np.array([[0.33, 0.2141], [0.33, -0.2141]])
+    command = Command(linear_m_s=0.8, yaw_rate_rad_s=1.2, tilt_rad=-0.2)
+    safe, reason = filter_among_obstacles(command, HERE, LONG, posts, HORIZON_S)
+    assert safe == Command(tilt_rad=-0.2)
+    assert reason == "stopped: obstacle 0.39 m ahead"
 
 
 def test_obstacles_are_allowed_two_millimetres_closer_a_command():

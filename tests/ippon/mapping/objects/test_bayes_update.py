@@ -121,6 +121,24 @@ def test_a_label_that_the_heatmap_lacks_keeps_its_share():
     assert cells.log_odds(A) == pytest.approx(log_odds + np.log(70 / 255 / mean), abs=1e-3)
 
 
+def test_a_heatmap_of_other_labels_alone_changes_nothing():
+    cells = SingleVoxels("distribution")
+    cells.show({A: [90, 20, 30, 60, 0]})
+    before = cells.energy(A)
+    cells.show({A: [200, 90]}, labels=("lamp",))
+    assert np.abs(cells.energy(A) - before).max() <= 1
+
+
+def test_new_levels_change_what_is_derived_from_the_labels():
+    cells = SingleVoxels("distribution")
+    cells.show({A: [90, 20, 30, 60, 0], B: [10, 200, 190, 9, 9]})
+    probabilities = np.array([0.1, 0.2, 0.4, 0.8], np.float32)
+    cells.layers.set_levels(np.array([3, 1, 0, 2], np.uint8), probabilities, 7)
+    for k, level in ((A, 3), (B, 1)):
+        agrees_with_its_codes(cells, k)
+        assert cells.pools.level[cells.pools.slab[0], k] == level
+
+
 def test_a_label_without_a_score_has_a_likelihood_ratio_of_one():
     cells = SingleVoxels()
     cells.show({A: [40, 90, 60, 70]}, labels=("picture", "table", "wall"))
@@ -250,6 +268,14 @@ def test_an_image_without_a_heatmap_changes_colours_only(kind):
 
 
 @pytest.mark.parametrize("kind", ["scores", "distribution"])
+def test_a_block_has_the_revision_of_its_last_image(kind):
+    cells = SingleVoxels(kind)
+    for _ in range(3):
+        cells.show({A: [9, 200, 9, 9, 250]})
+        assert cells.pools.appearance[0] == cells.revision
+
+
+@pytest.mark.parametrize("kind", ["scores", "distribution"])
 def test_at_the_limit_of_memory_known_voxels_are_still_updated(kind):
     cells = SingleVoxels(kind)
     cells.show({B: [100] * 5})
@@ -289,6 +315,30 @@ def test_a_camera_that_shakes_at_the_border_of_two_places_stays_in_one():
     assert updated(22, 34.5, 10.5, 22) == [1, 1, 1, 1]
     assert updated(22, 35.5, 25.5, 24.5) == [1, 1, 1, 0]
     assert updated(22, 9.5, 19.5, 20.5) == [1, 1, 1, 0]
+
+
+@pytest.mark.parametrize("bearing", np.radians([0, 80, 170, 260]))
+def test_places_differ_in_distance_and_steepness(bearing):
+    middle = centre_of(A)
+
+    def updated(*views: tuple[float, float]) -> list[int]:
+        """Return whether each image updated the voxel, seen from (metres, degrees up)."""
+        cells = SingleVoxels()
+        places = [
+            middle
+            + away * np.array([np.cos(bearing) * c, np.sin(bearing) * c, np.sin(np.radians(up))])
+            for away, up in views
+            for c in (np.cos(np.radians(up)),)
+        ]
+        return [cells.show({A: [9] * 5}, camera_at=tuple(place)) for place in places]
+
+    # Near is up to 2 m; from 60 degrees up or down there is no azimuth. A place is left for good.
+    assert updated((1.99, 0), (2.01, 0), (1.99, 0)) == [1, 1, 0]
+    assert updated((1.99, 0), (1.0, 0), (1.98, 0)) == [1, 1, 1]
+    assert updated((1.0, 59.6), (1.0, 60.4), (1.0, 59.6)) == [1, 1, 0]
+    assert updated((1.0, -59.6), (1.0, -60.4), (1.0, -59.6)) == [1, 1, 0]
+    assert updated((1.0, 61), (1.0, -61), (1.0, 61)) == [1, 1, 0]
+    assert updated((1.0, 10), (1.0, -30), (1.0, 50)) == [1, 1, 1]
 
 
 def test_weak_evidence_of_the_papers_filter_adds_up():
