@@ -12,6 +12,7 @@ from ippon.command import Command
 from ippon.control.obstacles import body_clearance, mapped_obstacles
 from ippon.control.safety_filter import (
     OVERLAP_TOLERANCE_M,
+    _stopping_path,
     filter_among_obstacles,
     filter_command,
     limits_ahead,
@@ -23,6 +24,7 @@ from tests.long_robot import LONG
 HERE = base_pose(0.0, 0.0, 0.0, 0.0)
 SHARES = (1.0, 0.75, 0.5, 0.3, 0.15)
 HORIZON_S = 0.4
+quick = settings(max_examples=30, deadline=None)
 AHEAD = Command(linear_m_s=0.8, tilt_rad=-0.2)
 
 
@@ -206,6 +208,39 @@ def test_a_share_of_a_command_is_taken_where_the_next_larger_one_is_not_free(sha
     assert command.linear_m_s == pytest.approx(speed)
 
 
+@quick
+@given(
+    linear=st.floats(-0.8, 0.8),
+    rate=st.floats(-1.2, 1.2),
+    robot=st.sampled_from((ZED, LONG)),
+)
+def test_the_path_that_is_checked_is_the_arc_to_standstill(linear, rate, robot):
+    x, y, yaw = 2.0, -3.0, 0.7
+    command = Command(linear_m_s=linear, yaw_rate_rad_s=rate)
+    poses = _stopping_path(command, np.array([x, y, yaw]), robot, HORIZON_S)
+    braking_s = 0.5 * abs(linear) / robot.max_linear_acceleration_m_s2
+    if robot is LONG:
+        braking_s = max(braking_s, 0.5 * abs(rate) / robot.max_yaw_acceleration_rad_s2)
+    assert poses[-1, 2] == pytest.approx(yaw + rate * (HORIZON_S + braking_s))
+    poses = np.vstack([(x, y, yaw), poses])
+    turned = np.diff(poses[:, 2])
+    assert len(poses) > 2
+    assert np.ptp(turned) < 1e-9, "evenly spaced"
+    assert np.abs(turned).max() <= 0.1 * (HORIZON_S + braking_s) + 1e-9
+    step = np.hypot(*np.diff(poses[:, :2], axis=0).T)
+    driven = abs(linear) * (HORIZON_S + braking_s)
+    assert step.max() <= 0.03
+    # A chord of the arc, which points to the middle of its two headings.
+    half = 0.5 * turned
+    chord = driven / len(step) * np.sinc(half / math.pi)
+    np.testing.assert_allclose(step, chord, atol=1e-9)
+    middle = poses[:-1, 2] + half
+    along = np.column_stack([np.cos(middle), np.sin(middle)]) * np.copysign(chord, linear)[:, None]
+    np.testing.assert_allclose(np.diff(poses[:, :2], axis=0), along, atol=1e-9)
+    fewest = max(driven / 0.03, abs(rate) / 0.1)
+    assert len(step) <= max(2, fewest + 1), "no more of them than that takes"
+
+
 def test_a_robot_that_can_neither_drive_nor_turn_stands():
     posts = np.array([[0.33, 0.2141], [0.33, -0.2141]])
     command = Command(linear_m_s=0.8, yaw_rate_rad_s=1.2, tilt_rad=-0.2)
@@ -238,7 +273,6 @@ scene = {
     "obstacles": st.lists(obstacle, min_size=1, max_size=6),
     "robot": st.sampled_from((ZED, HABITAT, LONG)),
 }
-quick = settings(max_examples=30, deadline=None)
 
 
 @quick
