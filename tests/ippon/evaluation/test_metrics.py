@@ -157,7 +157,7 @@ def test_invalid_trajectories_are_rejected(make_scene, flat_boxes, robot, trajec
 
 def test_the_heading_of_a_trajectory_does_not_matter(make_scene, flat_boxes, robot):
     judge = Judge(make_scene(flat_boxes), robot, "hat")
-    way = np.array([[2.0, 1.0, 0.3, np.nan], [2.0, 2.0, 9.0, np.nan]])
+    way = np.array([[2.0, 1.0, np.nan], [2.0, 2.0, np.nan]])
     assert judge.metrics(way, stopped=True) == judge.metrics(way[:, :2], stopped=True)
 
 
@@ -176,6 +176,10 @@ def test_the_nearest_of_several_instances_is_named(make_scene, flat_boxes, robot
     behind, before = judge.instances
     assert judge.nearest_instance((1.0, 3.5, 0.0)) == before
     assert judge.nearest_instance((6.5, 3.0, 0.0)) == behind
+    assert judge.nearest_instance((3.7, 1.5)) == before, "the other is nearer, behind the wall"
+    for viewpoint in judge.viewpoints[[0, -1]]:
+        at = (before, behind)[int(viewpoint[0] > 4.0)]
+        assert judge.nearest_instance(viewpoint) == at
     path = judge.path_from((1.0, 3.5, 0.0))
     assert path[0] == pytest.approx((1.0, 3.5))
     assert np.abs(judge.viewpoints - path[-1]).max(axis=1).min() < 1e-6

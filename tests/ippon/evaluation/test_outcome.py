@@ -142,6 +142,9 @@ def test_there_is_within_0_3_m_of_the_last_place():
     # A last step of 0.4 m leaves the place of the contact.
     positions[-1, 0] = -0.1
     assert not touched_there(positions, contacts, 20.0)
+    positions[20:, 0] = 0.05
+    positions[-2:, 0] = 0.55, 0.3
+    assert touched_there(positions, contacts, 20.0)
 
 
 def test_the_first_image_counts_too():

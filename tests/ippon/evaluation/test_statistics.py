@@ -102,6 +102,14 @@ def test_many_homes_are_tested_by_random_signs():
     assert clear.ci95[0] > 0.0
 
 
+def test_p_of_many_homes_is_about_that_of_the_normal_distribution():
+    values = np.random.default_rng(6).normal(0.0, 0.1, 80)
+    z = values.sum() / np.sqrt((values**2).sum())
+    p = paired_difference(values, np.zeros(80), np.arange(80)).p
+    assert p == pytest.approx(2.0 * stats.norm.sf(abs(z)), abs=0.02)
+    assert 0.05 < p < 0.8
+
+
 def test_from_13_homes_on_signs_are_drawn():
     drawn = 10_001 * paired_difference(np.full(13, 0.1), np.zeros(13), np.arange(13)).p
     assert drawn == pytest.approx(round(drawn))

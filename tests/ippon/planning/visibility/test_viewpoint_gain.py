@@ -301,6 +301,20 @@ def test_of_two_equal_framings_the_present_one_stays(table, orientations):
         assert frame_object(sums, panorama, orientations, table, before, **rules) == before
 
 
+def test_an_object_halfway_between_two_headings_stays_in_either(table, orientations):
+    panorama = empty(table)
+    panorama.ooi[table.pitch_bins // 2, 2] = 1.0
+    sums = sum_views(panorama, orientations, 4)
+    tilt = float(orientations.tilts[2])
+    for a in (0, 1):
+        before = float(orientations.yaws[a]), tilt
+        framed = frame_object(
+            sums, panorama, orientations, table, before, hold=0.1, centre_weight=5.0
+        )
+        assert framed is not None
+        assert framed[0] == before[0]
+
+
 def test_without_an_object_there_is_nothing_to_frame(table, orientations):
     panorama = empty(table)
     sums = sum_views(panorama, orientations, 4)
@@ -326,8 +340,12 @@ def test_levels_are_counted_again_without_a_ray(dense_map, table):
 
 @pytest.mark.parametrize("seed", range(2))
 def test_levels_counted_again_equal_asking_each_voxel(speckled, table, seed):
-    arrays = speckled(seed).arrays()
-    camera = tuple(int(c) for c in arrays.origin_block * 8 + (20, 13, 9))
+    volume = speckled(seed)
+    # Views reach the first block and one that was dropped since.
+    volume.missing[:2, :2, :2] = False
+    volume.missing[1, 0, 1] = True
+    arrays = volume.arrays()
+    camera = tuple(int(c) for c in arrays.origin_block * 8 + (8, 7, 8))
     some = np.random.default_rng(seed).random(len(table.offset)) < 0.5
     some[: table.start[1]] = True
     labelled = np.flatnonzero(some).astype(np.int32)
