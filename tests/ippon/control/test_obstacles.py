@@ -58,6 +58,35 @@ def test_agrees_with_looking_at_every_column(floor_with, seed):
     assert {tuple(p) for p in found.round(3).tolist()} == expected
 
 
+@pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (0.04, -0.03), (-0.31, 0.26)])
+@pytest.mark.parametrize("radius_m", [0.45, 0.5, 1.0])
+def test_every_column_within_the_radius_is_listed(floor_with, x, y, radius_m):
+    arrays = floor_with((-3.0, -3.0, 0.0, 3.0, 3.0, 1.0))
+    cells = (np.arange(-30, 30) + 0.5) * 0.1
+    centres = np.array([(cx, cy) for cx in cells for cy in cells])
+    away = np.hypot(*(centres - (x, y)).T)
+    expected = centres[away <= radius_m - 1e-9]
+    found = mapped_obstacles(arrays, ZED, base_pose(x, y, 0.0, 0.0), radius_m)
+    on_border = np.abs(away - radius_m).min() < 1e-9
+    assert len(found) == len(expected) or on_border
+    assert {tuple(p) for p in expected.round(3).tolist()} <= {
+        tuple(p) for p in found.round(3).tolist()
+    }
+
+
+def test_the_lowest_and_the_highest_layer_of_the_body_count(floor_with):
+    bands = HeightBands.of(ZED, 0.0, 0.1)
+    for layer, counts in (
+        (bands.body_low - 1, False),
+        (bands.body_low, True),
+        (bands.body_high, True),
+        (bands.body_high + 1, False),
+    ):
+        low, high = 0.1 * layer, 0.1 * (layer + 1)
+        found = mapped_obstacles(floor_with((1.0, 0.0, low, 1.1, 0.1, high)), ZED, HERE, 2.0)
+        assert len(found) == counts
+
+
 def test_room_is_infinite_without_obstacles():
     assert np.isinf(nearest_distance(np.zeros((3, 2)), np.zeros((0, 2)))).all()
     room = nearest_distance(np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([[3.0, 4.0], [1.0, 1.0]]))
