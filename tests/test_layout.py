@@ -71,6 +71,7 @@ def test_modules_are_short():
     assert found == LONG_MODULES
 
 
+@pytest.mark.slow
 def test_functions_are_short():
     found = {
         f"{path.as_posix()}:{name}"

@@ -1,5 +1,6 @@
 """Reads the command line and runs the command, importing only what that command needs."""
 
+import importlib.metadata
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -21,6 +22,9 @@ from app.process.environment import prepare_process
 
 def run(arguments: Sequence[str]) -> int:
     """Run one command and return its exit status."""
+    if list(arguments) == ["--version"]:
+        print(f"ippon {importlib.metadata.version('ippon')}")
+        return 0
     try:
         command = parse(arguments)
         prepare_process()
@@ -41,7 +45,8 @@ def parse(arguments: Sequence[str], default: Command | None = None) -> Command:
         prog="ippon",
         description=(
             "Search for objects with a robot: a live 3D map of object probabilities, common "
-            "sense, and informative path planning, operated from the browser."
+            "sense, and informative path planning, operated from the browser. "
+            "`ippon --version` prints the version."
         ),
         config=(tyro.conf.OmitSubcommandPrefixes,),
     )  # pyright: ignore[reportReturnType]

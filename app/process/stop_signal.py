@@ -1,9 +1,14 @@
 """A stop flag that is safe to set in a signal handler."""
 
+import contextlib
 import os
 import select
 import signal
-from typing import Protocol
+from collections.abc import Generator
+from types import FrameType
+from typing import Final, Protocol
+
+_ENDING: Final = (signal.SIGINT, signal.SIGTERM)
 
 
 class StopSignal(Protocol):
@@ -29,7 +34,7 @@ class ProcessStopSignal:
         self._wanted = False
         self._read, self._write = os.pipe()
         os.set_blocking(self._write, False)
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in _ENDING:
             signal.signal(number, lambda *_: self.set())
 
     def set(self) -> None:
@@ -46,3 +51,18 @@ class ProcessStopSignal:
         """Wait until it is set or the time has passed; return whether it is set."""
         select.select([self._read], [], [], timeout)
         return self._wanted
+
+
+@contextlib.contextmanager
+def interruptible() -> Generator[None]:
+    """Let SIGINT and SIGTERM raise `KeyboardInterrupt`: for work that looks at no flag."""
+    before = {number: signal.signal(number, _interrupt) for number in _ENDING}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _interrupt(_number: int, _frame: FrameType | None) -> None:
+    raise KeyboardInterrupt

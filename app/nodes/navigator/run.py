@@ -17,7 +17,7 @@ from app.nodes.navigator.localization.alignment import Alignment, said_registrat
 from app.nodes.navigator.node import Navigator
 from app.nodes.navigator.state.persistence import SavedState
 from app.nodes.navigator.warm_up import warm_up
-from app.process.stop_signal import ProcessStopSignal, StopSignal
+from app.process.stop_signal import ProcessStopSignal, StopSignal, interruptible
 from app.ros2.ippon_ros2.settings import Settings
 from ippon.atomic_file import set_aside
 from ippon.geometry import Float64Array
@@ -50,12 +50,14 @@ def run_navigator(
 
     Raises:
         LinkError: The endpoint is taken.
+        KeyboardInterrupt: It was stopped while it compiled.
     """
-    stop = ProcessStopSignal()
     session = open_router(config.listen)
-    entry = link = None
+    link = None
     try:
-        warm_up(config, lambda fraction: progress(0.98 * fraction))
+        with interruptible():
+            warm_up(config, lambda fraction: progress(0.98 * fraction))
+        stop = ProcessStopSignal()
         link = ros2 and RobotLink(session, config.robot, ros2)
         T_map_world, note = None, ""
         if align and saved is not None and saved.voxel_map is not None:
@@ -71,21 +73,32 @@ def run_navigator(
         )
         if note:
             navigator.report_alignment(note)
+        _serve(navigator, config, progress, stop)
+    finally:
+        if link is not None:
+            link.close()
+        session.close()  # pyright: ignore[reportUnknownMemberType]
+
+
+def _serve(
+    navigator: Navigator,
+    config: NavigatorConfig,
+    progress: Callable[[float], None],
+    stop: StopSignal,
+) -> None:
+    """List the navigator among those of this machine, and run it until it is stopped."""
+    entry = None
+    try:
         entry = register(
             RunningNavigator(pid=os.getpid(), robot=config.robot, endpoint=config.listen)
         )
         progress(1.0)
         logger.info("navigator ready at %s, prefix %s", config.listen, config.robot)
-        try:
-            navigator.run(stop)
-        finally:
-            navigator.close()
+        navigator.run(stop)
     finally:
+        navigator.close()
         if entry is not None:
             entry.unlink(missing_ok=True)
-        if link is not None:
-            link.close()
-        session.close()  # pyright: ignore[reportUnknownMemberType]
 
 
 def _align(

@@ -67,6 +67,10 @@ RELATIONS: dict[str, str] = {
     "anywhere but in": "outside",
     "anywhere but on": "outside",
     "anywhere except": "outside",
+    "anywhere except in": "outside",
+    "anywhere except on": "outside",
+    "everywhere except in": "outside",
+    "everywhere except on": "outside",
     "everywhere but": "outside",
     "everywhere but in": "outside",
     "everywhere but on": "outside",
@@ -201,8 +205,9 @@ SUGGESTIONS = (
 )
 
 ABSTRACT = word_set(
-    "room rooms morning evening afternoon night noon day week month year monday tuesday "
-    "wednesday thursday friday saturday sunday time hour minute second way home house "
+    "lunch breakfast dinner supper nap room rooms morning evening afternoon night noon day week "
+    "month year monday tuesday "
+    "wednesday thursday friday saturday sunday time hand hands hour minute second way home house "
     "apartment flat hurry rush case fact moment place spot somewhere anywhere everywhere "
     "nowhere there here it him her them me you us once all least most first last mind purpose "
     "accident mistake trip holiday holidays vacation today yesterday tomorrow tonight while "

@@ -1,5 +1,6 @@
 """Which language a sentence is in, as far as that tells whether it can be read as English."""
 
+import re
 import unicodedata
 from collections import Counter
 from functools import cache
@@ -30,6 +31,8 @@ _MIN_STRANGE_WORDS = 4
 
 _ARTICLES = word_set("le la les el los las il lo der die das den un una une o os de di da du del")
 """Names hold them: "the Le Creuset pot"; they alone make no sentence with English words foreign."""
+_BEFORE_NOUNS = word_set("le la les el los las il lo der das den un una une")
+"""Of these, before a thing that has no English determiner: "such den Ball" is not English."""
 ENGLISH = (
     word_set(
         "i i'm i've i'd i'll me my mine myself you you're your yours he he's him his she she's her "
@@ -49,8 +52,8 @@ ENGLISH = (
         "okay robot now today yesterday morning evening night thing things something anything "
         "anywhere somewhere nowhere everywhere missing gone take took taken hand pass show tell "
         "give gimme go come keep kept used use last first second kindly sorry excuse good well "
-        "actually mean let let's lemme would could spot track hunt seek retrieve misplaced forgot "
-        "forgotten dropped went you'd you've who's that's there's ain't wanna gonna"
+        "fine actually mean let let's lemme would could spot track hunt seek retrieve misplaced "
+        "forgot forgotten dropped went you'd you've who's that's there's ain't wanna gonna"
     )
     | ADJECTIVES
     | DETERMINERS
@@ -67,7 +70,7 @@ def other_language(sentence: str) -> str:
     A noun alone is taken as English: it may be the name of anything. What a sentence borrows from
     another language ("the café in the hall") does not make it foreign.
     """
-    script = _other_script(sentence)
+    script = "Spanish" if re.search("[¿¡]", sentence) else _other_script(sentence)
     if script:
         return script
     words = [token.word for token in tokenize(sentence.replace("non-", "non"))]
@@ -77,6 +80,10 @@ def other_language(sentence: str) -> str:
     for word in set(words):
         if word not in ENGLISH and word not in _things():
             counts.update(table.get(word, ()))
+    for before, word, thing in zip(["", *words], words, words[1:], strict=False):
+        if word in _BEFORE_NOUNS and thing in _things() and before not in DETERMINERS:
+            counts.update(table.get(word, ()))
+            known = []
     if not counts or (known and not set(words) & table.keys() - ENGLISH - _things() - _ARTICLES):
         return _strange(words, known)
     # Of languages with equally many own words, the one that has more of the shared ones.
@@ -100,7 +107,7 @@ def _marked(words: list[str]) -> bool:
 def _strange(words: list[str], known: list[str]) -> str:
     things = _things()
     letters = [word for word in words if word.isalpha()]
-    if known or any(word in things for word in words):
+    if set(known) - {"no"} or any(word in things for word in words):
         return ""
     enough = 2 if _marked(words) else _MIN_STRANGE_WORDS
     return UNKNOWN if len(letters) >= enough and len(set(letters)) >= enough else ""

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -25,6 +26,11 @@ LONG = "x" * 10_000
 def own_runtime(runtime, monkeypatch):
     for name, value in runtime.items():
         monkeypatch.setenv(name, value)
+
+
+def test_the_version(capsys):
+    assert run(["--version"]) == 0
+    assert re.fullmatch(r"ippon \d+\.\d+\.\d+\n", capsys.readouterr().out)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from app.process.stop_signal import ProcessStopSignal
+from app.process.stop_signal import ProcessStopSignal, interruptible
 
 
 @pytest.fixture
@@ -35,3 +35,12 @@ def test_a_storm_of_signals_does_not_block(stop: ProcessStopSignal) -> None:
 def test_without_a_signal_the_wait_runs_out(stop: ProcessStopSignal) -> None:
     assert not stop.wait(0.01)
     assert not stop.is_set()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_work_that_looks_at_no_flag_is_interrupted(number: int) -> None:
+    before = signal.getsignal(number)
+    threading.Timer(0.05, os.kill, (os.getpid(), number)).start()
+    with pytest.raises(KeyboardInterrupt), interruptible():
+        time.sleep(20.0)
+    assert signal.getsignal(number) is before

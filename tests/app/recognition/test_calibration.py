@@ -40,6 +40,7 @@ def test_a_table_fitted_to_half_of_a_real_kitchen_explains_the_other_half_better
     assert "2 cup" in model.provenance
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("known", "text"),
     [

@@ -38,6 +38,7 @@ def recording(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_frames_without_poses_are_tracked_above_the_floor(recording):
     frames = list(open_source(recording, track=True).frames())
     assert len(frames) == 6

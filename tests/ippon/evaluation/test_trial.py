@@ -82,12 +82,14 @@ def test_every_method_finds_a_chair_in_one_room(config, scene, method):
     assert (row.path_x_m[0], row.path_y_m[0]) == (1.0, 1.0)
 
 
+@pytest.mark.slow
 def test_the_oracle_is_close_to_the_shortest_path(config, scene):
     row = _trial(config, scene).run(_episode(scene, config, "hat"), METHODS["oracle"])
     assert row.success
     assert row.spl > 0.93
 
 
+@pytest.mark.slow
 def test_time_runs_out(config, scene):
     config = dataclasses.replace(config, limits=EpisodeLimits(max_time_s=2.0))
     row = _trial(config, scene).run(_episode(scene, config, "hat"), METHODS["ippon"])
@@ -152,6 +154,7 @@ def test_the_habitat_set_up_is_the_challenge_s():
     assert trial.robot.max_linear_m_s == 0.3
 
 
+@pytest.mark.slow
 def test_a_command_lasts_several_steps(config, scene):
     world = SimulatedWorld(scene, config.robot, config.camera, scene.start_poses[0])
     mission = Mission(MissionConfig(), config.robot, MATTERPORT_40, 0)

@@ -127,10 +127,13 @@ def test_the_bound_on_memory_holds_and_distances_stay_exact(tools):
     assert voxel_map.state_at(ahead)[0] == 0
     state, has_block = tools.dense(voxel_map.arrays(), "state")
     distance, _ = tools.dense(voxel_map.arrays(), "distance")
-    exact = np.minimum(distance_transform_edt(state != OCCUPIED) * 0.1, 1.0)
-    assert np.abs(exact - distance)[has_block].max() < 1e-6
+    # The way here was given up: what is left lies at its end.
+    left = tuple(slice(at.min(), at.max() + 1) for at in np.nonzero(has_block))
+    exact = np.minimum(distance_transform_edt(state[left] != OCCUPIED) * 0.1, 1.0)
+    assert np.abs(exact - distance[left])[has_block[left]].max() < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fusion", ["places", "paper", "max"])
 def test_rolling_frames_keep_memory_flat(tools, world, fusion):
     voxel_map = VoxelMap(MapConfig(fusion=fusion), LABELS)
@@ -217,6 +220,7 @@ def test_a_dropped_room_is_mapped_again(tools):
     assert before[0] == FREE
 
 
+@pytest.mark.slow
 def test_the_same_frames_make_the_same_map(tools, world):
     def run():
         voxel_map = VoxelMap(MapConfig(), LABELS)
@@ -245,6 +249,7 @@ def test_revisions_tell_which_blocks_changed(tools, world):
     assert ((coords + 0.5) * 0.8)[:, 0].max() < 1.5
 
 
+@pytest.mark.slow
 def test_explored_area(tools, world):
     voxel_map = VoxelMap(MapConfig(), LABELS)
     assert voxel_map.explored_m2() == 0.0

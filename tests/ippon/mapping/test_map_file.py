@@ -35,6 +35,7 @@ def voxel_map(tools):
     return voxel_map
 
 
+@pytest.mark.slow
 def test_a_loaded_map_goes_on_as_the_saved_one(tools, voxel_map, tmp_path):
     path = tmp_path / "home.map"
     voxel_map.save(path)
@@ -67,6 +68,7 @@ def test_an_empty_map_is_saved_and_loaded(tmp_path):
     assert VoxelMap.load(tmp_path / "empty.map").bounds() is None
 
 
+@pytest.mark.slow
 def test_another_configuration_must_fit(voxel_map, tmp_path):
     path = tmp_path / "home.map"
     voxel_map.save(path)
@@ -77,6 +79,7 @@ def test_another_configuration_must_fit(voxel_map, tmp_path):
         VoxelMap.load(path, MapConfig(memory_limit_mb=2.0, max_range_m=0.5))
 
 
+@pytest.mark.slow
 def test_damaged_files_are_refused_with_a_reason(voxel_map, tmp_path):
     path = tmp_path / "home.map"
     voxel_map.save(path)

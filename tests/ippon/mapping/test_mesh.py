@@ -19,6 +19,7 @@ def voxel_map(tools):
     return voxel_map
 
 
+@pytest.mark.slow
 def test_vertices_lie_on_the_walls(voxel_map):
     mesh = extract_mesh(copy_signed_distances(voxel_map))
     assert len(mesh.faces) > 10000

@@ -20,6 +20,7 @@ def room(tools):
     return voxel_map
 
 
+@pytest.mark.slow
 def test_states(room):
     points = np.array([[2.0, 2.0, 1.0], [2.0, 2.0, -0.05], [2.0, 2.0, -0.65], [1e5, 0, 0]])
     assert room.state_at(points).tolist() == [FREE, OCCUPIED, UNKNOWN, UNKNOWN]

@@ -77,6 +77,7 @@ def test_distance_is_exact_after_every_frame(tools, furnished):
         assert np.abs(exact - distance)[has_block].max() < 1e-6
 
 
+@pytest.mark.slow
 def test_rejected_frame_says_why_and_changes_nothing(tools, furnished):
     voxel_map = mapped(tools, furnished, stops=((1.0, 1.0),))
     before = voxel_map.arrays().state.copy()
@@ -131,6 +132,7 @@ def test_a_late_heatmap_updates_labels_but_not_depth_or_colour(tools, furnished)
         late.integrate_heatmap(dataclasses.replace(told[0], heatmap=None))
 
 
+@pytest.mark.slow
 def test_labels_and_ooi_follow_the_images(tools, furnished):
     names = {0: "floor", 6: "hat", -1: "wall"}
     heat = heat_of(LABELS, "hat", lambda n: names.get(int(n), "wall"))

@@ -157,11 +157,13 @@ def room(x=6.0, y=4.0, cell=0.1):
     return np.array([point for wall in walls for point in wall])
 
 
+@pytest.mark.slow
 def test_places_that_look_alike_are_not_chosen_between():
     with pytest.raises(RegistrationError, match="several places in the map fit"):
         register(room() @ rotation_z(0.5).T, 0.0, room(), 0.0)
 
 
+@pytest.mark.slow
 def test_a_pillar_tells_the_two_ends_of_a_room_apart():
     corner, side = (5.0, 3.0, 0.3), np.arange(0.0, 0.8, 0.1)
     grid = np.meshgrid(side, side, np.arange(0.0, 1.6, 0.1), indexing="ij")

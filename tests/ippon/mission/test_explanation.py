@@ -1,6 +1,7 @@
 """The line that says why the robot goes where it goes."""
 
 import numpy as np
+import pytest
 
 from ippon.guidance.levels import BY_OPERATOR, LabelLevel, Level
 from ippon.guidance.prior import EmbeddedPrior
@@ -16,6 +17,7 @@ KITCHEN = [
 ]
 
 
+@pytest.mark.slow
 def test_the_object_that_a_level_comes_from_is_named_and_so_is_its_room(searcher, room):
     robot = searcher([*room(9.0, 4.0), *KITCHEN], 1.5, 2.0)
     robot.ask("mug")

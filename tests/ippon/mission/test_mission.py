@@ -263,6 +263,7 @@ def test_a_map_that_reaches_its_bound_says_so_once(scene, monkeypatch) -> None:
     assert not any("bound" in text for text in events[0] + events[2])
 
 
+@pytest.mark.slow
 def test_backing_off_stops_at_a_wall_that_the_map_knows(scene) -> None:
     world, mission = start(scene)
     ask(mission, "hat")

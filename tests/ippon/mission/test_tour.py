@@ -145,6 +145,7 @@ def test_the_plan_is_for_the_highest_level_of_each_label(home):
         robot.mission.goals.set_guidance(tour.searches[0].guidance, goal_id=7)
 
 
+@pytest.mark.slow
 def test_one_goal_after_a_tour_has_the_map_for_itself(home):
     robot = home("toilet", "bathtub")
     robot.search(2.0)
@@ -174,6 +175,7 @@ def test_what_is_no_tour_is_refused(searcher, room, names, problem):
     assert robot.mission.search is None
 
 
+@pytest.mark.slow
 def test_two_runs_of_one_tour_are_the_same_run(home):
     runs = []
     for _ in range(2):

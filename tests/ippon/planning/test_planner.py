@@ -121,6 +121,7 @@ def test_a_full_roadmap_makes_room_for_what_lies_farther_away(dense_map):
     assert_consistent(plan, volume)
 
 
+@pytest.mark.slow
 def test_a_roadmap_that_is_full_for_good_says_so(dense_map):
     volume = reveal(dense_map((19.2, 4.0, 2.4)), 0.8, 14.0)
     planner = make(max_nodes=10)
@@ -156,6 +157,7 @@ def test_a_door_to_the_unknown_attracts(dense_map):
     assert_consistent(plan, volume)
 
 
+@pytest.mark.slow
 def test_unknown_space_that_stays_unknown_loses_its_gain(dense_map):
     volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
     # A window: free to look through, impossible to settle.
@@ -254,6 +256,7 @@ def test_a_narrow_corner_is_passed_only_with_the_local_planner(dense_map):
     assert_consistent(plan, volume)
 
 
+@pytest.mark.slow
 def test_paths_keep_the_body_off_walls(two_rooms):
     volume = two_rooms(0.9)
     planner = make()
@@ -270,6 +273,7 @@ def test_paths_keep_the_body_off_walls(two_rooms):
     assert straight + len(planner._roadmap._curves) >= len(tree.parents) - 1
 
 
+@pytest.mark.slow
 def test_a_closed_door_cuts_the_tree_and_an_opened_one_joins_it(two_rooms):
     volume = two_rooms(0.9)
     planner = make()
@@ -282,6 +286,7 @@ def test_a_closed_door_cuts_the_tree_and_an_opened_one_joins_it(two_rooms):
     assert (plan.tree.positions_world[:, 0] > 4.2).sum() >= 3
 
 
+@pytest.mark.slow
 def test_the_tree_survives_a_move_of_the_robot(two_rooms):
     volume = two_rooms(0.9)
     planner = make()
@@ -309,6 +314,7 @@ def test_contacts_close_the_way_ahead_and_a_second_chance_opens_it(dense_map):
     assert plan.target.position_world[0] > 2.4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", [ZED, HABITAT])
 def test_one_seed_gives_one_plan(two_rooms, robot):
     def story(seed):
@@ -345,6 +351,7 @@ def assert_driveable(planner, plan) -> None:
         leave = math.inf
 
 
+@pytest.mark.slow
 def test_a_step_that_ran_out_of_time_returns_the_best_plan_so_far(dense_map):
     volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
     volume.fill((4.8, 2.3, 0.0), (4.9, 3.3, 2.0), FREE)
@@ -402,6 +409,7 @@ def test_a_step_without_time_to_join_all_has_not_shown_that_nothing_is_left(dens
     assert run(planner, volume, 1).exhausted
 
 
+@pytest.mark.slow
 def test_the_oldest_evaluation_is_repeated_even_after_the_deadline(dense_map, monkeypatch):
     volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
     volume.fill((4.8, 2.3, 0.0), (4.9, 3.3, 2.0), FREE)
@@ -437,6 +445,7 @@ def test_an_object_is_approached_by_steps_without_time(dense_map):
     assert plan.target.kind is NodeKind.TERMINATING
 
 
+@pytest.mark.slow
 def test_changes_of_the_map_are_followed_however_late_it_is(two_rooms):
     volume = two_rooms(0.9)
     planner = make_hurried(Clock(jump_s=10.0))
@@ -447,6 +456,7 @@ def test_changes_of_the_map_are_followed_however_late_it_is(two_rooms):
     assert (plan.tree.positions_world[:, 0] < 3.9).all()
 
 
+@pytest.mark.slow
 def test_a_budget_that_is_not_used_up_changes_nothing(two_rooms):
     volume = two_rooms(1.0)
     volume.fill((6.9, 2.0, 0.0), (7.0, 3.0, 1.8), FREE)

@@ -148,6 +148,7 @@ def test_vertices_that_are_not_numbers_are_refused(tmp_path):
         load_scene(folder)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not SCENES.is_dir(), reason="the shared scenes are not beside the repository")
 @pytest.mark.parametrize("name", ["sh3d_studio", "procthor_d01", "aws_small_house"])
 def test_shared_scenes_load_and_survive_a_round_trip(tmp_path, name):

@@ -145,6 +145,7 @@ def test_other_robots_look_and_reach_as_their_profile_says(furnished, camera):
 DETECTOR = WorldConfig(segmentation_errors="detector")
 
 
+@pytest.mark.slow
 def test_the_simulated_detector_gives_scores(furnished, camera):
     frames = list(drive(world_of(furnished, camera, config=DETECTOR)))
     assert {frame.heatmap.kind for frame in frames} == {"scores"}

@@ -1,11 +1,13 @@
 """A camera in a hand, from its first look at the floor on."""
 
 import numpy as np
+import pytest
 
 from ippon.tracking.hand_held import HandHeldCamera
 from ippon.tracking.start_pose import AssumedMount
 
 
+@pytest.mark.slow
 def test_it_waits_for_the_floor_and_is_tracked_from_there(walk):
     held = HandHeldCamera(walk.camera, AssumedMount(height_m=1.4, tilt_rad=-0.3))
     color, depth = walk.frames[0]

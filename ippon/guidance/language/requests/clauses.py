@@ -4,15 +4,15 @@ from dataclasses import replace
 from typing import Final
 
 from ippon.guidance.language.context import Claim, read_context
+from ippon.guidance.language.grammar import phrases
+from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
+from ippon.guidance.language.grammar.relation_phrase import is_room, read_relation
+from ippon.guidance.language.grammar.utterance import Utterance, hear
 from ippon.guidance.language.languages import ENGLISH
 from ippon.guidance.language.naming import resolve_object
-from ippon.guidance.language.requests import phrases
 from ippon.guidance.language.requests.drafts import Draft, Reading
 from ippon.guidance.language.requests.goals import Relation
 from ippon.guidance.language.requests.modifiers import read_modifier
-from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
-from ippon.guidance.language.requests.relation_phrase import is_room, read_relation
-from ippon.guidance.language.requests.utterance import Utterance, hear
 from ippon.guidance.language.words import word_set
 
 _SOFT: Final = ("likes to", "like to", "used to", "supposed to", "should be", "not sure", "i think")
@@ -22,10 +22,13 @@ _ABOUT = word_set(
 )
 
 
+_SOUGHT = word_set("bother look looking search searching check checking go going try trying enter")
 _RELATIVE: Final = ("which", "that", "who", "whose")
+_PLACING = word_set("in on under at behind near inside upstairs downstairs outside above below")
 _TIMES = word_set(
     "yesterday morning afternoon evening night noon tonight week weekend month year ago earlier "
-    "recently monday tuesday wednesday thursday friday saturday sunday"
+    "recently breakfast lunch dinner supper monday tuesday wednesday thursday friday saturday "
+    "sunday"
 )
 
 
@@ -38,7 +41,10 @@ def clause_end(reading: Reading, start: int) -> int:
         joint = joint or said.word(index - 1) in ("and", "but", "so")
         if joint and _begins_request(reading, index):
             break
-        if not reading.drafts and _asks_inside(reading, index):
+        early = not reading.drafts
+        if early and _asks_inside(reading, index):
+            break
+        if (early or said.word(start) in ("if", "when", "while")) and _names_late(reading, index):
             break
         index += 1
     return index
@@ -64,6 +70,16 @@ def _asks_inside(reading: Reading, index: int) -> bool:
             return False
     end = reading.match(phrases.ASKED, index)
     return end > index and read_noun_phrase(reading.said, end) is not None
+
+
+def _names_late(reading: Reading, index: int) -> bool:
+    """Tell whether a sentence ends in the object: "it's not on the fridge: my list"."""
+    said = reading.said
+    phrase = read_noun_phrase(said, index) if said.breaks(index) else None
+    if phrase is None or not phrase.head or is_room(phrase.head):
+        return False
+    owned = said.word(index) in ("my", "our", "his", "her", "the", "a", "an", "some")
+    return (owned or ":" in said.gap(index)) and said.ends(phrase.end)
 
 
 def _begins_request(reading: Reading, index: int) -> bool:
@@ -95,7 +111,11 @@ def state(reading: Reading, words: str, targets: list[Draft]) -> None:
     told = False
     heard = hear(words).words(0, 400)
     content = [word for word in heard if word not in ENGLISH]
-    kept = bool(content) or bool(_TIMES & set(heard)) or (len(heard) > 1 and heard[0] in _RELATIVE)
+    kept = (
+        bool(content)
+        or bool((_TIMES | _PLACING) & set(heard))
+        or (len(heard) > 1 and heard[0] in _RELATIVE)
+    )
     for goal in targets:
         ooi = resolve_object(goal.head, ()).canonical if goal.head else None
         claims = read_context(words, (), ooi=ooi).claims
@@ -154,7 +174,8 @@ def skip_declined(reading: Reading, index: int) -> int:
     said = reading.said
     place = reading.match(phrases.PLACE_DECLINED, index)
     room = read_noun_phrase(said, place) if place > index else None
-    if room is not None and is_room(room.head):
+    sought = _SOUGHT & set(said.words(index, place)) and room is not None
+    if room is not None and (is_room(room.head) or (sought and not room.known)):
         decline_place(reading, room.head)
         return room.end
     start = reading.match(phrases.DECLINED, index)

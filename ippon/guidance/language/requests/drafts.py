@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
+from ippon.guidance.language.grammar.noun_phrase import NounPhrase
+from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.requests.goals import Attribute, Goal, Order, Reference, Relation
-from ippon.guidance.language.requests.noun_phrase import NounPhrase
-from ippon.guidance.language.requests.utterance import Utterance
 
 
 @dataclass(slots=True)
@@ -111,5 +111,7 @@ class Reading:
 
     def match(self, pattern: re.Pattern[str], index: int) -> int:
         """Return the index after a pattern that matches at a word; the same for none."""
-        match = pattern.match(self.said.text, self.said.tokens[index].start)
+        match = None
+        if index < len(self.said):
+            match = pattern.match(self.said.text, self.said.tokens[index].start)
         return index if match is None else self.after(match.end())

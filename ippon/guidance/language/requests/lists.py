@@ -4,25 +4,28 @@ from dataclasses import replace
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
-from ippon.guidance.language.mentions import room_phrases
-from ippon.guidance.language.requests import phrases
-from ippon.guidance.language.requests.attributes import listed_kind
+from ippon.guidance.language.grammar import phrases
+from ippon.guidance.language.grammar.attributes import listed_kind
+from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
+from ippon.guidance.language.grammar.phrases import PRONOUNS
+from ippon.guidance.language.grammar.relation_phrase import is_room, read_relation
+from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.requests.clauses import decline_place, state
 from ippon.guidance.language.requests.drafts import Draft, Reading, draft
-from ippon.guidance.language.requests.goals import Order, Relation
+from ippon.guidance.language.requests.goals import Attribute, Order, Relation
 from ippon.guidance.language.requests.modifiers import read_modifier
-from ippon.guidance.language.requests.noun_phrase import NounPhrase, read_noun_phrase
-from ippon.guidance.language.requests.phrases import PRONOUNS
-from ippon.guidance.language.requests.relation_phrase import is_room, read_relation
+from ippon.guidance.language.requests.shared_places import share
 from ippon.guidance.language.words import word_set
 
 MAX_DRAFTS: Final = 60
 BE = word_set("is are was were has have had will would can could should must might may says said")
 
+_POINTING = ("is that", "is this", "are those", "are these")
+_PARTS = ("drawer", "shelf", "compartment", "cupboard", "locker")
 _FOLLOWING = word_set(
     "and or then but with without that which please not pls it i they he she what called made "
     "named as plus followed left other preferably fell must should might was slipped has had for "
-    "of also again asap too except after next"
+    "of all also again asap too except after next nobody somebody someone"
 )
 """Words that may follow an object which stands without a verb."""
 
@@ -76,64 +79,16 @@ def _is_item(reading: Reading, start: int, phrase: NounPhrase, *, lone: bool) ->
         if relation is None:
             return False
     if lone:
-        return phrase.determined or phrase.known
+        # "Hat, pepper, and oil": what stands within a list belongs to it.
+        within = said.word(phrase.end) in ("and", "or") and phrase.end - start <= 2
+        listed = len(reading.drafts) - reading.list_start > 1 and said.ends(phrase.end)
+        return phrase.determined or phrase.known or within or listed
     return (
         phrase.known
         or phrase.determined
         or phrase.corrected
         or not said.word(start).endswith("ing")
     )
-
-
-def _replace_by_parts(reading: Reading) -> None:
-    """Read "two markers, one red and one black" as the two."""
-    listed = reading.drafts[reading.list_start :]
-    if len(listed) < 3 or not isinstance(listed[0].count, int) or listed[0].attributes:
-        return
-    parts = listed[1:]
-    same = all(not one.phrase.head and isinstance(one.count, int) for one in parts)
-    if same and sum(int(one.count) for one in parts) == listed[0].count:
-        reading.drafts.remove(listed[0])
-
-
-def _drop_destination(reading: Reading) -> None:
-    """Take "bring the bucket upstairs" to say where it shall go, which is not done."""
-    for one in reading.drafts[reading.list_start :]:
-        if not one.trigger.lower().startswith(("bring", "take", "carry")):
-            continue
-        for place in one.relations:
-            if place.place in ("upstairs", "downstairs") and one.context == [place.place]:
-                one.relations, one.context = [], []
-                reading.unused.append(place.place)
-                break
-
-
-def _is_in_room(place: Relation) -> bool:
-    return is_room(place.place) or bool(room_phrases(place.place))
-
-
-def share(reading: Reading) -> None:
-    """Let the objects of one list share the place that is said at its end."""
-    _replace_by_parts(reading)
-    _drop_destination(reading)
-    listed = reading.drafts[reading.list_start :]
-    if len(listed) < 2 or any(one.order == "then" for one in listed[1:]):
-        return
-    last = listed[-1]
-    if any(one.relations for one in listed[:-1]):
-        return
-    together = last.phrase.shared or last.trigger == "told"
-    shared = [
-        place for place in last.relations
-        if place not in reading.places and (together or _is_in_room(place))
-    ]  # fmt: skip
-    if not shared:
-        return
-    for one in listed[:-1]:
-        for place in shared:
-            one.relate(place)
-        for words in last.context:
-            one.note(words)
 
 
 def read_goals(reading: Reading, start: int, asked: str) -> int:
@@ -189,6 +144,8 @@ def _take(
         return
     if not phrase.head:
         _refer(reading, goal)
+        for one in _replaced(reading, asked):
+            reading.drafts.remove(one)
     for words in reading.before:
         state(reading, words, [goal])
     for place in reading.places:
@@ -206,9 +163,20 @@ def _take(
     reading.before = []
 
 
+def _replaced(reading: Reading, asked: str) -> list[Draft]:
+    """Return the objects of which only a state was told: "this pen is empty, find a new one"."""
+    if asked in ("bare", "listed", "named", "told") or not reading.drafts:
+        return []
+    pointed = [one for one in reading.drafts if one.trigger.lower().startswith(_POINTING)]
+    last = reading.drafts[-1]
+    stated = len(last.attributes) > len(last.phrase.attributes)
+    stated = stated or bool(last.context and not last.relations)
+    return pointed or ([last] if last.trigger == "bare" and stated else [])
+
+
 def _selects(last: Draft, asked: str) -> bool:
     """Tell whether "I want the black one" selects from what was told before."""
-    wanted = asked.lower().startswith(("i ", "we ", "i'd", "we'd"))
+    wanted = asked.lower().startswith(("i ", "we ", "i'd", "we'd", "i'm"))
     return last.trigger.lower().startswith("there") or (wanted and last.trigger != asked)
 
 
@@ -252,6 +220,10 @@ def read_modifiers(reading: Reading, index: int) -> int:
             index = room
             continue
         end = reading.match(phrases.GONE, index)
+        timed = reading.match(phrases.TIME, index)
+        if timed > index:
+            goal.note(said.said(index, timed))
+            end = timed
         if end == index and not _listed_next(reading, index):
             end = read_modifier(said, index, goal)
         if end == index and not said.ends(index):
@@ -270,16 +242,27 @@ def _listed_next(reading: Reading, index: int) -> bool:
 
 
 def _bare_room(reading: Reading, index: int) -> int:
-    """Read ", kitchen" after an object."""
+    """Read ", kitchen" and ", third drawer down" after an object."""
     said = reading.said
-    if not said.breaks(index) or said.ends(index):
+    if said.ends(index):
         return index
     phrase = read_noun_phrase(said, index, of=False)
-    if phrase is None or not is_room(phrase.head) or not said.breaks(phrase.end):
+    if phrase is None:
         return index
-    reading.drafts[-1].relate(Relation(relation="in", place=phrase.head))
-    reading.drafts[-1].note(f"in the {phrase.head}")
-    return phrase.end
+    end = phrase.end + (said.word(phrase.end) in ("down", "up"))
+    part = phrase.shared and phrase.head in _PARTS and phrase.attributes
+    if not (is_room(phrase.head) or part) or not said.breaks(end):
+        return index
+    relation = "on" if phrase.head == "shelf" else "in"
+    place = Relation(relation=relation, place=phrase.head, attributes=phrase.attributes)
+    reading.drafts[-1].relate(place)
+    reading.drafts[-1].note(place.text)
+    return end
+
+
+def _is_room_at(said: Utterance, index: int) -> bool:
+    phrase = read_noun_phrase(said, index, of=False)
+    return phrase is not None and is_room(phrase.head)
 
 
 def stands_alone(reading: Reading, index: int, phrase: NounPhrase) -> bool:
@@ -292,7 +275,12 @@ def stands_alone(reading: Reading, index: int, phrase: NounPhrase) -> bool:
     end = phrase.end
     if end >= len(said) or said.breaks(end) or not phrase.head:
         return True
-    if said.word(end) in _FOLLOWING or said.corrected(end, phrases.CORRECTIONS) > end:
+    if (
+        said.word(end) in _FOLLOWING
+        or _is_room_at(said, end)
+        or (phrase.known and said.word(end) in ("my", "our", "you"))
+        or said.corrected(end, phrases.CORRECTIONS) > end
+    ):
         return True
     if reading.match(phrases.TAIL, end) > end or reading.match(phrases.GONE, end) > end:
         return True
@@ -310,11 +298,16 @@ def not_this(reading: Reading, index: int) -> int:
         decline_place(reading, phrase.head)
         return phrase.end
     at = phrase.end + (said.word(phrase.end) in ("but", "just", "only"))
+    at = said.corrected(at, phrases.CORRECTIONS)
     other = read_noun_phrase(said, at)
     if other is None or (at == phrase.end and not said.breaks(at)):
         return index
     if not other.head:
         goal = draft(replace(phrase, attributes=()), "and", "bare")
+        first, _, last = phrase.head.rpartition(" ")
+        if first and not phrase.attributes and load_knowledge().find(last) is not None:
+            goal.head = last  # "Not the kitchen scissors, the small ones".
+            goal.add(Attribute(kind="other", value=first, negated=True))
         for one in phrase.attributes:
             goal.add(replace(one, negated=True))
         for one in other.attributes:
@@ -327,11 +320,14 @@ def not_this(reading: Reading, index: int) -> int:
 
 def drop_rooms(reading: Reading) -> None:
     """Take a room to go to as the place of the object that follows it."""
-    for room, goal in zip(reading.drafts, reading.drafts[1:], strict=False):
+    for number, room in enumerate(reading.drafts[:-1]):
+        goal = reading.drafts[number + 1]
         going = room.trigger.lower().startswith(("go", "drive", "walk", "navigate", "head", "move"))
         if going and is_room(room.head) and not is_room(goal.head):
-            goal.relate(Relation(relation="in", place=room.head))
-            goal.note(f"in the {room.head}")
+            for one in reading.drafts[number + 1 :]:
+                if one.order == "and":
+                    one.relate(Relation(relation="in", place=room.head))
+                    one.note(f"in the {room.head}")
             goal.order = room.order
             reading.drafts.remove(room)
             return

@@ -4,42 +4,54 @@ from dataclasses import replace
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import NEGATIONS
+from ippon.guidance.language.grammar import phrases
+from ippon.guidance.language.grammar.attributes import is_intensity, is_part, is_shade, listed_kind
+from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
+from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
+from ippon.guidance.language.grammar.phrases import PREPOSITIONS
+from ippon.guidance.language.grammar.relation_phrase import is_guessed, read_relation
+from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.naming import same_object
-from ippon.guidance.language.requests import phrases
-from ippon.guidance.language.requests.attributes import is_intensity, is_part, is_shade, listed_kind
 from ippon.guidance.language.requests.drafts import Draft
+from ippon.guidance.language.requests.features import (
+    BE,
+    COVERED,
+    SUBJECTS,
+    is_maker,
+    read_feature,
+    read_material,
+    read_owner,
+    read_purpose,
+    read_side,
+    read_topic,
+    without_article,
+)
 from ippon.guidance.language.requests.goals import Attribute, Relation
-from ippon.guidance.language.requests.noun_phrase import NounPhrase, read_noun_phrase
-from ippon.guidance.language.requests.phrases import PREPOSITIONS
-from ippon.guidance.language.requests.relation_phrase import is_guessed, read_relation
-from ippon.guidance.language.requests.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
-_SUBJECTS = word_set(
-    "that which who it it's its they they're he he's she she's that's this these theirs those"
-)
-_BE = word_set("is are was were be looks look seems isn't aren't wasn't weren't")
 _CONTRACTED = word_set("it's its they're he's she's that's")
 _COVERS = word_set("frame cover sleeve binding wrapping")
 """Of these, "in a wooden frame" tells what a thing looks like, not where it is."""
-_PEOPLE = word_set("me us him her them you my mine")
-_IDIOMS = word_set("life sake goodness")
-_MISSING = word_set("missing lost gone")
+_OWNED = word_set("mine yours his hers ours theirs")
+_CONDITIONS = ("but only if", "only if", "as long as", "so long as", "provided", "provided that")
+_MISSING = word_set("missing lost gone back")
 
 
 def read_modifier(said: Utterance, index: int, goal: Draft) -> int:
     """Read one thing that is said of a goal; returns the index after it, the same for none."""
     for read in (
         _exclusion,
+        _until,
+        _absent,
         _predicate,
-        _feature,
-        _made,
-        _belonging,
+        read_feature,
+        read_material,
+        read_owner,
         _other_one,
         _relation,
-        _sided,
-        _topic,
-        _purpose,
+        read_side,
+        read_topic,
+        read_purpose,
         _aside,
     ):
         end = read(said, index, goal)
@@ -51,6 +63,9 @@ def read_modifier(said: Utterance, index: int, goal: Draft) -> int:
 def _exclusion(said: Utterance, start: int, goal: Draft) -> int:
     """Read "but not the blue one", "except the one in the hallway", "not red"."""
     length = said.starts(start, phrases.EXCLUDING)
+    if not length and said.word(start) == "but" and not said.breaks(start):
+        # "Any mug but the red one".
+        length = int(bool({"any", "all", "every"} & set(said.words(max(0, start - 4), start))))
     if not length:
         return start
     index = start + length
@@ -58,19 +73,27 @@ def _exclusion(said: Utterance, start: int, goal: Draft) -> int:
     while listed_kind(said.word(bare)) is not None and not said.breaks(bare):
         bare += 1
     owner = said.word(index)
-    if owner.endswith("'s") and (said.breaks(index + 1) or index + 1 == len(said)):
+    if owner.endswith("'s") and _is_last(said, index):
         value = said.said(index, index + 1)[:-2]
         goal.add(Attribute(kind="owner", value=value, negated=True))
+        return index + 1
+    if owner in _OWNED:
+        goal.add(Attribute(kind="owner", value=owner, negated=True))
         return index + 1
     phrase = read_noun_phrase(said, index)
     if phrase is not None and phrase.head in ("", goal.head):
         place = goal.relations[-1] if goal.relations else None
         for one in phrase.attributes:
+            if one in goal.attributes:
+                continue  # "Her blue scarf, not her green one".
             denied = Attribute(kind=one.kind, value=one.value, negated=True)
             if place is not None and one.kind in {other.kind for other in place.attributes}:
                 goal.relations[-1] = replace(place, attributes=(*place.attributes, denied))
             else:
                 goal.add(denied)
+        if said.word(phrase.end) in ("with", "without") and phrase.end + 1 == len(said):
+            goal.note(said.said(start, phrase.end + 1))  # "Not the one without".
+            return phrase.end + 1
         probe = goal.probe()
         end = phrase.end if said.breaks(phrase.end) else read_modifier(said, phrase.end, probe)
         for one in probe.attributes:
@@ -98,14 +121,44 @@ def _other_name(said: Utterance, start: int, phrase: NounPhrase, goal: Draft) ->
     return phrase.end
 
 
+def _until(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "until you have found six"."""
+    if said.word(start) not in ("until", "till"):
+        return start
+    for index in range(start + 1, min(start + 6, len(said))):
+        length = count_again(said, index)
+        if length:
+            goal.count = NUMBERS[said.word(index)]
+            return index + length
+    return start
+
+
+def _absent(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "but they aren't there": it is in no place that was told before."""
+    index = start + (said.word(start) in ("and", "but", "yet"))
+    if said.word(index) not in SUBJECTS:
+        return start
+    end = index
+    while end < len(said) and said.word(end) != "there" and end - index < 4:
+        end += 1
+    if said.word(end) != "there" or not (NEGATIONS | {"gone"}) & set(said.words(index, end)):
+        return start
+    end += 1 + (said.word(end + 1) in ("anymore", "now"))
+    if not said.breaks(end) and end < len(said):
+        return start
+    goal.relations = [replace(one, negated=True) for one in goal.relations]
+    goal.note(said.said(start, end))
+    return end
+
+
 def _predicate(said: Utterance, start: int, goal: Draft) -> int:
     """Read "which is blue and heavy", "it's the white one", "isn't broken"."""
     index, negated = start, False
-    index += said.word(index) in ("and", "but")
-    subject = said.word(index) in _SUBJECTS
+    index += said.starts(index, _CONDITIONS) or said.word(index) in ("and", "but")
+    subject = said.word(index) in SUBJECTS
     be = said.word(index) in _CONTRACTED
     index += subject
-    if said.word(index) in _BE and not said.breaks(index):
+    if said.word(index) in BE and not said.breaks(index):
         be, negated = True, said.word(index).endswith("n't")
         index += 1
     if not be:
@@ -117,12 +170,31 @@ def _predicate(said: Utterance, start: int, goal: Draft) -> int:
     article = said.word(index) in ("a", "an", "the", "my", "one", "that")
     if article:
         phrase = read_noun_phrase(said, index)
-        if phrase is None or phrase.head not in ("", goal.head) or not phrase.attributes:
+        if phrase is None or phrase.head not in ("", goal.head):
             return start
+        if not phrase.attributes:
+            # "It's the one with two handles".
+            described = not negated and read_modifier(said, phrase.end, goal.probe()) > phrase.end
+            return phrase.end if described else start
         for one in phrase.attributes:
             goal.add(Attribute(kind=one.kind, value=one.value, negated=negated))
         return phrase.end
-    return _adjectives(said, index, goal, negated=negated) or start
+    owner = said.word(index)
+    if owner in _OWNED or (owner.endswith("'s") and _is_last(said, index)):
+        value = said.said(index, index + 1).removesuffix("'s")
+        goal.add(Attribute(kind="owner", value=value, negated=negated))
+        return index + 1
+    end = _adjectives(said, index, goal, negated=negated)
+    does = said.word(end + 1)
+    joined = end and said.word(end) == "and" and does.endswith("s") and _is_last(said, end + 1)
+    if joined and load_knowledge().find(does) is None:
+        goal.add(Attribute(kind="feature", value=does))  # "It's yellow and squeaks".
+        return end + 2
+    return end or start
+
+
+def _is_last(said: Utterance, index: int) -> bool:
+    return said.breaks(index + 1) or index + 1 == len(said)
 
 
 def _adjectives(said: Utterance, start: int, goal: Draft, *, negated: bool) -> int:
@@ -172,86 +244,28 @@ def _is_noun(said: Utterance, index: int) -> bool:
     return phrase is not None and not phrase.determined and bool(phrase.head)
 
 
-def _feature(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "with wheels", "and has a dinosaur on it", "without a handle"."""
-    index = start
-    if said.word(index) == "whose":
-        return _whose(said, index, goal)
-    index += said.word(index) in ("and", "but")
-    index += said.word(index) in _SUBJECTS
-    lacking = said.starts(index, phrases.LACKING)
-    length = lacking or said.starts(index, phrases.HAVING)
-    if not length:
-        return start
-    index += length
-    phrase = read_noun_phrase(said, index)
-    if phrase is None or (not phrase.head and not phrase.attributes):
-        return start
-    end = phrase.end
-    while said.words(end, end + 2) in (["on", "it"], ["on", "them"], ["in", "it"], ["on", "top"],
-                                       ["inside", "it"]):  # fmt: skip
-        end += 2
-    value = said.said(index, phrase.end)
-    goal.add(Attribute(kind="feature", value=_without_article(value), negated=bool(lacking)))
-    return end
-
-
-def _whose(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "whose leg is broken"."""
-    phrase = read_noun_phrase(said, start + 1)
-    if phrase is None or said.word(phrase.end) not in _BE:
-        return start
-    end = phrase.end + 1
-    while end < len(said) and not said.breaks(end) and said.word(end) not in ("and", "or"):
-        end += 1
-    goal.add(Attribute(kind="feature", value=said.said(start + 1, end)))
-    return end
-
-
-def _without_article(value: str) -> str:
-    first, _, rest = value.partition(" ")
-    return rest if rest and first.lower() in ("a", "an", "the", "some", "its") else value
-
-
-def _made(said: Utterance, start: int, goal: Draft) -> int:
-    index = start + (said.word(start) == "and")
-    index += said.word(index) in _SUBJECTS
-    index += said.word(index) in _BE
-    length = said.starts(index, phrases.MADE)
-    word = said.word(index + length)
-    if not length or listed_kind(word) not in ("material", "colour"):
-        if said.word(index) == "in" and listed_kind(said.word(index + 1)) == "colour":
-            goal.add(Attribute(kind="colour", value=said.word(index + 1)))
-            return index + 2
-        return start
-    goal.add(Attribute(kind="material", value=word))
-    return index + length + 1
-
-
-def _belonging(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "that belongs to Max"."""
-    index = start + (said.word(start) in _SUBJECTS)
-    length = said.starts(index, ("belongs to", "belong to", "belonging to", "owned by"))
-    phrase = read_noun_phrase(said, index + length) if length else None
-    if phrase is None:
-        return start
-    goal.add(Attribute(kind="owner", value=said.said(index + length, phrase.end)))
-    return phrase.end
-
-
 def _other_one(said: Utterance, start: int, goal: Draft) -> int:
     """Read ", the blue one" and "the one on the sofa" as more about the same object."""
     if said.word(start) in ("and", "or") or said.word(start) in NEGATIONS:
         return start
+    if said.word(start) == "last" and read_relation(said, start) is not None:
+        return start  # "Last seen in the hall".
     phrase = read_noun_phrase(said, start, of=False)
     if phrase is None or phrase.reference:
         return start
     if not phrase.head and said.word(phrase.end - 1) in ("one", "ones"):
-        several = goal.count not in (None, 1) and said.word(start) in ("a", "an", "one")
-        if phrase.count not in (None, 1) or several:
-            return start
+        several = goal.count not in (None, 1) and said.word(start) in ("a", "an", "one", "the")
+        several = several and said.word(phrase.end - 1) == "one"
+        stated = said.word(phrase.end) in BE and not said.breaks(phrase.end)
+        if phrase.count not in (None, 1) or several or stated:
+            return start  # "The big box, the small one is empty".
         for one in phrase.attributes:
             goal.add(one)
+        return phrase.end
+    owned = any(one.kind == "owner" and one.negated for one in goal.attributes)
+    if owned and not phrase.head and said.word(phrase.end - 1).endswith("'s"):
+        for one in phrase.attributes:
+            goal.add(one)  # "Not today's, yesterday's".
         return phrase.end
     bare = not phrase.head and said.breaks(start) and phrase.shared
     part = bool(phrase.head) and is_part(phrase.head.split()[-1]) and phrase.attributes
@@ -264,7 +278,7 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
             goal.add(one)
         return phrase.end
     if part and said.breaks(start):
-        goal.add(Attribute(kind="feature", value=_without_article(phrase.display)))
+        goal.add(Attribute(kind="feature", value=without_article(phrase.display)))
         return phrase.end
     return start
 
@@ -278,7 +292,8 @@ def _relation(said: Utterance, start: int, goal: Draft) -> int:
     phrase = read_relation(said, start)
     if phrase is None or (goal.is_owned and said.word(start) in ("he", "she", "he's", "she's")):
         return start
-    if phrase.relations[0].place in _COVERS:
+    covered = phrase.relations[0].place in _COVERS or said.word(start - 1) in COVERED
+    if covered or is_maker(said, start, phrase.relations[0].place):
         goal.add(Attribute(kind="feature", value=said.said(phrase.begin, phrase.end)))
         return phrase.end
     guessed = phrase.soft or is_guessed(said, phrase, goal.phrase.end)
@@ -290,57 +305,17 @@ def _relation(said: Utterance, start: int, goal: Draft) -> int:
     return phrase.end
 
 
-def _topic(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "about cooking", "called Dune": what it is a picture or a book of."""
-    index = start + (said.word(start) in _SUBJECTS)
-    index += said.word(index) in _BE
-    length = said.starts(index, phrases.TOPIC)
-    word = said.word(index + length)
-    if not length or said.breaks(index + length) or word in _PEOPLE or word in ("and", ""):
-        return start
-    if said.word(index) == "for":
-        return start
-    end = index + length
-    while end < len(said) and not said.breaks(end) and end - index < 6:
-        if said.word(end) in ("and", "or", "then") or said.word(end) in PREPOSITIONS:
-            break
-        end += 1
-    if end == index + length:
-        return start
-    goal.add(Attribute(kind="feature", value=said.said(index, end)))
-    return end
-
-
-def _purpose(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "for the living room" and "to the shed": what or whom it is for."""
-    to = said.word(start) == "to" and said.word(start + 1) in ("the", "my", "our", "a")
-    if not (to or said.word(start) == "for") or said.breaks(start + 1):
-        return start
-    phrase = read_noun_phrase(said, start + 1)
-    if phrase is None or not phrase.head:
-        return start
-    if phrase.head.split()[-1] in _IDIOMS:
-        return phrase.end  # "For the life of me".
-    goal.add(Attribute(kind="feature", value=said.said(start, phrase.end)))
-    return phrase.end
-
-
-def _sided(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "on the left" where no "of" follows."""
-    length = said.starts(start, phrases.SIDES)
-    if not length or said.word(start + length) == "of":
-        return start
-    goal.add(Attribute(kind="which", value=said.said(start, start + length)))
-    return start + length
-
-
 def _aside(said: Utterance, start: int, goal: Draft) -> int:
     """Read "(the blue ones)" and "preferably red"."""
     if "(" in said.gap(start):
         end = start + 1
         while end < len(said) and ")" not in said.gap(end) and end - start < 6:
             end += 1
-        goal.add(Attribute(kind="feature", value=said.said(start, end)))
+        phrase = read_noun_phrase(said, start)
+        if phrase is not None and phrase.end == end and phrase.head and phrase.known:
+            goal.note(said.said(start, end))  # "(kitchen drawer)".
+        else:
+            goal.add(Attribute(kind="feature", value=said.said(start, end)))
         return end
     length = said.starts(start, ("preferably", "ideally", "if possible", "best"))
     if not length:

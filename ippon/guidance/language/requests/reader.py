@@ -1,19 +1,27 @@
 """Reading of a sentence from left to right: goals, what describes them, and the context."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import RELATIONS
-from ippon.guidance.language.requests import clauses, phrases
-from ippon.guidance.language.requests.attributes import listed_kind
-from ippon.guidance.language.requests.determiners import NUMBERS, count_again
+from ippon.guidance.language.grammar import phrases
+from ippon.guidance.language.grammar.attributes import listed_kind
+from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
+from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
+from ippon.guidance.language.grammar.phrases import PRONOUNS
+from ippon.guidance.language.grammar.relation_phrase import (
+    is_room,
+    read_relation,
+)
+from ippon.guidance.language.grammar.utterance import Utterance
+from ippon.guidance.language.requests import clauses
+from ippon.guidance.language.requests.corrections import read_correction
+from ippon.guidance.language.requests.courtesy import skip_asking, skip_courtesy
 from ippon.guidance.language.requests.drafts import Reading
-from ippon.guidance.language.requests.goals import ALL, Goal, Relation
+from ippon.guidance.language.requests.goals import Goal, Relation
+from ippon.guidance.language.requests.leading_places import read_place_first
 from ippon.guidance.language.requests.lists import (
-    BE,
     MAX_DRAFTS,
-    continues,
     drop_rooms,
     not_this,
     read_goals,
@@ -22,14 +30,6 @@ from ippon.guidance.language.requests.lists import (
     stands_alone,
 )
 from ippon.guidance.language.requests.modifiers import read_modifier
-from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
-from ippon.guidance.language.requests.phrases import PRONOUNS
-from ippon.guidance.language.requests.relation_phrase import (
-    is_room,
-    is_searched_inside,
-    read_relation,
-)
-from ippon.guidance.language.requests.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
 _SUBJECTS = word_set(
@@ -82,13 +82,14 @@ class RequestReader:
 
     def _step(self, index: int) -> int:
         for read in (
-            self._correction,
+            self._corrected,
             self._declined,
             self._ordering,
-            self._place_first,
+            self._placed_first,
             self._asked,
             self._told,
-            self._padding,
+            self._courtesy,
+            self._timed,
             self._described,
             self._listed,
             self._bare,
@@ -97,6 +98,14 @@ class RequestReader:
             if end > index:
                 return end
         return self._context(index)
+
+    def _corrected(self, index: int) -> int:
+        after = self._said.corrected(index, phrases.CORRECTIONS)
+        if after == index:
+            return index
+        if not self.reading.drafts:
+            return max(self._declined(index), index if after == index + 1 else after)
+        return read_correction(self.reading, index, skip_asking(self.reading, after))
 
     def _declined(self, index: int) -> int:
         return clauses.skip_declined(self.reading, index)
@@ -116,64 +125,18 @@ class RequestReader:
             return index + length
         return index
 
-    def _padding(self, index: int) -> int:
-        said = self._said
-        if not self.reading.drafts:
-            end = self.reading.match(phrases.SAYS, index)
-            if end > index:
-                return end
-        end = self.reading.match(phrases.PADDING, index)
-        if end == index + 1 and listed_kind(said.word(index)) and not said.breaks(end):
-            return index
-        if end > index and said.word(index) in ("and", "but", "also") and self.reading.drafts:
-            return index if end == index + 1 and continues(self.reading, index) else end
+    def _timed(self, index: int) -> int:
+        """Read "last night" before an object."""
+        end = index if self.reading.drafts else self.reading.match(phrases.TIME, index)
+        if end > index:
+            self.reading.before.append(self._said.said(index, end))
         return end
 
-    def _place_first(self, index: int) -> int:
-        """Read "look in the kitchen for" and "go to the kitchen and"."""
-        said = self._said
-        start = said.tokens[index].start
-        looked = phrases.LOOKED.match(said.text, start)
-        match = None if looked else phrases.GO.match(said.text, start)
-        matched = looked or match
-        if matched is None:
-            return index
-        end = self.reading.after(matched.end())
-        if looked is None and match is not None and match["place"].startswith(("for ", "high")):
-            return index
-        after = self._skip_asking(end)
-        phrase = read_noun_phrase(said, after)
-        if phrase is None:
-            return index
-        found = next((one for at in range(index, end) if (one := read_relation(said, at))), None)
-        relations: list[Relation] = list(found.relations) if found else []
-        everywhere = False
-        if not relations and match is not None:
-            place = read_noun_phrase(said, self.reading.after(match.start("place")), of=False)
-            place_end = self.reading.after(match.end("place"))
-            if place is None or place.end < place_end:
-                return index
-            everywhere = place.count == ALL or said.word(place_end - 1) in ("house", "flat")
-            relation_word = "in" if is_searched_inside(place.head) else "at"
-            relations = [] if everywhere else [Relation(relation=relation_word, place=place.head)]
-        if not relations and not everywhere:
-            return index
-        denied = [one for one in self.reading.places if one.negated]
-        self.reading.places = denied + [
-            replace(one, negated=one.negated or looked is not None) for one in relations
-        ]
-        self.reading.before.append(said.said(index, end - 1))
-        return read_goals(self.reading, after, said.said(index, after))
+    def _placed_first(self, index: int) -> int:
+        return read_place_first(self.reading, index)
 
-    def _skip_asking(self, index: int) -> int:
-        """Skip padding and a verb that asks."""
-        while index < len(self._said):
-            end = self.reading.match(phrases.ASKED, index)
-            end = end if end > index else self._padding(index)
-            if end == index:
-                break
-            index = end
-        return index
+    def _courtesy(self, index: int) -> int:
+        return skip_courtesy(self.reading, index)
 
     def _asked(self, index: int) -> int:
         said = self._said
@@ -193,14 +156,20 @@ class RequestReader:
             if more == start + 1 and listed_kind(said.word(start)):
                 break
             start = more
-        if said.word(start) in ("it", "them", "him", "her") and self.reading.drafts:
+        if said.word(start) in ("it", "them", "him", "her", "some", "any") and self.reading.drafts:
             return start + 1 if said.breaks(start + 1) or start + 1 == len(said) else index
         if self.reading.drafts and (length := count_again(said, start)):
             self.reading.drafts[-1].count = NUMBERS[said.word(start)]
             return start + length
         asked = said.said(index, end)
+        told = self.reading.match(phrases.TOLD, start) if "where" in asked.lower() else start
+        owned = read_noun_phrase(said, told) if told > start else None
+        if owned is not None and owned.determined:
+            start = told  # "Where the kids have hidden the remote".
         after = read_goals(self.reading, start, asked)
         if after > start:
+            if " in " in asked:
+                self.reading.drafts[self.reading.list_start].note(asked)  # "The lady in room 12".
             if asked.lower().startswith(("how many", "count")):
                 self.reading.drafts[-1].count = "all"
             return after
@@ -212,19 +181,30 @@ class RequestReader:
 
     def _told(self, index: int) -> int:
         """Read "I left my phone in the kitchen" as a request for the phone."""
+        said = self._said
         if self.reading.drafts:
             return index
         end = self.reading.match(phrases.TOLD, index)
         if end == index:
             return index
         after = read_goals(self.reading, end, "told")
-        return after if after > end else index
+        if after == end:
+            return index
+        if said.word(index) in ("my", "our", "the"):
+            self.reading.drafts[0].note(said.said(index, end))  # "My sister borrowed".
+        return after
 
     def _described(self, index: int) -> int:
         """Read what is said of the objects before: "not upstairs", "the blue one"."""
         said = self._said
         if not self.reading.drafts:
             return index
+        room = read_noun_phrase(said, index) if said.ends(index) else None
+        if room is not None and is_room(room.head) and said.ends(room.end):
+            self.reading.drafts[-1].note(room.display)  # "Glue gun. Attic?"
+            if "?" not in said.text:
+                self.reading.drafts[-1].relate(Relation(relation="in", place=room.head))
+            return room.end
         length = said.starts(index, ("all of them", "every one of them", "all"))
         if length and said.ends(index + length):
             self.reading.drafts[-1].count = "all"
@@ -268,61 +248,18 @@ class RequestReader:
         first = not self.reading.drafts
         fresh = self.reading.order is not None or (index > 0 and said.ends(index))
         phrase = read_noun_phrase(said, index)
-        if phrase is None:
+        if phrase is None or not (phrase.head or phrase.determined or self.reading.drafts):
             return index
+        called = index == 0 and not phrase.known and phrase.end == 1 and said.breaks(1)
+        if called and self.reading.match(phrases.ASKED, 1) > 1:
+            return 1  # "Nurse, where are my glasses?"
         if not first and not gone and not (fresh and (phrase.known or phrase.determined)):
             return index
         if not gone and not stands_alone(self.reading, index, phrase):
             return index
         return read_goals(self.reading, index, "bare")
 
-    # -- corrections and context ---------------------------------------------------------------
-
-    def _correction(self, index: int) -> int:
-        """Read "no, the scarf" after an object: it takes the place of the one before."""
-        said = self._said
-        after = said.corrected(index, phrases.CORRECTIONS)
-        if after == index:
-            return index
-        if not self.reading.drafts:
-            return max(self._declined(index), index if after == index + 1 else after)
-        start = self._skip_asking(after)
-        last = self.reading.drafts[-1]
-        relation = read_relation(said, start, verbs=False)
-        if relation is not None:
-            last.relations = [*relation.relations]
-            last.context = [said.said(start, relation.end)]
-            return relation.end
-        phrase = read_noun_phrase(said, start)
-        if phrase is None or (said.word(phrase.end) in BE and not said.breaks(phrase.end)):
-            return index
-        place = read_relation(said, phrase.end) if not said.breaks(phrase.end) else None
-        if not phrase.head and place is not None and not phrase.attributes:
-            last.relations, last.context = [*place.relations], [said.said(phrase.end, place.end)]
-            return place.end
-        if not phrase.head and phrase.count is None:
-            last.attributes = list(phrase.attributes)
-            last.display = " ".join([*(one.value for one in phrase.attributes), last.head])
-            return phrase.end
-        if not phrase.head:
-            last.count = phrase.count or 1
-            return phrase.end
-        before = len(self.reading.drafts)
-        listed = before - self.reading.list_start
-        self.reading.order = last.order
-        end = read_goals(self.reading, start, last.trigger)
-        new = self.reading.drafts[before:]
-        if not new:
-            return index
-        # A whole list that is said again takes the place of the whole list.
-        replaced = listed if len(new) == listed else 1
-        first = new[0]
-        for place in last.relations:
-            first.relate(place)
-        first.context += [words for words in last.context if words not in first.context]
-        del self.reading.drafts[before - replaced : before]
-        self.reading.list_start = before - replaced
-        return end
+    # -- context ---------------------------------------------------------------
 
     def _context(self, index: int) -> int:
         """Take a clause as told beside the request."""
@@ -335,6 +272,8 @@ class RequestReader:
             self.reading.before.append(words)
             return end
         told = said.breaks(index) or said.word(index) in _SUBJECTS or index == 0
+        if said.breaks(index) and self.reading.match(phrases.ASKED, index) > index + 1:
+            self.reading.stray.append(words)  # It asks for what no object was read of.
         if not told:
             end = next((n for n in range(index + 1, end) if said.breaks(n)), end)
             words = said.said(index, end)

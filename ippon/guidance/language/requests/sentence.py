@@ -5,15 +5,17 @@ from dataclasses import replace
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
-from ippon.guidance.language.languages import other_language
+from ippon.guidance.language.grammar.attributes import listed_kind
+from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
+from ippon.guidance.language.grammar.phrases import CODE, SAME
+from ippon.guidance.language.grammar.relation_phrase import is_room
+from ippon.guidance.language.grammar.utterance import hear
+from ippon.guidance.language.languages import ENGLISH, other_language
 from ippon.guidance.language.naming import is_instance_of, resolve_object
 from ippon.guidance.language.requests.drafts import Draft, draft
 from ippon.guidance.language.requests.goals import Goal, Request, unchecked
-from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
-from ippon.guidance.language.requests.phrases import CODE, SAME
 from ippon.guidance.language.requests.reader import RequestReader
-from ippon.guidance.language.requests.relation_phrase import is_room
-from ippon.guidance.language.requests.utterance import hear
+from ippon.guidance.language.requests.traces import lost_words
 
 MAX_OBJECT_CHARS: Final = 80
 MAX_CONTEXT_CHARS: Final = 2000
@@ -48,6 +50,9 @@ def read_request(sentence: str, previous: Sequence[Goal] = ()) -> Request:
         return _again(text, previous)
     reader = RequestReader(said, previous)
     reading = reader.read()
+    changing, names = lost_words(reading) if reading.drafts else ([], [])
+    reading.stray += changing
+    reading.unused += names
     request = _judge(reading.drafts, reading.unused, reading.stray)
     if len(sentence.strip()) > MAX_SENTENCE_CHARS:
         rest = f"everything after {MAX_SENTENCE_CHARS} characters"
@@ -61,9 +66,13 @@ def read_request(sentence: str, previous: Sequence[Goal] = ()) -> Request:
 
 
 def is_name(text: str) -> bool:
-    """Tell whether a text is the name of an object and nothing else, so that none need read it."""
+    """Tell whether a text is the name of an object and nothing else, so that none need read it.
+
+    One word is a name, unless it is known to be of another language or names nothing ("again").
+    """
     if len(text.split()) < 2:
-        return True
+        known = load_knowledge().find(text.strip().lower()) is not None
+        return known or not (text.strip().lower() in ENGLISH or other_language(text))
     request = read_request(text)
     if request.doubtful or request.unused or len(request.goals) != 1:
         return False
@@ -152,11 +161,21 @@ def _doubts(read: Draft, goal: Goal) -> list[str]:
         reasons.append(f"“{goal.object}” is not in the table of objects{hint}")
     elif thing is not None and thing.spread == "broad":
         reasons.append(f"“{goal.object}” may be anything")
+    if _may_end_in_verb(goal.object, read.phrase.display):
+        reasons.append(f"“{goal.object}” may be more than a name")
     if read.phrase.crowded:
         reasons.append(f"“{goal.object}” may be several objects: say “and” between them")
     if len(goal.object.split()) > 4:
         reasons.append(f"“{goal.object}” is long for the name of an object")
     return reasons
+
+
+def _may_end_in_verb(name: str, spoken: str) -> bool:
+    """Tell whether the last word of a name may be a verb: "the pump beeps"."""
+    find = load_knowledge().find
+    first, _, last = name.rpartition(" ")
+    odd = spoken.endswith(("s", "ed")) or listed_kind(last) is not None
+    return bool(first) and not (find(name) or find(last)) and odd
 
 
 def _joined(first: str, second: str) -> str:

@@ -57,6 +57,7 @@ def depth_image(payload, encoding, values):
     )
 
 
+@pytest.mark.slow
 def test_a_good_robot_is_well(samples, profile):
     twist = StampedTwist(stamp_ns=0, linear_m_s=0.0, yaw_rate_rad_s=0.0)
     for image in list(samples.arrivals[keys.COLOR]):
@@ -80,6 +81,7 @@ def test_a_silent_robot(samples):
     assert "start the driver and the bridge" in lines["colour"].do
 
 
+@pytest.mark.slow
 def test_a_black_camera(samples, change):
     change(keys.COLOR, lambda p: recoded(p, np.zeros_like))
     line = found(samples)["colour"]
@@ -95,6 +97,7 @@ def test_a_topic_of_another_type(samples, change):
     assert "name the right one" in line.do
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("encoding", "values", "seems"),
     [
@@ -108,6 +111,7 @@ def test_depth_in_the_wrong_unit(samples, change, encoding, values, seems):
     assert (line.verdict, seems in line.detail) == ("failed", True), line
 
 
+@pytest.mark.slow
 def test_depth_without_returns(samples, change):
     def empty(payload):
         image = decode_depth(payload)
@@ -117,6 +121,7 @@ def test_depth_without_returns(samples, change):
     assert "no pixel has a depth" in found(samples)["depth"].detail
 
 
+@pytest.mark.slow
 def test_depth_of_another_camera(samples, change):
     def moved(payload):
         image = decode_depth(payload)
@@ -129,6 +134,7 @@ def test_depth_of_another_camera(samples, change):
     assert "with depth moved by (-6, " in line.detail
 
 
+@pytest.mark.slow
 def test_depth_of_another_size(samples, change):
     def halved(payload):
         image = decode_depth(payload)
@@ -139,6 +145,7 @@ def test_depth_of_another_size(samples, change):
     assert (line.verdict, "images of 80 x 50" in line.detail) == ("failed", True)
 
 
+@pytest.mark.slow
 def test_no_tf_and_a_frame_that_is_missing(samples, change):
     def renamed(payload):
         return encode_transforms(
@@ -170,6 +177,7 @@ def extra(samples, parent, child):
     samples.add(keys.TF, encode_transforms([one]), first.at_ns)
 
 
+@pytest.mark.slow
 def test_two_parents_and_a_loop(samples):
     extra(samples, "odom", "base_link")
     assert "'base_link' has two parents, map and odom" in found(samples)["tf"].detail
@@ -178,6 +186,7 @@ def test_two_parents_and_a_loop(samples):
     assert "a loop: " in found(samples)["tf"].detail
 
 
+@pytest.mark.slow
 def test_a_pose_that_jumps(samples, change):
     steps = iter(range(1000))
 
@@ -211,6 +220,7 @@ def test_stamps_a_day_apart(samples, change):
     assert (line.verdict, "1.0 days behind this machine's" in line.detail) == ("warning", True)
 
 
+@pytest.mark.slow
 def test_a_profile_of_another_robot(samples, profile):
     other = dataclasses.replace(profile, camera_height_m=0.6)
     line = found(samples, other)["profile"]
@@ -218,6 +228,7 @@ def test_a_profile_of_another_robot(samples, profile):
     assert "1.20 m above the base, the profile says 0.60 m" in line.detail
 
 
+@pytest.mark.slow
 def test_commands_that_reach_nobody_two_bridges_and_a_silent_navigator(samples, profile):
     line = found(samples)["commands"]
     assert (line.verdict, "the navigator is silent" in line.detail) == ("warning", True)

@@ -51,6 +51,7 @@ def turning():
     return Recorded()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("offset_s", [-0.18, -0.05, 0.0, 0.08, 0.2])
 def test_the_offset_is_found_within_ten_milliseconds(turning, offset_s):
     estimate = estimate_offset(turning.depths, turning.camera, turning.pose_at(offset_s))
@@ -58,6 +59,7 @@ def test_the_offset_is_found_within_ten_milliseconds(turning, offset_s):
     assert estimate.error_s < 0.01
 
 
+@pytest.mark.slow
 def test_jitter_of_the_poses_does_not_shift_it(turning):
     pose_at = turning.pose_at(0.1, jitter_s=0.01)
     assert estimate_offset(turning.depths, turning.camera, pose_at).offset_s == pytest.approx(
@@ -65,6 +67,7 @@ def test_jitter_of_the_poses_does_not_shift_it(turning):
     )
 
 
+@pytest.mark.slow
 def test_the_line_offers_the_entry_of_the_profile(turning):
     finding = check_offset(turning.depths, turning.camera, turning.pose_at(0.12))
     assert finding.verdict == "warning"
@@ -75,6 +78,7 @@ def test_the_line_offers_the_entry_of_the_profile(turning):
     assert known.verdict == "ok", known
 
 
+@pytest.mark.slow
 def test_a_robot_that_stands_tells_nothing():
     standing = dataclasses.replace(
         check_offset((still := Recorded(yaw_rate=0.0)).depths, still.camera, still.pose_at()), do=""

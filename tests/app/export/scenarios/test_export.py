@@ -37,6 +37,7 @@ def session(exported):
     session.recording.close()
 
 
+@pytest.mark.slow
 def test_open3d_reads_the_points_with_their_colours(exported, session, open3d):
     cloud = open3d.io.read_point_cloud(str(exported / "map.ply"))
     indices, attributes, voxel_m = need_map(session)

@@ -119,6 +119,7 @@ def test_names_that_are_none_are_dropped_and_counted():
     assert read.dropped == 2
 
 
+@pytest.mark.slow
 def test_ten_thousand_boxes_are_read_in_time_and_the_best_kept():
     rng = np.random.default_rng(0)
     scores = rng.uniform(size=10_000)

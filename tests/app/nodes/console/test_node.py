@@ -69,6 +69,7 @@ class Shell:
         return self.replies[number]
 
 
+@pytest.mark.slow
 def test_ends_with_an_error_when_a_part_fails(stage, monkeypatch):
     def fail(*_):
         raise KeyError("unexpected")

@@ -154,6 +154,7 @@ def test_the_same_settings_give_the_same_map_bit_for_bit(searched):
     assert len(expected["index"]) > 100
 
 
+@pytest.mark.slow
 def test_the_exported_mesh_is_the_surface_of_the_live_map(searched, tmp_path):
     recording, live = searched
     session = read_session_data(recording.path)

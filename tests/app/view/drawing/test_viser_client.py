@@ -47,6 +47,7 @@ def page():
     return client_page().read_bytes()
 
 
+@pytest.mark.slow
 def test_the_installed_client_unpacks_to_files_that_its_page_names(page):
     client = unpack_client(page, "/assets/")
     script, style, decoder = client.files

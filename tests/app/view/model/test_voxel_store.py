@@ -41,6 +41,7 @@ updates = st.lists(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(updates)
 def test_holds_what_a_dictionary_would(batches):

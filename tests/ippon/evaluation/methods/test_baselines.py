@@ -173,6 +173,7 @@ def test_the_plan_leads_to_the_aim(map_arrays, robot):
     assert not plan.exhausted
 
 
+@pytest.mark.slow
 def test_an_aim_that_stays_although_the_robot_is_there_is_given_up(map_arrays, robot):
     aim = Aim(stand=(2.0, 2.0), yaw_rad=0.0, tilt_rad=0.0, worth=1.0, about=(2.4, 2.0))
     planner = _planner(robot, aim)
@@ -186,6 +187,7 @@ def test_an_aim_that_stays_although_the_robot_is_there_is_given_up(map_arrays, r
     assert planner._aim == aim
 
 
+@pytest.mark.slow
 def test_with_nothing_left_the_paper_s_planner_decides_how_to_end(map_arrays, robot):
     planner, here = _planner(robot, None), base_pose(2.0, 2.0, 0.0, 0.0)
     paper = ViewpointPlanner(PlannerConfig(), robot, 0)

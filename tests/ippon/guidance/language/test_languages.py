@@ -18,6 +18,9 @@ from ippon.guidance.language.languages import other_language
         ("帽子はどこですか", "Japanese"),
         ("내 모자 어디 있어", "Korean"),
         ("где моя шляпа", "a language in Cyrillic script"),
+        ("Such den Ball", "German"),
+        ("il laptop in camera", "Italian"),
+        ("no encuentro el cargador del móvil", "Spanish"),
         ("Qayerda mening qalpog'im bor ekan", "another language than English"),
     ],
 )
@@ -38,6 +41,8 @@ def test_other_languages(sentence: str, language: str) -> None:
         "find my die",
         "the Le Creuset pot",
         "a la carte menu",
+        "the den lamp",
+        "my LA cap",
         "find sofa on tv",
         "phone on sofa",
         "😀",

@@ -159,6 +159,7 @@ def test_nothing_is_the_object_higher_than_it_can_be(tools, voxel_map, ooi):
         voxel_map.set_ooi(ooi, highest_m=1.0, lowest_m=1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lowest_m", [0.0, 0.1])
 @pytest.mark.parametrize("ooi", ["hat", LABELS[0]])
 def test_the_floor_is_not_an_object_on_it(tools, voxel_map, ooi, lowest_m):

@@ -76,6 +76,7 @@ def _fields(frame: Frame) -> dict[str, object]:
     return {name: getattr(frame, name) for name in frame.__dataclass_fields__}
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None, derandomize=True)
 @given(images=seen)
 def test_what_is_believed_is_what_the_slow_twin_believes(frames, images):
@@ -127,6 +128,7 @@ def test_energies_are_exact_to_a_few_thousandths_of_a_step():
 weak_scores = st.lists(st.integers(0, 110), min_size=len(LABELS) + 1, max_size=len(LABELS) + 1)
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None, derandomize=True)
 @given(
     places=st.lists(
@@ -142,6 +144,7 @@ def test_the_order_of_places_does_not_matter_to_the_object(frames, places, draw)
     assert believed(frames, shuffled)[1] == pytest.approx(log_odds, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_million_weak_wrong_scores_from_one_place_never_make_a_find():
     n = len(MATTERPORT_40) + 1
     weak = np.float32(np.exp(ObservationModels().of_source("", "scores").table.log_ratios("scores")[

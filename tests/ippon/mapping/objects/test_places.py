@@ -51,6 +51,7 @@ def cup_probability(frames, fusion="places"):
     return np.sort(codes[codes != 255].astype(float) / 254.0)
 
 
+@pytest.mark.slow
 def test_a_place_is_one_direction_near_or_far():
     angles = np.radians(np.arange(0.5, 360.0, 1.0))
     places = [place_of(np.cos(a), np.sin(a), 0.2) for a in angles]
@@ -71,6 +72,7 @@ def test_a_higher_score_never_makes_a_label_less_probable(tools):
     assert medians[-1] > 0.9
 
 
+@pytest.mark.slow
 def test_weak_scores_from_one_place_never_make_a_find(tools):
     frames = [wall(tools, 85, n=n) for n in range(40)]
     one, many = cup_probability(frames[:1]), cup_probability(frames)

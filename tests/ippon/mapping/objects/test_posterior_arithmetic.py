@@ -64,6 +64,7 @@ def likelihood(pixels):
     return np.maximum(np.array(pixels, np.float64) / 255.0, MapConfig().likelihood_floor)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(pixels=images)
 def test_two_parts_make_the_joint_filter(wall_frame, pixels):
@@ -84,6 +85,7 @@ def test_two_parts_make_the_joint_filter(wall_frame, pixels):
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(pixels=images, seed=st.integers(0, 100))
 def test_order_of_images_does_not_matter(wall_frame, pixels, seed):
@@ -95,6 +97,7 @@ def test_order_of_images_does_not_matter(wall_frame, pixels, seed):
     assert a.surface.log_odds[1] == pytest.approx(b.surface.log_odds[1], abs=bound)
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(first=images.map(lambda p: p[0]), second=images.map(lambda p: p[0]))
 def test_two_images_in_either_order_differ_by_a_step_at_most(wall_frame, first, second):
@@ -113,6 +116,7 @@ def test_weak_evidence_adds_up(wall_frame):
     assert np.abs(np.log(q) - np.log(exact)).max() < 2 / STEPS_PER_NAT
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(pixels=images, winner=st.integers(0, len(LABELS) - 1))
 def test_more_evidence_never_lowers_the_winner(wall_frame, pixels, winner):
@@ -135,6 +139,7 @@ def test_a_label_recovers_from_its_floor(wall_frame):
     assert voxel_map.best_ooi() > 0.5
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(pixels=images)
 def test_a_common_label_as_the_object_of_interest(wall_frame, pixels):

@@ -44,6 +44,7 @@ def test_only_surface_beside_free_space_is_recalled(known):
     assert not (recalled.voxels == buried).all(axis=1).any()
 
 
+@pytest.mark.slow
 def test_images_wear_it_off_and_the_rest_can_be_withdrawn(known, tools):
     voxel_map, room, box = known
     recalled = recall_evidence(voxel_map, *box, LOG_ODDS)

@@ -51,6 +51,7 @@ def frames(tools, world, count=24, start=0):
         yield world.frame(pose, stamp_ns=(start + n) * 10**9, heatmap=lambda s: heat(s, rng))
 
 
+@pytest.mark.slow
 def test_deltas_add_up_to_the_keyframe(tools, world):
     voxel_map = VoxelMap(MapConfig(), LABELS)
     voxel_map.set_ooi("hat")
@@ -84,6 +85,7 @@ def test_deltas_add_up_to_the_keyframe(tools, world):
     assert len(tracker.update().index) == 0
 
 
+@pytest.mark.slow
 def test_values_are_those_of_the_map(tools, world):
     voxel_map = VoxelMap(MapConfig(), LABELS)
     voxel_map.set_ooi("hat")
@@ -145,6 +147,7 @@ def test_dropped_blocks_are_removed_from_the_view(tools, world):
     assert view.voxels.keys() == truth.voxels.keys()
 
 
+@pytest.mark.slow
 def test_deltas_agree_with_the_plain_twin(tools, world):
     voxel_map = VoxelMap(MapConfig(), LABELS)
     voxel_map.set_ooi("hat")

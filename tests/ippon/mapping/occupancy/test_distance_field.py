@@ -70,6 +70,7 @@ class Volume:
         assert np.abs(distance - exact)[known].max() < 1e-6
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 # Blocks above the window that is read ran into the lines below.
 @example(seed=152, voxel_size=0.1, distance_max=1.0)

@@ -124,6 +124,7 @@ def test_thin_things_do_not_vanish(tools, camera, sigma):
     assert (free == FREE).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sigma", [0.0, 0.002])
 def test_floor_seen_at_a_grazing_angle_is_one_closed_layer(tools, sigma):
     world = tools.World.room(7.0, 4.0)

@@ -60,6 +60,7 @@ def frame_of(robot, T_world_base):
     )
 
 
+@pytest.mark.slow
 def test_a_search_ends_where_its_viewpoint_is_and_not_on_the_way_to_another(before_a_bed):
     robot, act, search = before_a_bed
     plan, T_world_base = robot.last.plan, robot.last.T_world_base
@@ -77,6 +78,7 @@ def test_a_search_ends_where_its_viewpoint_is_and_not_on_the_way_to_another(befo
     assert search.find is search.candidates[0]
 
 
+@pytest.mark.slow
 def test_what_is_not_in_reach_is_not_found_by_a_plan_that_has_lost_it(before_a_bed):
     robot, act, search = before_a_bed
     T_world_base = robot.last.T_world_base

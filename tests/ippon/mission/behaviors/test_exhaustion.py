@@ -23,6 +23,7 @@ def last_plan(searcher, room):
     return robot.last.plan
 
 
+@pytest.mark.slow
 def test_steps_without_time_neither_end_a_search_nor_count_for_its_going_on(last_plan):
     exhaustion = Exhaustion(MissionConfig(), None, None, Journal())
     idle_gain = MissionConfig().exhaustion.idle_gain

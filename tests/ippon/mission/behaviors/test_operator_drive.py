@@ -67,6 +67,7 @@ def at(world):
     return float(x), float(y)
 
 
+@pytest.mark.slow
 def test_goes_to_the_point_and_then_on_with_the_search(world, mission):
     for _ in range(25):
         step(world, mission)
@@ -119,6 +120,7 @@ def test_mapping_and_planning_continue_in_manual(world, mission):
     assert result.command.tilt_rad != 0.0 or result.command.yaw_rate_rad_s != 0.0
 
 
+@pytest.mark.slow
 def test_driving_by_hand_ends_the_way_to_a_point_and_never_counts_as_stuck(world, mission):
     for _ in range(12):
         step(world, mission)

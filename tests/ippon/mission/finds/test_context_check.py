@@ -36,6 +36,7 @@ def _at(robot):
     return np.array(robot.last.find.position_world[:2])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("context", ["", "I left it on the table."])
 def test_what_is_where_the_operator_said_is_found_as_ever(searching, context):
     robot, events = searching([TABLE, ON_TABLE, BED, ON_BED], context)

@@ -236,6 +236,7 @@ def test_a_second_doubt_is_final(doubter):
     assert robot.last.candidates == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("enough", "waits"), [(1, False), (40, True)])
 def test_a_find_that_few_images_have_shown_is_looked_at_first(searcher, room, enough, waits):
     bed = ("bed", "bed", (2.4, 1.2, 0.0), (4.2, 3.0, 0.55))

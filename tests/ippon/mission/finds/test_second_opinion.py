@@ -35,6 +35,7 @@ def said(robot, kind):
     return [e.text for r in robot.results for e in r.snapshot.events if e.kind == kind]
 
 
+@pytest.mark.slow
 def test_a_yes_is_asked_for_once_shown_and_raises_the_find(robot):
     answering(robot, Opinion(verdict="yes", text="a made bed", by="tiny"))
     robot.search(90.0)
@@ -48,6 +49,7 @@ def test_a_yes_is_asked_for_once_shown_and_raises_the_find(robot):
     assert robot.last.why.endswith("; tiny agrees: a made bed")
 
 
+@pytest.mark.slow
 def test_a_no_that_outweighs_the_map_sets_the_find_aside_and_says_why(searcher, room):
     config = MissionConfig(second_opinion=SecondOpinionConfig(no_nats=-12.0))
     robot = searcher([*room(6.0, 4.5), BED], 1.0, 2.0, config=config)
@@ -61,6 +63,7 @@ def test_a_no_that_outweighs_the_map_sets_the_find_aside_and_says_why(searcher, 
     assert robot.last.state is not MissionState.FOUND
 
 
+@pytest.mark.slow
 def test_a_no_is_weighed_not_obeyed(robot):
     """The map is surer of this bed than a no can undo."""
     answering(robot, Opinion(verdict="no", by="tiny"))
@@ -69,6 +72,7 @@ def test_a_no_is_weighed_not_obeyed(robot):
     assert robot.last.why.endswith("; tiny disagrees")
 
 
+@pytest.mark.slow
 def test_unsure_changes_nothing(robot):
     answering(robot, Opinion(verdict="unsure", by="tiny"))
     robot.search(90.0)
@@ -89,6 +93,7 @@ def test_a_find_without_an_answer_is_announced_in_the_end(robot):
     assert len(robot.requests) == 1
 
 
+@pytest.mark.slow
 def test_an_answer_for_another_goal_is_ignored(robot):
     robot.search(90.0, until=lambda _: bool(robot.requests))
     old = robot.requests[0]
@@ -99,6 +104,7 @@ def test_an_answer_for_another_goal_is_ignored(robot):
     assert robot.mission.opinions.answer(robot.requests[1].number, Opinion(verdict="yes"))
 
 
+@pytest.mark.slow
 def test_without_a_model_nothing_is_asked_or_said(searcher, room):
     robot = searcher([*room(6.0, 4.5), BED], 1.0, 2.0)
     robot.ask("bed")

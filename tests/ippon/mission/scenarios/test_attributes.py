@@ -37,6 +37,7 @@ def _distance(find, colour):
     return float(np.linalg.norm(np.array(find.position_world[:2]) - MUGS[colour]))
 
 
+@pytest.mark.slow
 def test_the_red_one_of_two_mugs_is_found_and_the_other_announced(robot):
     events = _search(robot, "red mug")
     find = robot.last.find
@@ -50,6 +51,7 @@ def test_the_red_one_of_two_mugs_is_found_and_the_other_announced(robot):
     assert found.endswith("red: checked")
 
 
+@pytest.mark.slow
 def test_what_cannot_be_judged_is_found_and_said_to_be_unchecked(robot):
     events = _search(robot, "Anna's mug")
     assert robot.last.state is MissionState.FOUND

@@ -68,6 +68,7 @@ def test_the_same_seed_gives_the_same_way_whatever_came_before():
     assert not np.array_equal(first, plan(grid, seed=8))
 
 
+@pytest.mark.slow
 def test_soft_clearance_keeps_to_the_middle():
     grid = l_corridor(14)
 
@@ -141,6 +142,7 @@ def test_a_query_that_has_time_gives_the_way_that_it_gives_without_a_clock():
     np.testing.assert_array_equal(asked.path(), plan(grid, seed=5))
 
 
+@pytest.mark.slow
 def test_what_was_not_finished_leaves_nothing_behind():
     grid = l_corridor()
     asked = query(grid)

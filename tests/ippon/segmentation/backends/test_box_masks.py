@@ -51,6 +51,7 @@ def masks(request, folder):
     return BoxMasks(request.param, CONFIG, folder)
 
 
+@pytest.mark.slow
 def test_masks_are_those_of_the_librarys_processor(masks, image_by_formula):
     color = image_by_formula(48, 64)
     normalise = [torch.tensor(v).view(3, 1, 1) for v in masks._normalisation]
@@ -177,6 +178,7 @@ def test_only_the_best_instances_get_masks(folder, image_by_formula, monkeypatch
     assert [one.mask is None for one in seen.instances] == [False] * MOST_MASKS + [True] * 5
 
 
+@pytest.mark.slow
 def test_grounding_dino_has_a_network_for_masks(folder, image_by_formula):
     def loaded(masks_model):
         config = SegmentationConfig(

@@ -189,6 +189,7 @@ def test_another_architecture_is_refused(folder, tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_a_tokenizer_with_other_numbers_is_refused(folder, tmp_path):
     where = tmp_path / "mixed"
     where.mkdir()

@@ -42,6 +42,7 @@ def seen(nanodet):
     return [nanodet.segment(np.asarray(Image.open(f)), LABELS, "cup") for f in frames]
 
 
+@pytest.mark.slow
 @real
 def test_things_of_a_real_room_are_found(seen):
     best = {}

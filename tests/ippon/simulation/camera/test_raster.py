@@ -52,6 +52,7 @@ def test_a_soup_of_triangles_looks_as_rays_say(seed):
     assert disagreements(camera, T, vertices, faces) < 0.002
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_a_room_has_no_cracks_between_its_triangles(seed, make_scene, room_boxes):
     rng = np.random.default_rng(seed)

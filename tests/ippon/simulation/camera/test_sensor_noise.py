@@ -92,6 +92,7 @@ def test_the_white_balance_is_that_of_the_run():
     assert (tinted != other.corrupt_color(grey, generator())).any()
 
 
+@pytest.mark.slow
 def test_colour_noise_has_its_size():
     grey = np.full((250, 400, 3), 128, dtype=np.uint8)
     measured = noise(color_sigma=4.0).corrupt_color(grey, generator()).astype(float)

@@ -156,6 +156,7 @@ def test_starts_keep_off_things_and_face_anywhere(home, seed):
     assert len({round(p.yaw, 1) for p in scene.start_poses}) > 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", [ZED, HABITAT], ids=lambda r: r.name)
 @pytest.mark.parametrize("seed", EACH_SEED)
 def test_the_six_goals_are_there_and_can_be_reached(home, seed, robot):

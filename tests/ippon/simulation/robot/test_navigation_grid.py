@@ -40,6 +40,7 @@ def _grid(triangles, **changes):
     return grid_of_triangles(triangles, **options)
 
 
+@pytest.mark.slow
 def test_cells_drawn_for_a_triangle_hold_all_its_points_and_few_others():
     rng = np.random.default_rng(3)
     for _ in range(25):

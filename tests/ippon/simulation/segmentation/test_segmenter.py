@@ -102,6 +102,7 @@ def test_a_new_goal_keeps_the_confusion_of_common_objects(furnished, camera):
     assert (a == b).mean() > 0.9
 
 
+@pytest.mark.slow
 def test_errors_stay_with_objects_and_flicker_slowly(furnished, camera):
     picture, eye = view(furnished, camera)
     at = instances_at(picture)

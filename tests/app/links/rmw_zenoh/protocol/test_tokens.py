@@ -64,6 +64,7 @@ def test_parts_of_newer_versions_are_ignored():
     assert read_token(f"{TALKER_CHATTER}/cpu").topic == "/chatter"
 
 
+@pytest.mark.slow
 @given(
     st.integers(0, 232), NAMES, st.lists(NAMES, max_size=3), st.lists(NAMES, min_size=1), NAMES, QOS
 )

@@ -5,6 +5,7 @@ import struct
 import time
 
 import numpy as np
+import pytest
 
 from app.messages.images import encode_color
 from tests.app.nodes.console.served import closing_code
@@ -26,6 +27,7 @@ def _open(client, **wish):
     return socket
 
 
+@pytest.mark.slow
 def test_a_page_gets_pictures_and_the_latency_of_those_that_it_has_drawn(client, state_feed):
     state_feed.camera.take_image(encode_color(NOISE, 7, "camera"))
     with _open(client) as socket:
@@ -49,6 +51,7 @@ def test_a_page_that_draws_nothing_gets_two_pictures_and_then_the_newest(client,
         assert third["stamp_ns"] == "11", "no old picture is sent after a pause"
 
 
+@pytest.mark.slow
 def test_the_worst_picture_at_ten_hertz_stays_below_two_megabits(client, state_feed):
     """Noise is what JPEG compresses least."""
     noise = encode_color(NOISE, 0, "camera", quality=95)

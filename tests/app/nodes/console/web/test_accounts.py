@@ -14,6 +14,7 @@ def users(tmp_path):
     return path
 
 
+@pytest.mark.slow
 def test_a_user_who_knows_the_password_has_a_role(users):
     add_account(users, "bert", "battery staple", "viewer")
     accounts = load_accounts(users)
@@ -39,6 +40,7 @@ def test_equal_passwords_look_different(users):
     assert one[3] != two[3]
 
 
+@pytest.mark.slow
 def test_a_user_can_be_changed(users):
     assert add_account(users, "anna", "another one", "supervisor") is True
     accounts = load_accounts(users)

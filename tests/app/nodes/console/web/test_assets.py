@@ -23,6 +23,7 @@ def _program(assets):
     return re.search(rb'src="/assets/(viser-[0-9a-f]+\.js)"', _answer(assets.view, "").body)[1]
 
 
+@pytest.mark.slow
 def test_the_scenes_program_is_compressed_and_kept_by_the_browser(assets):
     asset = assets.files[_program(assets).decode()]
     answer, plain = _answer(asset), _answer(asset, "identity")

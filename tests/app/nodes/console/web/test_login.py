@@ -121,6 +121,7 @@ def test_a_wrong_password_is_refused_and_says_nothing_more(client, name, passwor
     assert COOKIE not in client.http.cookies
 
 
+@pytest.mark.slow
 def test_guessing_is_slowed_down(client):
     for _ in range(FREE):
         assert post(client, "anna", "wrong one").status_code == 401

@@ -98,6 +98,7 @@ def align(sessions, yesterday):
     return make
 
 
+@pytest.mark.slow
 def test_a_robot_turns_once_and_finds_its_place(align):
     world = world_at(2.2, 1.6, 0.4)
     found = align(world).run(threading.Event())
@@ -111,6 +112,7 @@ def test_a_robot_turns_once_and_finds_its_place(align):
     assert "of what is seen fits, with an error of 0.0" in said
 
 
+@pytest.mark.slow
 def test_a_robot_in_another_home_is_told_so(align):
     moved = [HOME[0], *((c, n, np.multiply(a, (0.6, 1.6, 1)), np.multiply(b, (0.6, 1.6, 1)))
                         for c, n, a, b in HOME[1:])]  # fmt: skip

@@ -72,6 +72,7 @@ def hand():
     session.close()
 
 
+@pytest.mark.slow
 def test_images_alone_give_frames_with_the_base_on_the_floor_behind_the_camera(hand):
     frames = [hand.send(k) for k in range(6)]
     assert all(frame is not None for frame in frames)
@@ -85,6 +86,7 @@ def test_images_alone_give_frames_with_the_base_on_the_floor_behind_the_camera(h
     assert moved == pytest.approx(true, abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_lost_camera_is_said_and_found_again(hand):
     for k in range(4):
         hand.send(k)

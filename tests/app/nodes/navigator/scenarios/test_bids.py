@@ -41,6 +41,7 @@ def bid_of(client, search=MUG, who=None):
     return one.bid
 
 
+@pytest.mark.slow
 def test_a_robot_that_searches_says_so_and_does_not_move_for_the_question(robot, sessions):
     _, client = sessions
     before = robot.send_until(lambda s: s.goal is not None)
@@ -50,6 +51,7 @@ def test_a_robot_that_searches_says_so_and_does_not_move_for_the_question(robot,
     assert (after.goal, after.queue) == (before.goal, [])
 
 
+@pytest.mark.slow
 def test_a_free_robot_takes_one_goal_and_no_second(idle):
     robot, client = idle
     bid = bid_of(client)
@@ -67,6 +69,7 @@ def test_a_free_robot_takes_one_goal_and_no_second(idle):
     assert (status.goal.object, status.queue) == ("mug", [])
 
 
+@pytest.mark.slow
 def test_of_two_people_at_once_one_gets_the_robot(idle, free_endpoint, monkeypatch):
     robot, client = idle
     other = open_client(free_endpoint)
@@ -95,6 +98,7 @@ def test_of_two_people_at_once_one_gets_the_robot(idle, free_endpoint, monkeypat
     assert (status.goal.object, status.queue) == (given[0].accepted.object, [])
 
 
+@pytest.mark.slow
 def test_what_a_person_controls_or_has_stopped_is_left_alone(idle):
     robot, client = idle
     lease = ask(client, f"r/{keys.LEASE}", LeaseRequest(action="request"), LeaseReply, 20.0, ANNA)
@@ -116,6 +120,7 @@ def test_what_a_person_controls_or_has_stopped_is_left_alone(idle):
     assert (status.goal, status.queue) == (None, [])
 
 
+@pytest.mark.slow
 def test_a_robot_whose_data_stop_is_lost(idle):
     robot, client = idle
     deadline = time.monotonic() + 60.0

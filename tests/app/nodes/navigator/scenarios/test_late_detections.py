@@ -48,6 +48,7 @@ def seen_in(frame):
     )
 
 
+@pytest.mark.slow
 def test_what_comes_a_second_late_is_put_where_the_camera_looked_then(robot):
     waiting = []
     for n in range(80):

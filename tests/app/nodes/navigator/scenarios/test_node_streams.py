@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import pytest
+
 from app.messages import keys
 from app.messages.control import ControlRequest, SearchRequest, encode
 from app.messages.perception.detector_info import encode_detector_name, encode_label_names
@@ -9,6 +11,7 @@ from app.nodes.navigator import profile_check
 from tests.app.nodes.navigator.scenarios.standing_robot import seen_on_the_wall, wait_until
 
 
+@pytest.mark.slow
 def test_refused_frames_are_shown_until_one_is_accepted(robot):
     rejected = {s.name: s.rejected for s in robot.statuses[-1].streams}
     # It goes on jumping, farther than any speed makes up for.
@@ -21,6 +24,7 @@ def test_refused_frames_are_shown_until_one_is_accepted(robot):
     assert robot.send_until(lambda s: s.state != "lost").state == "looking_around"
 
 
+@pytest.mark.slow
 def test_a_segmentation_that_stops_is_reported_and_the_search_goes_on(robot):
     status = robot.send_until(lambda s: bool(s.notes), heatmap=False)
     assert status.notes == ["no heatmap: objects are not recognised; the search continues"]
@@ -30,6 +34,7 @@ def test_a_segmentation_that_stops_is_reported_and_the_search_goes_on(robot):
     assert told == [("stream_lost", "no heatmap"), ("stream_back", "heatmap is")]
 
 
+@pytest.mark.slow
 def test_a_heatmap_that_comes_late_counts_once_and_its_depth_not_again(robot):
     frames = robot.send_until(lambda s: bool(s.notes), heatmap=False).frames
     robot.send_until(lambda s: s.frames > frames + 3, heatmap=False)
@@ -48,6 +53,7 @@ def test_a_heatmap_that_comes_late_counts_once_and_its_depth_not_again(robot):
     assert (voxel_map._pools.weight == weight).all()
 
 
+@pytest.mark.slow
 def test_a_robot_that_is_not_what_its_profile_says_is_told_and_forgiven(robot, monkeypatch):
     monkeypatch.setattr(profile_check, "CHECK_EVERY_S", 0.5)
     status = robot.send_until(lambda s: bool(s.notes), lift_m=0.5)
@@ -59,6 +65,7 @@ def test_a_robot_that_is_not_what_its_profile_says_is_told_and_forgiven(robot, m
     assert robot.send_until(lambda s: not s.notes).goal.outcome == "active"
 
 
+@pytest.mark.slow
 def test_a_detector_on_the_robot_makes_the_map_believe(robot):
     voxel_map = robot.navigator._mission.voxel_map
     for key, request in (
@@ -72,6 +79,7 @@ def test_a_detector_on_the_robot_makes_the_map_believe(robot):
     robot.send_until(lambda _: voxel_map.best_ooi() > 0.9, heatmap=False, detector=crown)
 
 
+@pytest.mark.slow
 def test_a_detector_that_cannot_tell_the_object_says_what_it_can(robot):
     robot._session.put(f"r/{keys.DETECTOR_NAME}", encode_detector_name("yolo11n", 0))
     robot._session.put(f"r/{keys.LABEL_NAMES}", encode_label_names(["cup", "chair"], 0))
@@ -84,6 +92,7 @@ def test_a_detector_that_cannot_tell_the_object_says_what_it_can(robot):
     assert "it knows: cup, chair" in note
 
 
+@pytest.mark.slow
 def test_a_detector_that_stamps_its_messages_itself_is_told(robot):
     robot.send_until(
         lambda s: any("no image has the stamp" in note for note in s.notes),
@@ -92,6 +101,7 @@ def test_a_detector_that_stamps_its_messages_itself_is_told(robot):
     robot.send_until(lambda s: not s.notes, heatmap=False, detector=seen_on_the_wall())
 
 
+@pytest.mark.slow
 def test_a_detector_that_dies_is_reported_and_the_search_goes_on(robot):
     robot.send_until(lambda s: s.frames > 6, heatmap=False, detector=seen_on_the_wall())
     status = robot.send_until(

@@ -36,6 +36,7 @@ def remembered(sessions):
     del service
 
 
+@pytest.mark.slow
 def test_a_question_is_answered_from_ten_thousand_things_at_once(remembered):
     remembered(find="keys")
     took = []

@@ -188,6 +188,7 @@ def test_what_is_no_dataset_is_said(tmp_path):
         ReplayConfig(path=tmp_path, rate=0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not KITCHEN.exists(), reason="the kitchen sequence is not at ../shared/rgbd")
 def test_a_real_kitchen_is_mapped_upright_with_its_floor_at_zero():
     dataset = open_dataset(KITCHEN)

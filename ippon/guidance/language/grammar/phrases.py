@@ -21,13 +21,16 @@ _TABLE: Final = _load()
 PREPOSITIONS: Final = RELATIONS | {
     "closest to": "near",
     "nearest to": "near",
+    "nearest": "near",
+    "furthest from": "away from",
+    "farthest from": "away from",
     "adjacent to": "next to",
     "leaning against": "next to",
     "somewhere other than": "outside",
     "anywhere other than": "outside",
 }
 """Prepositions of the context, and some that only stand in requests."""
-_END: Final = r"(?=$|[\s,.!?;:'\"…)\]\-–—”])"
+_END: Final = r"(?=$|[\s,.!?;:'\"…)\]–—”]|-(?!\w))"
 """A phrase ends with a word."""
 
 
@@ -37,8 +40,8 @@ def _any(name: str) -> str:
 
 ASKED: Final = re.compile(
     rf"\b{_any('ask')}(?: for (?:me|us))?"
-    r"(?: (?:up|down|along|back|out|in|around|over)"
-    r"(?= (?:the|a|an|my|our|his|her|their|some|all|that|this|\d)\b))?"
+    r"(?: (?:up|down|along|back|out|in|around|over)(?= (?:the|a|an|my|our|his|her|their|some|all|"
+    r"that|this|another|two|three|four|every|\d+)\b))?"
     r"(?: (?:the |one |this |these |two |three |following )*"
     r"(?:object|item|target|thing)s?(?=\s*:))?"
     r"\s*:?\s+(?=\S)",
@@ -66,8 +69,9 @@ DECLINED: Final = re.compile(
 )
 """What says which object not to search for."""
 PLACE_DECLINED: Final = re.compile(
-    r"(?:don't|dont|do not|no need to|you needn't|no point in|no use|skip|never mind|forget)"
-    r"(?: (?:bother|look|search|check|go|try|about)(?:ing)?)*"
+    r"(?:don't|dont|do not|no need to|you needn't|no point in|no use|skip|never mind|forget|avoid|"
+    r"(?:stay|keep|steer)(?: away| clear)?(?: out)?(?= of| from))"
+    r"(?: (?:bother|look|search|check|go|try|about|of|from|enter)(?:ing)?)*"
     r"(?: (?:with|in|into|on|at|to|inside|around|through))* +(?=(?:the|my|our|your|his|her) )",
     re.IGNORECASE,
 )
@@ -75,37 +79,67 @@ PLACE_DECLINED: Final = re.compile(
 GO: Final = re.compile(
     r"\b(?:go|drive|navigate|walk|head|move|run|pop|nip|look|check|search|try|"
     r"inspect|scan|explore|comb|patrol)"
-    r"(?: over| down| up| straight| out| through| around)*(?: (?:in|to|into|on|at|inside|under))? "
+    r"(?: over| down| up| straight| out| through| around| round)*"
+    r"(?: (?:in|to|into|on|at|inside|under))? "
     r"(?P<place>[^.,;!?]{2,60}?),? (?P<end>and(?: then)?|for)\b ",
     re.IGNORECASE,
 )
 """A place to go to before the object: "go to the kitchen and", "search the shelf for"."""
+SEVERAL: Final = re.compile(
+    r"\b(?:look|check|search|try|inspect|explore|comb)(?: in| into| through| around)* "
+    r"(?P<places>(?!for )[^.;!?]{2,90}?),? for ",
+    re.IGNORECASE,
+)
+"""Several places before the object: "check the hall, the study and then the attic for"."""
 LOOKED: Final = re.compile(
     r"(?:i|we)(?:'ve| have)?(?: already| also| just)? (?:looked|searched|checked|been)\b"
     r"[^.;!?]{2,80}? for ",
     re.IGNORECASE,
 )
+_TELLER = (
+    r"(?:i|we|he|she|they|i've|we've|i have|somebody|someone|(?:my|our|the) \w+(?: \w+)?|"
+    r"must have|may have|might have|(?!that|which|who|what|where|when|if|find|get)\w+"
+    r"(?= (?:\w+ ){1,2}(?:the|my|our|his|her|their|an?|some) ))"
+)
+_MEANWHILE = (
+    r"(?: must have| may have| have| has| had| gone and| just| probably| also| last| always|"
+    r" usually| normally)*"
+)
 TOLD: Final = re.compile(
-    r"\b(?:i|we|he|she|they|i've|we've|i have|somebody|someone|(?:my|our|the) \w+(?: \w+)?|"
-    r"must have|may have|might have)"
-    r"(?: must have| may have| have| has| had| just| probably| also| last)*"
-    r" (?:last had|had(?= (?:my|our|his|her|their) "
-    r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|used|wore|saw|kept|was wearing|left|"
-    r"forgot|forgotten|put|placed|dropped|"
-    r"laid|stored|hid|took|taken|hidden|moved|stole|borrowed|lost|misplaced)\s+",
+    rf"\b{_TELLER}{_MEANWHILE} (?:last had|ha[ds](?= (?:my|our|his|her|their) "
+    r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|used|wore|saw|keeps?|kept|was wearing|"
+    r"leaves?|left|forgot|forgotten|put|placed|dropped|laid|stored|hid|took|taken|hidden|moved|stole|"
+    r"stolen|borrowed|nicked|pinched|swiped|stashed|lost|misplaced|handed in|turned in)\s+",
     re.IGNORECASE,
 )
+"""Who did what with the object that follows: "my sister borrowed"."""
+_GONE = r"gone|missing|lost|misplaced|escaped|disappeared|vanished|stolen|nowhere"
 GONE: Final = re.compile(
     r"(?:'s|is|are|was|were|has|have|got)?(?: just| now| all| been| both)*"
-    r" ?(?:gone missing|gone|missing|lost|misplaced|disappeared|vanished|stolen|nowhere to be "
-    r"(?:found|seen)|nowhere|went missing)\b(?: again| now)*",
+    rf" ?(?:gone missing|went missing|nowhere to be (?:found|seen)|{_GONE}|been (?:moved|taken|"
+    r"borrowed|nicked|pinched)(?: by (?:somebody|someone))?(?! to| from| into| by))\b"
+    r"(?: again| now)*",
     re.IGNORECASE,
 )
 GONE_SENTENCE: Final = re.compile(
-    r"\b(?:my|our|the|his|her|their)(?: \w+){1,4}?(?:'s| is| are| was| has| have)(?: been| now)*"
-    r" (?:gone|missing|lost|misplaced|disappeared|vanished|stolen|nowhere)",
+    rf"\b(?:my|our|the|his|her|their)(?: \w+){{1,4}}?(?:(?:'s| is| are| was| has| have)"
+    rf"(?: been| now)* (?:{_GONE}|not there)| (?:isn't|aren't|wasn't|weren't) there"
+    r"| (?:ought to|should|must|has to|have to) be (?:there|here|somewhere)\b)",
     re.IGNORECASE,
 )
+_DAY = r"(?:mon|tues|wednes|thurs|fri|satur|sun)day"
+_PART_OF_DAY = r"morning|afternoon|evening|night"
+TIME: Final = re.compile(
+    rf"(?:from |since )?(?:(?:early |late )?yesterday(?: (?:{_PART_OF_DAY}))?|just now|"
+    rf"earlier(?: today| on)?|(?:last|this|the other|on|every) (?:{_PART_OF_DAY}|day|week|weekend|"
+    rf"month|year|spring|summer|autumn|winter|{_DAY})(?: (?:{_PART_OF_DAY}))?|"
+    r"(?:a|an|one|two|three|four|five|\d+|a few|some|a couple of) "
+    r"(?:second|minute|hour|day|week|month|year)s? ago|"
+    r"(?:before|after|at|during) (?:breakfast|lunch|dinner|supper|work|school|noon|night))"
+    r"(?![\w'’]),?",
+    re.IGNORECASE,
+)
+"""When it was."""
 SAME: Final = re.compile(
     r"^(?:(?:find|look for|search for|bring me|do|get)(?: me)? )?(?:(?:exactly )?the same(?: thing|"
     r" one| object| again| as before| as last time| as yesterday)*|same(?: thing| again| as before|"
@@ -121,11 +155,21 @@ CODE: Final = re.compile(
 )
 """What no sentence holds, and code does."""
 SAYS: Final = re.compile(
-    r"(?:i|we|he|she|they|my \w+|the \w+) (?:says?|said|thinks?|believes?|claims?|told me|swears?)"
-    r"(?: that)? (?=(?:her|his|my|our|their|the|a|some|there|there's) ?)",
+    r"(?:(?:i|we|he|she|they|(?:my |the |our )?\w+)(?: just| also)? (?:told (?:me|us)|said|swore|"
+    r"(?:say|think|believe|claim|swear|reckon|bet|guess|suppose|suspect|assume|expect|imagine|hope)"
+    r"(?:e?s)?)|according to (?:my |the |our )?\w+,?|"
+    r"(?:i'm|i am|we're|we are)(?: \w+)? (?:sure|certain|convinced|positive))(?: that)? "
+    r"(?=(?:i|you|he|she|we|they|her|his|my|our|their|the|a|an|some|there|there's) )",
     re.IGNORECASE,
 )
+"""Who says what follows."""
 
+FIXED: Final = tuple(
+    phrase
+    for name in ("then", "and", "or", "first", "excluding", "having", "lacking", "made", "topic")
+    for phrase in _TABLE[name]
+)
+"""Fixed phrases that say how what follows belongs to what stands before."""
 THEN: Final = tuple(_TABLE["then"])
 SEPARATORS: Final[dict[Order, tuple[str, ...]]] = {
     "then": THEN,

@@ -8,16 +8,16 @@ from typing import Final
 from rapidfuzz.distance import OSA
 
 from ippon.guidance.knowledge import Knowledge, load_knowledge
-from ippon.guidance.language.languages import ENGLISH
-from ippon.guidance.language.naming import resolve_object
-from ippon.guidance.language.requests.attributes import (
+from ippon.guidance.language.grammar.attributes import (
     UNITS,
     attribute_kind,
     is_intensity,
     is_shade,
     listed_kind,
 )
-from ippon.guidance.language.requests.determiners import NUMBERS
+from ippon.guidance.language.grammar.determiners import NUMBERS
+from ippon.guidance.language.languages import ENGLISH
+from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.language.requests.goals import Attribute, AttributeKind
 from ippon.guidance.language.words import singular_candidates
 
@@ -141,6 +141,8 @@ def _respelt_phrase(phrase: str) -> str:
 
 def _respelt(words: list[str]) -> tuple[int | None, str]:
     """Return where a misspelt head begins, and what was meant."""
+    if words[-1] in ENGLISH:
+        return None, ""
     for start in range(max(0, len(words) - 3), len(words)):
         meant = _respelt_phrase(" ".join(words[start:]))
         if meant and len(meant.split()) == len(words) - start:

@@ -1,6 +1,6 @@
 import pytest
 
-from ippon.guidance.language.requests.utterance import hear
+from ippon.guidance.language.grammar.utterance import hear
 
 
 @pytest.mark.parametrize(

@@ -1,21 +1,34 @@
 """One noun phrase: how many, whose, which, and what."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 from ippon.guidance.knowledge import Knowledge, load_knowledge
 from ippon.guidance.language.context_words import NEGATIONS
-from ippon.guidance.language.requests.attributes import listed_kind
-from ippon.guidance.language.requests.determiners import may_be_noun, read_determiners
+from ippon.guidance.language.grammar.attributes import UNITS, listed_kind
+from ippon.guidance.language.grammar.determiners import (
+    MEASURES,
+    NO_OWNERS,
+    may_be_noun,
+    read_determiners,
+)
+from ippon.guidance.language.grammar.heads import name_head
+from ippon.guidance.language.grammar.phrases import PREPOSITIONS, PRONOUNS, STOP
+from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.requests.goals import Attribute, AttributeKind, Reference
-from ippon.guidance.language.requests.heads import name_head
-from ippon.guidance.language.requests.phrases import PREPOSITIONS, PRONOUNS, STOP
-from ippon.guidance.language.requests.utterance import Utterance
-from ippon.guidance.language.words import word_set
+from ippon.guidance.language.words import singular_candidates, word_set
 
 MAX_WORDS: Final = 9
 _POSSESSIVES: Final = {"mine": "", "yours": "", "ours": "", "hers": "her", "theirs": "their"}
-_PARTICLES = word_set("down aside up off out over back")
+_PLACED = word_set("inside outside nearest opposite near far")
+_BEFORE_PLACED = word_set("the my a his her your our their other for with")
+STANDS = word_set(
+    "hangs hung lies lay sits sat stands stood lives lived stays stayed sleeps slept came comes "
+    "went goes ran runs flew slid slipped fallen rolls crawled climbed jumped landed ended blew "
+    "hides walked broke burst spilled always"
+)
+"""Verbs and adverbs that stand between a thing and its place."""
+_PARTICLES = word_set("down aside up off out over back missing lost gone checked")
 """They belong to the verb: "I put my pipe down"."""
 _CONTAINERS = word_set("bottle cup glass bowl jar can carton mug jug tin pot bag plate")
 
@@ -57,18 +70,35 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
     if said.word(start) in ("after", "before", "during", "until", "while"):
         return None
     if said.word(start) in _POSSESSIVES:
-        return _possessive(said, start)
+        return _possessive(_POSSESSIVES[said.word(start)], start + 1)
+    owner = start + (said.word(start) in ("my", "our", "his", "her", "their", "the"))
+    whose = said.word(owner).endswith("'s") and said.word(owner) not in NO_OWNERS
+    if whose and said.breaks(owner + 1):
+        said_of = owner if said.word(start) == "the" else start
+        return _possessive(said.said(said_of, owner + 1)[:-2], owner + 1)  # "My wife's".
     begun = read_determiners(said, start)
     index = begun.index
     end = _end_of_nouns(said, index, knowledge)
     words = [word for word in said.words(index, end) if word not in ("and", "or")]
+    if not words and begun.reference and (said.breaks(index) or said.word(index) in STOP):
+        words = ["one"]  # "Another", "two more", "the same".
     if said.word(index) in PRONOUNS or not words:
         return None
     if begun.reference and words in (["thing"], ["object"], ["item"], ["things"]):
         words = ["one"]  # "The same thing".
-    named = name_head(said.words(index, end), words, begun.count, knowledge)
+    named = name_head(said.words(index, end) or words, words, begun.count, knowledge)
+    if said.word(start) == "both" and not singular_candidates(said.word(end - 1)):
+        begun.count = None  # "Both my mug and yours".
     attributes = [*(begun.owners or []), *named.attributes]
     display = said.said(index, end)
+    several = read_noun_phrase(said, end + 1) if of and said.word(end) == "of" else None
+    chosen = (not named.head and named.attributes) or named.head in MEASURES
+    if chosen and several is not None and several.head:
+        # "The smaller of the two boxes", "an unopened pack of syringes".
+        named = replace(named, head=several.head, known=several.known, corrected=several.corrected)
+        attributes += several.attributes
+        display = " ".join([*(one.value for one in attributes), named.head])
+        end = several.end
     if named.corrected:
         display = " ".join([*(one.value for one in named.attributes), named.head])
     if of and said.word(end) == "of" and not said.breaks(end):
@@ -89,9 +119,8 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
     )
 
 
-def _possessive(said: Utterance, start: int) -> NounPhrase:
+def _possessive(owner: str, end: int) -> NounPhrase:
     """Return "mine" and "hers" as one more of what was named before."""
-    owner = _POSSESSIVES[said.word(start)]
     return NounPhrase(
         head="",
         display="",
@@ -103,7 +132,7 @@ def _possessive(said: Utterance, start: int) -> NounPhrase:
         known=True,
         corrected=False,
         crowded=False,
-        end=start + 1,
+        end=end,
     )
 
 
@@ -117,7 +146,12 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
         if length > 1:
             index += length
             continue
-        if word in PRONOUNS:
+        if word in PRONOUNS or (index > start and _names_room_of(said, index, knowledge)):
+            break
+        measured = said.word(index)[:1].isdigit() and said.word(index + 1) in UNITS
+        if index > start and measured and not may_be_noun(said, index + 2):
+            break  # "Ruler 50 cm".
+        if index > start and (said.word(index + 1) == "than" or stands_somewhere(said, index)):
             break
         if word in _PARTICLES and index > start and not may_be_noun(said, index + 1):
             break
@@ -133,6 +167,8 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             and may_be_noun(said, index + 1)
         ):
             pass
+        elif word in _PLACED and index == start and _determined(said, index):
+            pass  # "The inside pocket".
         elif (word in STOP or _is_preposition(said, index) or word in NEGATIONS) and not (
             word in ("over", "off") and index == start and said.word(index + 1) == "white"
         ):
@@ -141,8 +177,30 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
     return index
 
 
+def stands_somewhere(said: Utterance, index: int) -> bool:
+    """Tell whether a verb says how a thing stands before its place: "drying on", "plugged in"."""
+    word, knowledge = said.word(index), load_knowledge()
+    if said.breaks(index) or said.breaks(index + 1):
+        return False
+    if word == "always" and said.word(index + 1) in STANDS:
+        return True
+    if not _is_preposition(said, index + 1):
+        return False
+    if word in STANDS:
+        return True
+    moving = word.endswith(("ing", "ed")) and len(word) > 5
+    return moving and listed_kind(word) is None and knowledge.find(word) is None
+
+
+def _names_room_of(said: Utterance, index: int, knowledge: Knowledge) -> bool:
+    """Tell whether a room is named right after a thing: "green bag hallway"."""
+    word, before = said.word(index), said.word(index - 1)
+    room = knowledge.room(word) is not None and knowledge.find(word) is None
+    return room and knowledge.find(before) is not None and knowledge.room(before) is None
+
+
 def _determined(said: Utterance, index: int) -> bool:
-    return said.word(index - 1) in ("the", "my", "a", "his", "her", "your", "our", "their", "other")
+    return said.word(index - 1) in _BEFORE_PLACED
 
 
 def _is_preposition(said: Utterance, index: int) -> bool:

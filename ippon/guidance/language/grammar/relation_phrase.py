@@ -1,7 +1,7 @@
 """Phrases that say where a thing is: "next to the white fridge", "not in Anna's room"."""
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Final
 
 from rapidfuzz.distance import OSA
@@ -15,28 +15,35 @@ from ippon.guidance.language.context_words import (
     NEGATIONS,
     PARTS,
 )
-from ippon.guidance.language.requests.determiners import NUMBERS
+from ippon.guidance.language.grammar.determiners import NUMBERS
+from ippon.guidance.language.grammar.noun_phrase import (
+    STANDS,
+    NounPhrase,
+    read_noun_phrase,
+    stands_somewhere,
+)
+from ippon.guidance.language.grammar.phrases import PREPOSITIONS
+from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.requests.goals import ALL, Relation
-from ippon.guidance.language.requests.noun_phrase import NounPhrase, read_noun_phrase
-from ippon.guidance.language.requests.phrases import PREPOSITIONS
-from ippon.guidance.language.requests.utterance import Utterance
-from ippon.guidance.language.words import word_set
+from ippon.guidance.language.words import DETERMINERS, word_set
 
 _STANDING = word_set(
     "that which who is are was were it's its be been being lying sitting standing hanging located "
     "placed stored kept left put hidden resting stuck somewhere right just still only also over "
     "down up back out what's they're he's she's what found it they he she definitely certainly "
-    "surely currently now must anywhere there somewhere even but or and either behind directly "
+    "that's who's surely currently now must anywhere there somewhere even but or and either behind "
+    "directly "
     "exactly immediately close sat stands lies sits hangs lives placed both all fell "
-    "fallen slipped rolled have has had gone"
+    "fallen slipped rolled have has had gone used seen spotted worn last"
 )
 """Words that may stand before a preposition without changing where."""
 _SOFT = word_set(
     "probably maybe perhaps possibly likely presumably usually normally often sometimes might "
     "could should supposedly apparently mostly prob probs i'd guess generally typically"
 )
-_GUESSES = word_set("think believe guess suppose probably likely maybe perhaps possibly")
+_GUESSES = HABITS | word_set("think believe guess suppose probably likely maybe perhaps possibly")
 """Of a sentence before the object: "could" and "might" ask there."""
+_JOINTS: Final = ("or", "nor", "and")
 _STOREYS: Final = {
     "upstairs": "upstairs", "downstairs": "downstairs", "outdoors": "outdoors",
     "outside": "outdoors", "indoors": "indoors",
@@ -45,11 +52,16 @@ _DENYING = ("away from", "far from")
 _ONLY_PLACES = word_set("where to through along until about")
 _OWN_ROOMS = word_set("room bedroom office study room's bathroom studio flat house place apartment")
 _SPOTS = word_set("corner middle side back front end edge center centre top bottom")
+_SIDED = word_set("the left right hand far very top bottom back other opposite near wrong")
 _OPENED = word_set(
     "fridge refrigerator freezer cupboard cabinet drawer wardrobe closet bag box oven dishwasher "
     "toolbox backpack suitcase basket bin car bathtub sink shed safe"
 )
 """Places that are searched inside."""
+ENTERING: Final = word_set(
+    "look search check go bother try looking searching checking going entering trying"
+)
+"""After a denial, these lead to a place not to search."""
 _MAX_PLACES = 6
 
 
@@ -82,21 +94,30 @@ def read_relation(said: Utterance, start: int, *, verbs: bool = True) -> Relatio
             relations, end = _read_places(said, prepositions, at, negated=negated)
             if relations:
                 return RelationPhrase(tuple(relations), soft, start, end)
+        if word in ("from", "at") and said.word(index + 1) in _STOREYS:
+            index, word = index + 1, said.word(index + 1)
         if word in _STOREYS:
             place = Relation(relation="at", place=_STOREYS[word], negated=negated)
             return RelationPhrase((place,), soft, start, index + 1)
         if word in NEGATIONS or (word == "no" and said.word(index + 1) == "longer"):
             negated = True
-        elif negated and word in ("look", "search", "check", "go", "bother", "try"):
+        elif negated and word in ENTERING:
             pass
         elif word in _SOFT:
-            soft = True
-        elif word == "longer" or (verbs and word in _STANDING) or word in ("but", "or", "and"):
+            soft = soft or (word, said.word(index + 1)) != ("could", "not")
+        elif word in ("longer", "but", "or", "and") or (verbs and _may_precede(said, index)):
             pass
         else:
             return None
         index += 1
     return None
+
+
+def _may_precede(said: Utterance, index: int) -> bool:
+    """Tell whether a word may stand before a preposition without changing where."""
+    particle = said.word(index) in ("in", "on", "up", "out") and said.word(index - 1).endswith("ed")
+    word = said.word(index)
+    return particle or word in _STANDING or word in STANDS or stands_somewhere(said, index)
 
 
 def is_guessed(said: Utterance, phrase: RelationPhrase, object_end: int) -> bool:
@@ -110,9 +131,12 @@ def is_guessed(said: Utterance, phrase: RelationPhrase, object_end: int) -> bool
     first, last = phrase.begin, phrase.end
     while first > 0 and not said.ends(first):
         first -= 1
-    while not said.ends(last):
+    while not said.ends(last) and not (said.breaks(last) and said.word(last) in ("or", "and")):
         last += 1
     after = min(max(first, object_end), phrase.begin)
+    asked = said.word(first + 1) in DETERMINERS or said.word(first + 1) == "there"
+    if said.word(first) in ("could", "might", "may") and asked:
+        return True  # "Could my wallet have fallen behind the sofa?"
     doubts = BELIEFS | DOUBTS | HABITS
     return bool(doubts & set(said.words(after, last))) or bool(
         (doubts & _GUESSES) & set(said.words(first, after))
@@ -122,12 +146,13 @@ def is_guessed(said: Utterance, phrase: RelationPhrase, object_end: int) -> bool
 def is_room(head: str) -> bool:
     """Tell whether a name is that of a room and of no thing."""
     knowledge = load_knowledge()
-    return knowledge.room(head) is not None and knowledge.find(head) is None
+    named = knowledge.room(head) is not None or head.endswith(" room")
+    return named and knowledge.find(head) is None
 
 
 def is_searched_inside(head: str) -> bool:
     """Tell whether a place to search is a room or something with an inside."""
-    return is_room(head) or head.rsplit(maxsplit=1)[-1] in _OPENED
+    return is_room(head) or head.rpartition(" ")[2] in _OPENED
 
 
 def _prepositions(said: Utterance, index: int) -> tuple[list[str], int]:
@@ -165,9 +190,9 @@ def _prepositions(said: Utterance, index: int) -> tuple[list[str], int]:
 def _side(said: Utterance, relation: str, index: int) -> tuple[str, int]:
     """Read "the left side of" after a preposition: it says beside."""
     at = index
-    while said.word(at) in ("the", "left", "right", "hand", "far", "very", "top", "bottom", "back"):
+    while said.word(at) in _SIDED:
         at += 1
-    at += said.word(at) in PARTS
+    at += said.word(at) in PARTS and said.word(at) != "shelf"
     if at == index or said.word(at) != "of" or at > index + 4:
         return relation, index
     words = set(said.words(index, at))
@@ -193,7 +218,7 @@ def _read_places(
         index = phrase.end
         joint = said.word(index)
         again = index + 1
-        if joint == "and" and not _joins_places(said, again, prepositions, denied=negated):
+        if joint == "and" and not _joins_places(said, again, phrase, prepositions, denied=negated):
             break
         if joint not in ("or", "nor", "and") or said.word(again) in PREPOSITIONS:
             break
@@ -205,13 +230,55 @@ def _read_places(
         return relations, index
     if relations and said.word(index - 1) in ("or", "nor", "and"):
         index -= 1
+    for begin, phrase in _listed_places(said, index, denied=negated) if relations else []:
+        for preposition in prepositions:
+            relation, denied = _stated(preposition, negated=negated)
+            relations.append(_relation(said, begin, phrase, relation, denied))
+        index = phrase.end
     return relations, index
 
 
-def _joins_places(said: Utterance, index: int, prepositions: list[str], *, denied: bool) -> bool:
+def _listed_places(said: Utterance, index: int, *, denied: bool) -> list[tuple[int, NounPhrase]]:
+    """Return the further places of a list: ", the hall or the attic"; empty for other lists."""
+    listed: list[tuple[int, NounPhrase]] = []
+    joint = ""
+    while not joint:
+        joint = said.word(index) if said.word(index) in _JOINTS else ""
+        if said.gap(index).strip() != "," and not (listed and joint):
+            return []
+        begin = index + bool(joint)
+        phrase = read_noun_phrase(said, begin)
+        if phrase is None or (joint and said.breaks(begin)) or not _holds_things(phrase.head):
+            return []
+        listed.append((begin, phrase))
+        index = phrase.end
+    rooms = all(is_room(phrase.head) for _, phrase in listed)
+    return listed if joint != "and" or rooms or denied else []
+
+
+@lru_cache(maxsize=512)
+def _holds_things(head: str) -> bool:
+    """Tell whether a name is that of a room or of furniture, on or in which things are."""
+    knowledge = load_knowledge()
+    entry = knowledge.find(head)
+    return is_room(head) or (entry is not None and entry.thing.name in _furniture())
+
+
+@cache
+def _furniture() -> frozenset[str]:
+    things = load_knowledge().things.values()
+    places = [place for thing in things for place in thing.places]
+    holding = {place.name for place in places if place.relation in ("on", "in")}
+    return frozenset(holding | {"rug", "carpet", "floor"})
+
+
+def _joins_places(
+    said: Utterance, index: int, before: NounPhrase, prepositions: list[str], *, denied: bool
+) -> bool:
+    """Tell whether "and" joins two places, not two objects: "in the kitchen and the hall"."""
     if "between" in prepositions:
         return True
-    return denied and _room_at(said, index) != ""
+    return (denied or is_room(before.head)) and _room_at(said, index) != ""
 
 
 def _room_at(said: Utterance, index: int) -> str:
@@ -236,14 +303,14 @@ def _is_abstract(said: Utterance, index: int, phrase: NounPhrase) -> bool:
     last = said.word(phrase.end - 1)
     if phrase.count == ALL and last in ("room", "rooms", "corner"):
         return True
-    if last in NUMBERS and phrase.end - index > 1:
+    if last in NUMBERS and phrase.head and phrase.end - index > 1:
         return False  # "Aisle three".
     if said.word(index) == "this" and last in ("floor", "storey", *_OWN_ROOMS):
         return True
     mine = said.word(index) in ("my", "our", "your")
     if mine and last in _OWN_ROOMS - {"house", "flat", "place", "apartment"}:
         return False
-    if load_knowledge().room(phrase.head) is not None or _is_own_room(phrase):
+    if is_room(phrase.head) or _is_own_room(phrase):
         return False
     if last in _OWN_ROOMS and phrase.attributes and phrase.head:
         return False

@@ -1,6 +1,6 @@
 import pytest
 
-from ippon.guidance.language.requests.attributes import attribute_kind, listed_kind
+from ippon.guidance.language.grammar.attributes import attribute_kind, listed_kind
 
 
 @pytest.mark.parametrize(

@@ -38,6 +38,24 @@ _TAKEN_BACK = re.compile(
     re.IGNORECASE,
 )
 """A determiner or a number that is said anew: "my, no wait, the other", "two, no, three"."""
+_PRONOUN = r"(?:it|them|those|these|that|this|both|one|any)"
+_AFTERWARDS = re.compile(
+    rf"\b(?:and,? )?(?:after (?:those|these)\b|(?:once|when|after|as soon as) (?:you|that|this|it)"
+    rf"(?:'s|'re|'ve| is| are| have| has)? (?:(?:done|finished)(?: with)?(?: {_PRONOUN})?|"
+    rf"(?:have|find|found|get|got|located|collected|finish|finished) {_PRONOUN}))"
+    r"(?=,? \w)(?! (?:in|on|at|under|with|to)\b),?",
+    re.IGNORECASE,
+)
+_FAILING = re.compile(
+    rf"\b(?:or,? )?(?:if (?:there (?:isn't|aren't|(?:is|are) (?:not|no|none))(?: {_PRONOUN}| left)*"
+    rf"|you (?:can't|cannot|can not|don't|couldn't) (?:find|see|get|locate) {_PRONOUN}"
+    rf"|(?:it|that|they|those)(?:'s|'re| is| are)?(?:n't| not) (?:there|available))),?"
+    r"(?= (?:the|a|an|my|some|another|any|his|her|our)\b| \w+[.!?]*$)",
+    re.IGNORECASE,
+)
+"""Conditions that only say which object comes after, and which in place of another."""
+_NUMBERED = re.compile(r"(?:^|\s)[1-9a-e][.)]\s+(?=[^\W\d])")
+"""A number of a list: "1. hammer 2. nails"."""
 _EARLY = re.compile(r"[^\W\d_]{3,}")
 _VERBS = ("find", "where", "search", "looking", "bring", "fetch", "locate", "please", "look")
 _BREAK = re.compile(r"[,.!?;:\n()\[\]…]|\s[-–—]+\s|[–—]")
@@ -45,8 +63,17 @@ _HARD = re.compile(r"[.!?;\n…]")
 _SOUND = (
     (re.compile(r"\b(?:teh|hte)\b", re.IGNORECASE), "the"),
     (re.compile(r"\bwere (?=(?:is|are|did|have|do|can)\b)", re.IGNORECASE), "where "),
+    (re.compile(r"\bcan (?:find|see) neither\b", re.IGNORECASE), "can't find"),
     (re.compile(r"\bout(?:t?a|ta)\b", re.IGNORECASE), "out of"),
+    (re.compile(r"['’]s (?=(?:taken|moved|stolen|hidden|borrowed|got)\b)", re.IGNORECASE), " has "),
+    (re.compile(r"(?<=\d)\s?[x×]\s+(?=[^\W\d])", re.IGNORECASE), " "),
+    (re.compile(r"(?<=\w) or so\b", re.IGNORECASE), ""),
     (re.compile(r"\bnon-(?=\w)", re.IGNORECASE), "non"),
+    (re.compile(r"\s+comma\b(?=\s)", re.IGNORECASE), ","),
+    (re.compile(r"\s+full stop\b", re.IGNORECASE), "."),
+    (re.compile(r"(?<=\w )4 (?=(?:my|the|an?|our|some) )", re.IGNORECASE), "for "),
+    (re.compile(r"\bhi[- ]?(?=vis\b)", re.IGNORECASE), "high "),
+    (re.compile(r",?\s*\bby (?:any )?chance\b,?", re.IGNORECASE), ""),
     (re.compile(r"\b(mrs?|ms|dr|st|prof)\.", re.IGNORECASE), r"\1"),
     (re.compile(r"\s*[&+]\s*(?=\D)"), " and "),
     (re.compile(r'(?<=\d)\s*(?:"|”|″|\'\')'), " inch "),
@@ -54,7 +81,7 @@ _SOUND = (
     (re.compile(r"(?<=\d)(?=(?:l|ml|cm|mm|m|kg|g|inch|litres?|liters?)\b)", re.IGNORECASE), " "),
     (
         re.compile(
-            r"\b(\w+)['’]s (?=(?:not|in|on|at|under|upstairs|probably|gone|missing|lost)\b)",
+            r"\b(\w+)['’]s (?=(?:been|not|in|on|at|under|upstairs|probably|gone|missing|lost)\b)",
             re.IGNORECASE,
         ),
         r"\1 is ",
@@ -131,10 +158,13 @@ class Utterance:
 def hear(sentence: str) -> Utterance:
     """Take a sentence apart into words."""
     text = plain(re.sub(r"[\r\n]+", ". ", sentence))
+    if _NUMBERED.match(text):
+        text = _NUMBERED.sub(", ", text).lstrip(" ,")
     for sign, said in _SOUND:
         text = sign.sub(said, text)
     text = _FILLERS.sub("", _RESTART.sub(_restart, text))
     text = _TAKEN_BACK.sub("", _WORD_SOUGHT.sub("", text))
+    text = _FAILING.sub("or else", _AFTERWARDS.sub("then", text))
     text = _REPEATED.sub(_once, _THRICE.sub(r"\1", text))
     text = _EARLY.sub(lambda match: _verb(match.group().lower()) or match.group(), text, count=4)
     return Utterance(text, _whole_numbers(text, tokenize(text)))

@@ -1,7 +1,7 @@
 import pytest
 
-from ippon.guidance.language.requests.noun_phrase import read_noun_phrase
-from ippon.guidance.language.requests.utterance import hear
+from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
+from ippon.guidance.language.grammar.utterance import hear
 
 
 def phrase(text):

@@ -3,10 +3,12 @@
 from dataclasses import dataclass, field
 from typing import Final, Literal
 
-from ippon.guidance.language.requests.attributes import UNITS, listed_kind
+from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.context_words import NEGATIONS
+from ippon.guidance.language.grammar.attributes import UNITS, listed_kind
+from ippon.guidance.language.grammar.phrases import PREPOSITIONS, STOP
+from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.requests.goals import ALL, Attribute, Reference
-from ippon.guidance.language.requests.phrases import PREPOSITIONS, STOP
-from ippon.guidance.language.requests.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
 NUMBERS: Final = {
@@ -36,14 +38,14 @@ NUMBERS: Final = {
         ],
         start=1,
     )
-}
-_COUNTS: Final[dict[str, int | Literal["all"]]] = {
+} | {"thirty": 30, "forty": 40, "fifty": 50, "sixty": 60, "hundred": 100}
+COUNTS: Final[dict[str, int | Literal["all"]]] = {
     "every single": ALL, "each and every": ALL, "every one of": ALL, "each of": ALL, "every": ALL,
     "each": ALL, "all of": ALL, "all": ALL, "as many": ALL, "half a dozen": 6, "a dozen": 12,
     "two dozen": 24, "dozen": 12, "a couple of": 2, "a couple": 2, "couple of": 2, "couple": 2,
     "both of": 2, "both": 2, "a few": 3, "few": 3, "several": 3, "a handful of": 3,
 }  # fmt: skip
-_MEASURES = word_set(
+MEASURES = word_set(
     "pair bunch set piece bit stack pile kind type sort pack packet roll heap pairs bunches sets "
     "pieces bits stacks piles kinds types packs packets rolls heaps"
 )
@@ -72,6 +74,8 @@ _LEADING = [
     "up",
     "to",
     "exactly",
+    "maximum",
+    "minimum",
     "only",
     "just",
     "about",
@@ -79,6 +83,7 @@ _LEADING = [
     "of",
     "me",
 ]
+_KINDS: Final = ("colour", "color", "coloured", "colored", "size", "sized", "shape", "shaped")
 _AT_LEAST = (["at", "least"], ["at", "most"], ["up", "to"], ["more", "than"])
 _OWNERS = word_set("his her their")
 _PLURAL_OWNERS = word_set(
@@ -88,7 +93,7 @@ _PLURAL_OWNERS = word_set(
     "friends neighbours neighbors"
 )
 """Owners that are written without their apostrophe."""
-_NO_OWNERS = word_set(
+NO_OWNERS = word_set(
     "it's that's what's where's there's here's who's let's he's she's how's when's one's"
 )
 
@@ -115,16 +120,16 @@ def read_determiners(said: Utterance, start: int) -> Determiners:
             break
         word = said.word(index)
         following = said.word(index + 1)
-        length = said.starts(index, _COUNTS)
+        length = said.starts(index, COUNTS)
         if length and not (word in ("couple", "few", "dozen") and said.breaks(index + 1)):
-            begun.count = _COUNTS[" ".join(said.words(index, index + length))]
+            begun.count = COUNTS[" ".join(said.words(index, index + length))]
             begun.index += length
         elif _number(said, index) is not None or _number_range(said, index):
             begun.index += 2 if _number_range(said, index) else 0
             index = begun.index
             begun.count = _number(said, index) if begun.count is None else begun.count
             begun.index += 1
-        elif word in _MEASURES and following == "of" and not said.breaks(index + 1):
+        elif word in MEASURES and following == "of" and not said.breaks(index + 1):
             begun.index += 2
         elif (
             (word in ("another", "other") and (word == "another" or begun.determined))
@@ -132,8 +137,8 @@ def read_determiners(said: Utterance, start: int) -> Determiners:
             or (word == "more" and index > start)
         ):
             begun.reference = "other"
-            begun.index += 1
-        elif word == "same" and begun.determined:
+            begun.index += 2 if word == "different" and following in _KINDS else 1
+        elif word == "same" and (begun.determined or index == 0):
             begun.reference = "same"
             begun.index += 1
         elif (owning := _owner_end(said, index)) > index:
@@ -173,11 +178,16 @@ def _owner_end(said: Utterance, index: int) -> int:
     """Return the index after "Mr Brown's" or "little sister's"; the same where no owner stands."""
     if said.word(index) in _PLURAL_OWNERS and may_be_noun(said, index + 1):
         return index + 1
+    if said.word(index + 1) == "and" and said.word(index + 2).endswith("'s"):
+        first = said.word(index)
+        named = said.said(index, index + 1)[0].isupper() and load_knowledge().find(first) is None
+        if f"{first}s" in _PLURAL_OWNERS or (named and not first.endswith("'s")):
+            return index + 3  # "Tom and Anna's".
     for end in range(index, min(index + 3, len(said))):
         word = said.word(end)
         if (end > index and said.breaks(end)) or listed_kind(said.word(index)) == "colour":
             return index
-        if word.endswith("'s") and word not in _NO_OWNERS:
+        if word.endswith("'s") and word not in NO_OWNERS:
             return index if said.breaks(end + 1) else end + 1
         if word in STOP or word in PREPOSITIONS or word in _LEADING or word in _OWNERS:
             return index
@@ -197,7 +207,12 @@ def _number(said: Utterance, index: int) -> int | None:
 def may_be_noun(said: Utterance, index: int) -> bool:
     """Tell whether a noun, or a word before one, may stand at an index."""
     word = said.word(index)
-    if not word or said.breaks(index) or " ".join(said.words(index, index + 2)) in PREPOSITIONS:
+    if (
+        not word
+        or said.breaks(index)
+        or word in NEGATIONS
+        or " ".join(said.words(index, index + 2)) in PREPOSITIONS
+    ):
         return False
     return word == "of" or (word not in STOP and word not in PREPOSITIONS) or word in _LEADING
 

@@ -1,7 +1,7 @@
 import pytest
 
-from ippon.guidance.language.requests.relation_phrase import read_relation
-from ippon.guidance.language.requests.utterance import hear
+from ippon.guidance.language.grammar.relation_phrase import read_relation
+from ippon.guidance.language.grammar.utterance import hear
 
 
 def relations(text):

@@ -1,0 +1,1 @@
+"""Words and phrases of a sentence: nouns, what stands before them, and places."""

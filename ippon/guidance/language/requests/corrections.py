@@ -1,0 +1,65 @@
+"""What takes the place of what was said before: "no, the scarf", "no, in the hallway"."""
+
+from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
+from ippon.guidance.language.grammar.relation_phrase import read_relation
+from ippon.guidance.language.requests.drafts import Draft, Reading
+from ippon.guidance.language.requests.lists import BE, read_goals
+
+
+def read_correction(reading: Reading, index: int, start: int) -> int:
+    """Let what is said anew take the place of the last object, its attributes or its place.
+
+    Args:
+        reading: The sentence; it has an object.
+        index: Index of the words that take back, such as "no".
+        start: Index of what is said anew.
+
+    Returns:
+        Index after it; `index` where nothing is said anew.
+    """
+    said, last = reading.said, reading.drafts[-1]
+    relation = read_relation(said, start, verbs=False)
+    if relation is not None:
+        last.relations = [*relation.relations]
+        last.context = [said.said(start, relation.end)]
+        return relation.end
+    phrase = read_noun_phrase(said, start)
+    if phrase is None or (said.word(phrase.end) in BE and not said.breaks(phrase.end)):
+        return index
+    if phrase.head:
+        return _replace_object(reading, start) or index
+    place = read_relation(said, phrase.end) if not said.breaks(phrase.end) else None
+    if place is not None and not phrase.attributes:
+        last.relations, last.context = [*place.relations], [said.said(phrase.end, place.end)]
+        return place.end
+    _describe_anew(last, phrase)
+    return phrase.end
+
+
+def _describe_anew(last: Draft, phrase: NounPhrase) -> None:
+    if phrase.count is not None:
+        last.count = phrase.count or 1
+        return
+    last.attributes = list(phrase.attributes)
+    last.display = " ".join([*(one.value for one in phrase.attributes), last.head])
+
+
+def _replace_object(reading: Reading, start: int) -> int:
+    """Read the objects at an index in place of the last; 0 where there is none."""
+    last = reading.drafts[-1]
+    before = len(reading.drafts)
+    listed = before - reading.list_start
+    reading.order = last.order
+    end = read_goals(reading, start, last.trigger)
+    new = reading.drafts[before:]
+    if not new:
+        return 0
+    # A whole list that is said again takes the place of the whole list.
+    replaced = listed if len(new) == listed else 1
+    first = new[0]
+    for place in last.relations:
+        first.relate(place)
+    first.context += [words for words in last.context if words not in first.context]
+    del reading.drafts[before - replaced : before]
+    reading.list_start = before - replaced
+    return end

@@ -1,0 +1,201 @@
+"""What belongs to an object: parts, material, owner, topic, purpose."""
+
+from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.grammar import phrases
+from ippon.guidance.language.grammar.attributes import UNITS, listed_kind
+from ippon.guidance.language.grammar.determiners import NUMBERS, may_be_noun
+from ippon.guidance.language.grammar.noun_phrase import STANDS, read_noun_phrase
+from ippon.guidance.language.grammar.phrases import PREPOSITIONS, STOP
+from ippon.guidance.language.grammar.relation_phrase import ENTERING, is_searched_inside
+from ippon.guidance.language.grammar.utterance import Utterance
+from ippon.guidance.language.requests.drafts import Draft
+from ippon.guidance.language.requests.goals import Attribute, Relation
+from ippon.guidance.language.words import word_set
+
+SUBJECTS = word_set(
+    "that which who it it's its they they're he he's she she's that's this these theirs those"
+)
+"""What stands for the object in a clause about it."""
+BE = word_set("is are was were be looks look seems isn't aren't wasn't weren't")
+COVERED = word_set("wrapped covered dressed painted decorated printed")
+"""After these, "in gold paper" tells what a thing looks like, not where it is."""
+_PEOPLE = word_set("me us him her them you my mine")
+_DIMENSIONS = word_set("long wide tall high deep thick")
+_PLACES_ON_IT = ("on it", "on them", "in it", "inside it", "on top")
+_IDIOMS = word_set("life sake goodness")
+
+
+def read_feature(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "with wheels", "and has a dinosaur on it", "without a handle"."""
+    index = start
+    if said.word(index) == "whose":
+        return _whose(said, index, goal)
+    index += said.word(index) in ("and", "but")
+    index += said.word(index) in SUBJECTS
+    lacking = said.starts(index, phrases.LACKING)
+    length = lacking or said.starts(index, phrases.HAVING)
+    if (end := _measure(said, start)) > start:
+        goal.add(Attribute(kind="size", value=said.said(start, end)))
+        return end
+    if said.word(index + 1) == "than":
+        return _than(said, index, goal)
+    if not length or (said.word(index) == "have" and said.breaks(index)):
+        return _on_it(said, start, goal)  # "..., have a look round".
+    index += length
+    if said.word(index) in STANDS or (lacking and said.word(index) in ENTERING):
+        return start  # "Without going into the nursery" is no part of it.
+    phrase = read_noun_phrase(said, index)
+    if phrase is None or (not phrase.head and not phrase.attributes):
+        return start
+    end = phrase.end
+    if said.word(end) in ("on", "in", "at", "around") and said.word(end + 1) in ("its", "their"):
+        part = read_noun_phrase(said, end + 1)
+        end = end if part is None else part.end  # "With tennis balls on its feet".
+    value = said.said(index, end)
+    goal.add(Attribute(kind="feature", value=without_article(value), negated=bool(lacking)))
+    while length := said.starts(end, _PLACES_ON_IT) or said.starts(end, phrases.SIDES):
+        end += length
+    return end
+
+
+def _than(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "longer than two metres"."""
+    kind = listed_kind(said.word(start))
+    if kind is None or said.word(start + 1) != "than":
+        return start
+    phrase = read_noun_phrase(said, start + 2)
+    end = start + 3 if phrase is None else phrase.end
+    goal.add(Attribute(kind=kind, value=said.said(start, end)))
+    return end
+
+
+def _measure(said: Utterance, start: int) -> int:
+    """Return the index after "at least 30 cm long"; the same for none."""
+    index = start + said.starts(start, ("at least", "at most", "about", "up to", "around"))
+    number = said.word(index)[:1].isdigit() or said.word(index) in NUMBERS
+    if not number or said.word(index + 1) not in UNITS:
+        return start
+    return index + 2 + (said.word(index + 2) in _DIMENSIONS)
+
+
+def _on_it(said: Utterance, start: int, goal: Draft) -> int:
+    """Read ", dinosaurs on it"."""
+    phrase = read_noun_phrase(said, start) if said.breaks(start) else None
+    if phrase is None or not phrase.head:
+        return start
+    if said.word(phrase.end) not in ("on", "in") or said.word(phrase.end + 1) not in ("it", "them"):
+        return start
+    goal.add(Attribute(kind="feature", value=without_article(said.said(start, phrase.end))))
+    return phrase.end + 2
+
+
+def _whose(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "whose leg is broken"."""
+    phrase = read_noun_phrase(said, start + 1)
+    if phrase is None or said.word(phrase.end) not in BE:
+        return start
+    end = phrase.end + 1
+    while end < len(said) and not said.breaks(end) and said.word(end) not in ("and", "or"):
+        end += 1
+    goal.add(Attribute(kind="feature", value=said.said(start + 1, end)))
+    return end
+
+
+def read_material(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "made of oak", "in blue", "in size 42"."""
+    index = start + (said.word(start) == "and")
+    index += said.word(index) in SUBJECTS
+    index += said.word(index) in BE
+    length = said.starts(index, phrases.MADE)
+    word = said.word(index + length)
+    of = said.word(index + length - 1) == "of" and word not in STOP
+    if not length or not (of or listed_kind(word) in ("material", "colour")):
+        colour = said.word(index) == "in" and listed_kind(said.word(index + 1)) == "colour"
+        sized = said.word(start + 1) in ("size", "sized") and said.word(start) != "any"
+        if said.breaks(start) and sized and not said.breaks(start + 1):
+            goal.add(Attribute(kind="size", value=said.said(start, start + 2)))
+            return start + 2  # ", child size".
+        if colour and not (said.word(start - 1) in COVERED and may_be_noun(said, index + 2)):
+            goal.add(Attribute(kind="colour", value=said.word(index + 1)))
+            return index + 2
+        index += said.word(index) == "in"
+        if said.word(index) == "size" and not said.breaks(index + 1):
+            goal.add(Attribute(kind="size", value=said.said(index, index + 2)))
+            return index + 2
+        return start
+    goal.add(Attribute(kind="material", value=word))
+    return index + length + 1
+
+
+def read_owner(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "that belongs to Max"."""
+    index = start + (said.word(start) in SUBJECTS)
+    length = said.starts(index, ("belongs to", "belong to", "belonging to", "owned by"))
+    phrase = read_noun_phrase(said, index + length) if length else None
+    if phrase is None:
+        return start
+    goal.add(Attribute(kind="owner", value=said.said(index + length, phrase.end)))
+    return phrase.end
+
+
+def read_topic(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "about cooking", "called Dune": what it is a picture or a book of."""
+    index = start + (said.word(start) in SUBJECTS)
+    index += said.word(index) in BE
+    length = said.starts(index, phrases.TOPIC)
+    word = said.word(index + length)
+    if not length or said.breaks(index + length) or word in _PEOPLE or word in ("and", ""):
+        return start
+    if said.word(index) == "for":
+        return start
+    end = index + length
+    while end < len(said) and not said.breaks(end) and end - index < 6:
+        if said.word(end) in ("and", "or", "then") or said.word(end) in PREPOSITIONS:
+            break
+        end += 1
+    if end == index + length:
+        return start
+    goal.add(Attribute(kind="feature", value=said.said(index, end)))
+    return end + said.starts(end, _PLACES_ON_IT)
+
+
+def read_purpose(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "for the living room" and "to the shed": what or whom it is for."""
+    to = said.word(start) == "to" and said.word(start + 1) in ("the", "my", "our", "a")
+    if not (to or said.word(start) == "for") or said.breaks(start + 1):
+        return start
+    phrase = read_noun_phrase(said, start + 1)
+    if phrase is None or not phrase.head:
+        return start
+    if phrase.head.split()[-1] in _IDIOMS:
+        return phrase.end  # "For the life of me".
+    if to and goal.trigger == "told":
+        relation = "in" if is_searched_inside(phrase.head) else "at"
+        goal.relate(Relation(relation=relation, place=phrase.head))
+        goal.note(said.said(start, phrase.end))
+        return phrase.end  # "Dad took the ladder to the garage".
+    goal.add(Attribute(kind="feature", value=said.said(start, phrase.end)))
+    return phrase.end
+
+
+def read_side(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "on the left" where no "of" follows."""
+    length = said.starts(start, phrases.SIDES)
+    if not length or said.word(start + length) == "of":
+        return start
+    goal.add(Attribute(kind="which", value=said.said(start, start + length)))
+    return start + length
+
+
+def is_maker(said: Utterance, start: int, name: str) -> bool:
+    """Tell whether "by" or "from" says who made or sent it: "by Agatha Christie"."""
+    if said.word(start) not in ("by", "from") or not said.said(start + 1, start + 2)[:1].isupper():
+        return False
+    knowledge = load_knowledge()
+    return knowledge.find(name) is None and knowledge.room(name) is None
+
+
+def without_article(value: str) -> str:
+    """Return words without their article."""
+    first, _, rest = value.partition(" ")
+    return rest if rest and first.lower() in ("a", "an", "the", "some", "its") else value

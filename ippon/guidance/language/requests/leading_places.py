@@ -1,0 +1,116 @@
+"""Places that are said before the object: "look in the kitchen for", "on my desk is a"."""
+
+import re
+from dataclasses import replace
+
+from ippon.guidance.language.grammar import phrases
+from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
+from ippon.guidance.language.grammar.relation_phrase import (
+    is_room,
+    is_searched_inside,
+    read_relation,
+)
+from ippon.guidance.language.grammar.utterance import hear
+from ippon.guidance.language.requests.courtesy import skip_asking
+from ippon.guidance.language.requests.drafts import Reading
+from ippon.guidance.language.requests.goals import ALL, Relation
+from ippon.guidance.language.requests.lists import read_goals
+
+
+def read_place_first(reading: Reading, index: int) -> int:
+    """Read "look in the kitchen for" and "go to the kitchen and"."""
+    said = reading.said
+    leading = max(_read_leading_place(reading, index), _read_several_places(reading, index))
+    if leading > index:
+        return leading
+    start = said.tokens[index].start
+    looked = phrases.LOOKED.match(said.text, start)
+    match = None if looked else phrases.GO.match(said.text, start)
+    matched = looked or match
+    if matched is None:
+        return index
+    end = reading.after(matched.end())
+    if looked is None and match is not None and match["place"].startswith(("for ", "high")):
+        return index
+    after = skip_asking(reading, end)
+    phrase = read_noun_phrase(said, after)
+    if phrase is None:
+        return index
+    relations: list[Relation] = []
+    at = index
+    while at < end - 1:
+        found = read_relation(said, at)
+        relations += found.relations if found else ()
+        at = found.end if found else at + 1
+    everywhere = False
+    if not relations and match is not None:
+        place = read_noun_phrase(said, reading.after(match.start("place")), of=False)
+        place_end = reading.after(match.end("place"))
+        if place is None or place.end < place_end:
+            return index
+        everywhere = place.count == ALL or said.word(place_end - 1) in ("house", "flat")
+        relations = [] if everywhere else [_at(place)]
+    if not relations and not everywhere:
+        return index
+    denied = [one for one in reading.places if one.negated]
+    reading.places = denied + [
+        replace(one, negated=one.negated or looked is not None) for one in relations
+    ]
+    reading.before.append(said.said(index, end - 1))
+    return read_goals(reading, after, said.said(index, after))
+
+
+def _at(place: NounPhrase) -> Relation:
+    """Return the relation to a place that is named without a preposition."""
+    relation = "in" if is_searched_inside(place.head) else "at"
+    return Relation(relation=relation, place=place.head, attributes=place.attributes)
+
+
+def _whole_place(name: str) -> NounPhrase | None:
+    """Return the place that a text names and nothing else; None for other texts."""
+    said = hear(name)
+    place = read_noun_phrase(said, 0)
+    return place if place is not None and place.head and place.end == len(said) else None
+
+
+def _read_several_places(reading: Reading, index: int) -> int:
+    """Read "check the hall, the study first, then the attic for"."""
+    match = phrases.SEVERAL.match(reading.said.text, reading.said.tokens[index].start)
+    if match is None:
+        return index
+    names = re.split(r"(?: first)?(?:,? and then |,? then |,? and |,? or |, )", match["places"])
+    places = [_whole_place(name) for name in names]
+    known = [place for place in places if place is not None]
+    after = reading.after(match.end())
+    phrase = read_noun_phrase(reading.said, after)
+    sure = any(place.known or is_room(place.head) for place in known)
+    if len(names) < 2 or len(known) < len(names) or not sure or phrase is None:
+        return index
+    reading.places = [_at(place) for place in known]
+    reading.before.append(reading.said.said(index, after - 1))
+    return read_goals(reading, after, "bare")
+
+
+def _read_leading_place(reading: Reading, index: int) -> int:
+    """Read "upstairs in the hall: the hat", "kitchen: scissors", "on my desk is a folder"."""
+    said = reading.said
+    if reading.drafts or (index and not said.ends(index)):
+        return index
+    end, relations = index, list[Relation]()
+    while (place := read_relation(said, end, verbs=end > index)) is not None:
+        end, relations = place.end, [*relations, *place.relations]
+        end += said.starts(end, phrases.SIDES)
+    room = None if relations else read_noun_phrase(said, index)
+    if room is not None and is_room(room.head) and ":" in said.gap(room.end):
+        end, relations = room.end, [Relation(relation="in", place=room.head)]
+    verb = said.word(end) in ("is", "are", "lies", "there", "there's")
+    if not relations or not (verb or said.breaks(end)) or end >= len(said):
+        return index
+    after = skip_asking(reading, end) if said.word(end).startswith("there") else end + verb
+    after = after if verb else skip_asking(reading, after)
+    phrase = read_noun_phrase(said, after)
+    if phrase is None or not (phrase.known or phrase.determined) or is_room(phrase.head):
+        return index
+    reading.places = [*reading.places, *relations]
+    reading.before.append(said.said(index, end))
+    return read_goals(reading, after, "bare")

@@ -1,0 +1,24 @@
+import pytest
+
+from ippon.guidance.language.requests.sentence import read_request
+
+
+@pytest.mark.parametrize(
+    ("sentence", "object_", "places"),
+    [
+        ("look in the kitchen for my hat", "hat", ["in kitchen"]),
+        ("upstairs in the hall: the thermometer", "thermometer", ["in hall", "upstairs"]),
+        ("on my desk is a folder", "folder", ["on desk"]),
+        ("kitchen: scissors", "scissors", ["in kitchen"]),
+        ("anywhere except in the nursery: my phone", "phone", ["not in nursery"]),
+        ("search the kitchen and the hall for my keys", "keys", ["in kitchen", "in hall"]),
+        ("check the hall first, then the attic, for my hat", "hat", ["in hall", "in attic"]),
+        ("look on the top shelf above the bench for the glue", "glue",
+         ["on top shelf", "above bench"]),
+        ("go round every room and find my hat", "hat", []),
+    ],
+)  # fmt: skip
+def test_places_that_are_said_first(sentence: str, object_: str, places: list[str]) -> None:
+    (goal,) = read_request(sentence).goals
+    assert goal.object == object_
+    assert sorted(place.text for place in goal.relations) == sorted(places)
