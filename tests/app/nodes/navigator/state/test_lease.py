@@ -189,6 +189,11 @@ def test_the_holder_and_the_requester_are_kept_by_whatever_they_send(
     assert (status.state, status.requester) == ("held", "Bert")
 
 
+def test_a_silent_holder_drives_no_longer(held: Lease) -> None:
+    assert held.teleop_refusal(ANNA.session, 1, 2.0) is None
+    assert held.teleop_refusal(ANNA.session, 1, 2.01) == "nobody has control: take it to drive"
+
+
 def test_a_silent_holder_neither_refuses_nor_is_taken_from(held: Lease) -> None:
     assert held.refusal(BERT, 2.01) is None
     held.request(ANNA, 2.02)
