@@ -128,7 +128,7 @@ def test_carrying_out_the_filtered_command_never_meets_an_obstacle(
     assert (body_clearance(robot, poses, obstacles) >= allowed - 0.015).all()
 
 
-@pytest.mark.parametrize("robot", [ZED, HABITAT])
+@pytest.mark.parametrize("robot", [ZED, HABITAT, LONG])
 @pytest.mark.parametrize("margin_m", [0.0, 0.055])
 def test_an_obstacle_slows_and_stops_at_the_limits_that_are_told(robot, margin_m):
     speed, horizon_s = robot.max_linear_m_s, 0.4
