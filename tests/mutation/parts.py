@@ -41,7 +41,7 @@ _ARITHMETIC: Final = tuple(
 )
 _POOLING: Final = (
     "tests/ippon/mapping/objects/test_place_pooling.py::"
-    "test_energies_are_exact_to_a_few_thousandths_of_a_step"
+    "test_energies_are_exact_to_a_thousandth_of_a_step"
 )
 _NAVIGATOR = "app.nodes.navigator"
 
