@@ -21,19 +21,19 @@ TABLE = ScoreTable(scores=(0.1, 0.4, 0.9), nats=(-1.0, 1.0, 6.0), not_recognised
 MODELS = ObservationModels(
     [ObservationModel(source="x", kind="scores", provenance="test", table=TABLE)]
 )
-BLOCK = (2, -1, 1)
+BLOCKS = ((2, -1, 1), (3, -1, 1))
 EDGE_M = 0.1
 
 
-def voxel(x: int, y: int, z: int) -> int:
-    """Return the number of a voxel in its block."""
-    return x << 6 | y << 3 | z
+def voxel(x: int, y: int, z: int, block: int = 0) -> int:
+    """Return the number of a voxel: 512 times its block's, and its own in the block."""
+    return block << 9 | x << 6 | y << 3 | z
 
 
 def centre_of(k: int) -> np.ndarray:
-    """Return the centre of a voxel of `BLOCK`, world frame, metres."""
-    inside = np.array([k >> 6, k >> 3 & 7, k & 7])
-    return (np.array(BLOCK) * 8 + inside + 0.5) * EDGE_M
+    """Return the centre of a voxel, world frame, metres."""
+    inside = np.array([k >> 6 & 7, k >> 3 & 7, k & 7])
+    return (np.array(BLOCKS[k >> 9]) * 8 + inside + 0.5) * EDGE_M
 
 
 @dataclass
@@ -48,7 +48,7 @@ class SingleVoxels:
 
     def __post_init__(self) -> None:
         self.pools: Pools = make_pools(self.config.max_blocks)
-        self.pools.coord[0], self.pools.tally[N_ROWS] = BLOCK, 1
+        self.pools.coord[: len(BLOCKS)], self.pools.tally[N_ROWS] = BLOCKS, len(BLOCKS)
         self.layers = ObjectLayers(self.config, self.labels, self.pools, MODELS)
         self.layers.ooi = self.ooi
         directory = BlockDirectory(self.config.directory_max_cells)
@@ -86,13 +86,13 @@ class SingleVoxels:
             tilt_rad=0.0,
             heatmap=heatmap if has_heatmap else None,
         )
-        entries = np.array([(0, k, sample) for sample, k in enumerate(voxels)], np.int32)
+        entries = np.array([(k >> 9, k & 511, sample) for sample, k in enumerate(voxels)], np.int32)
         depth = np.pad(frame.depth, 1)
         return self._integrator.fuse(frame, depth, (1, 1), entries, n, self.layers, self.revision)
 
     def slot(self, k: int) -> int:
         """Return a voxel's row in the surface arrays, 0 for none."""
-        return int(self.pools.slot[self.pools.slab[0], k])
+        return int(self.pools.slot[self.pools.slab[k >> 9], k & 511])
 
     def energy(self, k: int) -> np.ndarray:
         """Return -log q of a voxel in steps, up to a constant."""

@@ -13,6 +13,7 @@ from ippon.mapping.objects.posterior_arithmetic import LOG_ODDS_MAX
 from ippon.mapping.objects.surface_voxels import ENERGY_MAX, N_USED, NO_LABEL, STEPS_PER_NAT
 from tests.ippon.mapping.objects.single_voxels import (
     LABELS,
+    OOI,
     TABLE,
     SingleVoxels,
     centre_of,
@@ -147,18 +148,19 @@ def test_a_label_without_a_score_has_a_likelihood_ratio_of_one():
     assert np.abs(cells.energy(A) - exact).max() < 0.52
 
 
+@pytest.mark.parametrize("label", [0, 2])
 @few
 @given(images=st.lists(pixel, min_size=1, max_size=3))
-def test_a_common_label_as_the_object_of_interest_is_no_evidence_against_itself(images):
-    cells = SingleVoxels("distribution", ooi="picture")
+def test_a_common_label_as_the_object_of_interest_is_no_evidence_against_itself(label, images):
+    cells = SingleVoxels("distribution", ooi=LABELS[label])
     log_odds = -np.log(N - 1)
     q = np.full(N, 1.0 / N)
     for values in images:
         h = likelihood(values)
-        others = np.delete(q, 2) / np.delete(q, 2).sum()
-        log_odds += np.log(h[2]) - np.log((others * np.delete(h[:N], 2)).sum())
+        others = np.delete(q, label) / np.delete(q, label).sum()
+        log_odds += np.log(h[label]) - np.log((others * np.delete(h[:N], label)).sum())
         log_odds = bounded(log_odds)
-        cells.show({A: values[:N]}, ooi="picture")
+        cells.show({A: values[:N]}, ooi=LABELS[label])
         q = cells.q(A)
         assert cells.log_odds(A) == pytest.approx(log_odds, abs=1e-3)
         log_odds = cells.log_odds(A)
@@ -190,6 +192,12 @@ def test_the_object_may_have_the_longer_range(kind, depth_m, ooi):
     assert (cells.log_odds(A) > 0.0) == ooi
 
 
+def test_the_first_label_as_the_object_of_interest_has_its_own_scores():
+    cells = SingleVoxels(ooi=LABELS[0])
+    cells.show({A: [200, 9, 9, 9]}, ooi=LABELS[0])
+    assert cells.log_odds(A) == pytest.approx(-np.log(N - 1) + np.log(RATIO[200]), abs=1e-3)
+
+
 @pytest.mark.parametrize("kind", ["scores", "distribution"])
 def test_a_heatmap_for_another_object_says_nothing_of_this_one(kind):
     cells = SingleVoxels(kind)
@@ -210,7 +218,7 @@ def test_an_object_too_small_to_be_missed_is_updated_by_what_speaks_for_it(depth
     assert (cells.log_odds(A) != pytest.approx(-np.log(N))) == counts
 
 
-@few
+@settings(max_examples=8, deadline=None, derandomize=True)
 @given(
     balls=st.lists(
         st.tuples(*[st.floats(-0.5, 0.5)] * 3, st.floats(0.05, 0.6)), min_size=1, max_size=2
@@ -219,9 +227,10 @@ def test_an_object_too_small_to_be_missed_is_updated_by_what_speaks_for_it(depth
 )
 def test_nothing_within_a_suppressed_ball_is_the_object(balls, kind):
     cells = SingleVoxels(kind)
-    middle = centre_of(voxel(4, 4, 4))
+    middle = centre_of(voxel(7, 4, 4))
     cells.layers.suppressed = np.array([(*(middle + b[:3]), b[3]) for b in balls])
-    voxels = [voxel(x, y, z) for x, y, z in np.random.default_rng(3).integers(0, 8, (20, 3))]
+    # More than are updated at a time, in two blocks.
+    voxels = np.random.default_rng(3).permutation(1024)[:70].tolist()
     cells.show({k: [100] * N + [230] for k in voxels})
     for k in voxels:
         away = np.linalg.norm(cells.layers.suppressed[:, :3] - centre_of(k), axis=1)
@@ -239,6 +248,21 @@ def test_only_layers_within_the_objects_heights_may_be_it(kind):
     cells.show(column)
     may_be = [cells.log_odds(k) > -LOG_ODDS_MAX for k in column]
     assert may_be == [False] * 2 + [True] * 3 + [False] * 3
+
+
+@pytest.mark.parametrize("fusion", ["places", "paper", "max"])
+@pytest.mark.parametrize("ooi", [OOI, LABELS[1]])
+def test_all_voxels_that_show_the_same_are_updated_alike(fusion, ooi):
+    config = dataclasses.replace(SMALL, fusion=fusion)
+    cells = SingleVoxels("scores", config, ooi=ooi)
+    # More than are updated at a time, in two blocks.
+    voxels = np.random.default_rng(3).permutation(1024)[:70].tolist()
+    values = [60, 90, 30, 80, 70][: N + (ooi == OOI)]
+    assert cells.show(dict.fromkeys(voxels, values), ooi=ooi) == 70
+    assert len({round(cells.log_odds(k), 4) for k in voxels}) == 1
+    assert np.ptp([cells.energy(k) for k in voxels], axis=0).max() <= 1
+    for k in voxels:
+        assert cells.layers.surface.label[cells.slot(k)] == 1
 
 
 def test_a_colour_is_a_running_mean_of_eight():
