@@ -88,8 +88,18 @@ def test_images_of_one_place_are_averaged_and_those_of_several_multiplied(images
     assert cells.log_odds(A) == pytest.approx(log_odds, abs=1e-3)
     gap, exact = cells.energy(A), STEPS_PER_NAT * np.log(q.max() / q)
     places = len({place for place, _ in images})
-    assert np.abs(gap - exact).max() < 0.52 if places == 1 else places + 0.05
+    assert np.abs(gap - exact).max() < (0.52 if places == 1 else places + 0.05)
     agrees_with_its_codes(cells, A)
+
+
+def test_energies_of_one_place_are_rounded_to_the_nearest_step():
+    cells, voxels = SingleVoxels(), range(60)
+    values = np.random.default_rng(5).integers(25, 230, (60, N + 1))
+    cells.show(dict(zip(voxels, values.tolist(), strict=True)))
+    nats = TABLE.log_ratios("scores")[values[:, :N]]
+    exact = STEPS_PER_NAT * (nats.max(axis=1, keepdims=True) - nats)
+    found = np.array([cells.energy(k) for k in voxels])
+    assert np.abs(found - exact).max() < 0.51
 
 
 @few
@@ -208,7 +218,8 @@ def test_a_heatmap_for_another_object_says_nothing_of_this_one(kind):
 
 
 @pytest.mark.parametrize(
-    ("depth_m", "value", "counts"), [(1.0, 5, True), (1.01, 5, False), (1.01, 200, True)]
+    ("depth_m", "value", "counts"),
+    [(1.0, 5, True), (1.01, 5, False), (1.01, 61, False), (1.01, 66, True), (1.01, 200, True)],
 )
 def test_an_object_too_small_to_be_missed_is_updated_by_what_speaks_for_it(depth_m, value, counts):
     cells = SingleVoxels()
