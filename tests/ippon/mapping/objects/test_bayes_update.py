@@ -11,6 +11,7 @@ from ippon.mapping.arrays import NOT_MAPPED
 from ippon.mapping.config import MapConfig
 from ippon.mapping.objects.posterior_arithmetic import LOG_ODDS_MAX
 from ippon.mapping.objects.surface_voxels import ENERGY_MAX, N_USED, NO_LABEL, STEPS_PER_NAT
+from ippon.observation_model import NOTHING_SAID
 from tests.ippon.mapping.objects.single_voxels import (
     LABELS,
     OOI,
@@ -21,7 +22,7 @@ from tests.ippon.mapping.objects.single_voxels import (
 )
 from tests.reference.place_pooling import place_filter
 
-A, B, C = voxel(3, 5, 6), voxel(7, 0, 2), voxel(0, 6, 1)
+A, B, C = voxel(3, 5, 7), voxel(7, 0, 2), voxel(0, 6, 1)
 SMALL = MapConfig(memory_limit_mb=64.0)
 N = len(LABELS)
 RATIO = np.exp(TABLE.log_ratios("scores").astype(np.float64))
@@ -227,6 +228,15 @@ def test_an_object_too_small_to_be_missed_is_updated_by_what_speaks_for_it(depth
     cells.layers.ooi_small_m = 0.05 / focal_length
     cells.show({A: [100] * N + [value]}, depth_m=depth_m)
     assert (cells.log_odds(A) != pytest.approx(-np.log(N))) == counts
+
+
+def test_an_image_that_says_nothing_of_a_small_object_is_not_averaged():
+    cells = SingleVoxels()
+    cells.layers.ooi_small_m = 0.01
+    cells.show({A: [100] * N + [200]})
+    before = cells.log_odds(A)
+    cells.show({A: [100] * N + [NOTHING_SAID]})
+    assert cells.log_odds(A) == before
 
 
 @settings(max_examples=8, deadline=None, derandomize=True)
