@@ -20,7 +20,7 @@ const make = (tag, name, text) => {
 const kindOf = (kind) => (has(`review.kind.${kind}`) ? say(`review.kind.${kind}`) : kind);
 const clock = (s) => {
   const tenths = Math.round(10 * s);
-  return `${Math.floor(tenths / 600)}:${((tenths % 600) / 10).toFixed(1).padStart(4, "0")}`;
+  return `${Math.floor(tenths / 600)}:${decimal((tenths % 600) / 10, 1).padStart(4, "0")}`;
 };
 
 document.body.classList.add("review");

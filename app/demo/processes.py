@@ -4,7 +4,7 @@ import queue
 import re
 import shlex
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -58,6 +58,7 @@ class DemoProcesses:
         self.recorded: str | None = None
         """Folder of the recording; None without one."""
         self._session: zenoh.Session | None = None
+        self._console: Child | None = None
 
     @property
     def session(self) -> zenoh.Session:
@@ -71,11 +72,14 @@ class DemoProcesses:
         for child in reversed(self.children):
             child.stop()
 
-    def start_navigator(self, arguments: Sequence[str]) -> None:
+    def start_navigator(
+        self, arguments: Sequence[str], beside: Callable[[], None] = lambda: None
+    ) -> None:
         """Start the navigator at a free port and wait until it is ready.
 
         Args:
             arguments: Arguments of `ippon navigate`, without endpoint and prefix.
+            beside: Called as soon as the endpoint is known, to start what connects to it.
 
         Raises:
             DemoError: It ended, was not ready in time, or found no port.
@@ -84,16 +88,28 @@ class DemoProcesses:
         for _ in range(TRIES):
             port = free_port(first)
             try:
-                self._try_navigator(arguments, port)
+                self._try_navigator(arguments, port, beside)
             except _PortTakenError:
                 self._close_session()
+                self._end_console()
                 first = port + 1
             else:
                 return
         raise DemoError(f"no port for the navigator: {TRIES} were taken one after the other")
 
+    def begin_console(self, wanted: int | None, first: int = FIRST_PAGE_PORT) -> None:
+        """Start the console's process, which waits for the navigator.
+
+        Args:
+            wanted: Port of the page; None for the first free one.
+            first: The first port to try.
+        """
+        self.page_port = wanted or free_port(first)
+        where = ["--connect", self.endpoint, *self._page(self.page_port)]
+        self._console = self._start("console", ["console", *where])
+
     def start_console(self, wanted: int | None) -> str:
-        """Start the console and return the address of its page.
+        """Start the console, if it was not begun, and return the address of its page.
 
         Args:
             wanted: Port of the page; None for the first free one.
@@ -101,13 +117,14 @@ class DemoProcesses:
         Raises:
             DemoError: It ended, did not answer in time, or the port was taken.
         """
-        first = wanted or FIRST_PAGE_PORT
+        first = FIRST_PAGE_PORT
         for _ in range(TRIES):
-            # Checked only now, because others may have started while the navigator compiled.
-            self.page_port = wanted or free_port(first)
+            if self._console is None:
+                self.begin_console(wanted, first)
             try:
-                self._try_console(self.page_port)
+                self._await_page(self.page_port)
             except _PortTakenError:
+                self._console = None
                 if wanted is not None:
                     raise DemoError(f"port {wanted} was taken in the meantime") from None
                 first = self.page_port + 1
@@ -208,9 +225,18 @@ class DemoProcesses:
             self._session.close()  # pyright: ignore[reportUnknownMemberType]
             self._session = None
 
-    def _try_navigator(self, arguments: Sequence[str], port: int) -> None:
+    def _end_console(self) -> None:
+        if self._console is not None:
+            self._console.stop()
+            self.children.remove(self._console)
+            self._console = None
+
+    def _try_navigator(
+        self, arguments: Sequence[str], port: int, beside: Callable[[], None]
+    ) -> None:
         self.endpoint = f"tcp/127.0.0.1:{port}"
         child = self._start("navigator", ["navigate", "--listen", self.endpoint, *arguments])
+        beside()
         deadline = time.monotonic() + READY_S
         while time.monotonic() < deadline:
             self._check_running(child, port)
@@ -223,11 +249,11 @@ class DemoProcesses:
                 return
         raise DemoError(f"the navigator was not ready within {READY_S:g} s")
 
-    def _try_console(self, port: int) -> None:
-        child = self._start("console", ["console", "--connect", self.endpoint, *self._page(port)])
+    def _await_page(self, port: int) -> None:
+        assert self._console is not None, "begin_console() comes first"
         deadline = time.monotonic() + PAGE_S
         while time.monotonic() < deadline:
-            self._check_running(child, port)
+            self._check_running(self._console, port)
             if _page_is_of(self.robot, port):
                 return
         raise DemoError(f"the console did not answer at port {port} within {PAGE_S:g} s")

@@ -5,6 +5,10 @@ from typing import Final
 
 _SECOND_NS: Final = 1_000_000_000
 _DAYS: Final = ("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday")
+_MONTHS: Final = (
+    "January", "February", "March", "April", "May", "June", "July", "August", "September",
+    "October", "November", "December",
+)  # fmt: skip
 
 
 def said_time(at_ns: int, now_ns: int, zone: tzinfo | None = None) -> str:
@@ -31,12 +35,13 @@ def said_time(at_ns: int, now_ns: int, zone: tzinfo | None = None) -> str:
         return f"yesterday {clock}"
     if 1 < days < 7:
         return f"{_DAYS[at.weekday()]} {clock}"
-    date = f"{at.day} {at.strftime('%B')}"
+    date = f"{at.day} {_MONTHS[at.month - 1]}"
     return f"{date} {clock}" if at.year == now.year else f"{date} {at.year} {clock}"
 
 
 def said_place(room: str, position_world: tuple[float, float, float]) -> str:
     """Return where something is: "kitchen, at (3.2, 1.0), 0.8 m high"."""
     x, y, z = position_world
-    place = f"at ({x:.1f}, {y:.1f}), {z:.1f} m high"
-    return f"{room}, {place}" if room else place
+    if room:
+        return f"{room}, at ({x:.1f}, {y:.1f}), {z:.1f} m high"
+    return f"at ({x:.1f}, {y:.1f}), {z:.1f} m high"

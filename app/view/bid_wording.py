@@ -10,11 +10,14 @@ def why_not(one: RobotBid, say: Words) -> str:
     if one.problem == "old" and one.detail:
         return say("give.problem.old.version", version=one.detail)
     if one.problem:
-        return say(f"give.problem.{one.problem}", detail=one.detail)
+        return say(f"give.problem.{one.problem}", detail=say.said(one.detail))
     assert one.bid is not None
     bid = one.bid
-    why = say(f"give.why.{bid.obstacle}", detail=bid.detail) if bid.obstacle else say("give.free")
-    return f"{why} · {place_of(bid, say)}"
+    if not bid.obstacle:
+        return f"{say('give.free')} · {place_of(bid, say)}"
+    # Of a robot without data a sentence, else the name of an object or of a person.
+    detail = say.said(bid.detail) if bid.obstacle == "lost" else bid.detail
+    return f"{say(f'give.why.{bid.obstacle}', detail=detail)} · {place_of(bid, say)}"
 
 
 def place_of(bid: Bid, say: Words) -> str:

@@ -1,6 +1,8 @@
-"""The words of the page and of the panels, in one language: a table by key in `web_assets/words/`.
+"""The words of the console in one language: a table by key in `web_assets/words/`.
 
-A further language is one more file there, named by its tag (BCP 47).
+Keys that begin with `said.` are the sentences of the navigator: in the English table as the code
+has them, with names for the values (see `Sayings`). A further language is one more file there,
+named by its tag (BCP 47).
 """
 
 import functools
@@ -11,7 +13,10 @@ from importlib import resources
 from typing import Final
 
 from app.errors import UsageError
+from app.view.sayings import Sayings
 
+SAID: Final = "said."
+"""Keys of the texts that come from the navigator."""
 _MARK: Final = re.compile(r"\{\{([\w.]+)\}\}")
 
 
@@ -32,10 +37,31 @@ class Words:
     def __init__(self, language: str) -> None:
         self.language = language
         self._table = _table(language)
+        pairs = (
+            (text, self._table[key]) for key, text in _table("en").items() if key.startswith(SAID)
+        )
+        self.sayings: Final = Sayings(pairs if language != "en" else (), self)
 
     def __call__(self, key: str, /, **values: object) -> str:
         """Return the text of a key with its values filled in."""
         return self._table[key].format(**values)
+
+    def knows(self, key: str) -> bool:
+        """Return whether there is a text of a key."""
+        return key in self._table
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """All keys, in the order of the table."""
+        return tuple(self._table)
+
+    def text(self, key: str) -> str:
+        """Return the text of a key with the names of its values in it."""
+        return self._table[key]
+
+    def said(self, text: str) -> str:
+        """Return what the navigator says, which is English; a text that is not known as it came."""
+        return self.sayings(text)
 
     def count(self, key: str, n: int, /, **values: object) -> str:
         """Return the text for one or for several."""
@@ -62,7 +88,8 @@ class Words:
 
     def _script(self) -> str:
         """Return what the scripts of a page need of the table, as JSON inside HTML."""
-        table = {key: text for key, text in self._table.items() if not key.startswith("panel.")}
+        apart = ("panel.", SAID)
+        table = {key: text for key, text in self._table.items() if not key.startswith(apart)}
         packed = json.dumps({"language": self.language, "table": table}, ensure_ascii=False)
         return packed.replace("<", "\\u003c")
 

@@ -19,7 +19,12 @@ from ippon.guidance.rating import (
     words,
 )
 
-_STATED = {"sure": "you said", "likely": "you think", "habit": "usually", "maybe": "perhaps"}
+_STATED = {
+    "sure": "you said “{claim}”",
+    "likely": "you think “{claim}”",
+    "habit": "usually “{claim}”",
+    "maybe": "perhaps “{claim}”",
+}
 _OWN_ROOM_SHARE = 0.9
 """Share of a landmark in a room type from which it indicates this room, as a bed the bedroom."""
 _TYPICAL_ROOM_SHARE = 0.1
@@ -72,7 +77,7 @@ def rate_by_claims(
 
 def rate_claim(claim: Claim, landmark: Entry, knowledge: Knowledge) -> Rating:
     """Rate a landmark by one positive claim alone."""
-    said = f"{_STATED[claim.strength]} “{claim.text}”"
+    said = _STATED[claim.strength].format(claim=claim.text)
     if claim.kind == "room":
         return _rate_room(claim, landmark, said)
     place = knowledge.find(words(claim.place))

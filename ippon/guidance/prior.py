@@ -83,7 +83,11 @@ class EmbeddedPrior:
         if goal.known and goal.suggestion:
             notes.append(f"“{goal.display}” was read as “{goal.suggestion}”")
         if entry is None:
-            meant = f" (did you mean “{goal.suggestion}”?)" if goal.suggestion else ""
+            text = f"nothing is known about “{goal.display}”"
+            if goal.suggestion:
+                text = (
+                    f"nothing is known about “{goal.display}” (did you mean “{goal.suggestion}”?)"
+                )
             rest = "only your own words count" if claims else "every level is average"
-            notes.append(f"nothing is known about “{goal.display}”{meant}: {rest}")
+            notes.append(f"{text}: {rest}")
         return notes

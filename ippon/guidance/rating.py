@@ -26,10 +26,10 @@ Rooms = Mapping[str, float]
 
 _ENCLOSING = frozenset({"floor", "wall", "ceiling"})
 _PHRASES: Mapping[Relation, str] = {
-    "sure": "always at",
-    "on": "often on",
-    "in": "often kept in",
-    "by": "usually close to",
+    "sure": "{things_are} always at the {place}",
+    "on": "{things_are} often on the {place}",
+    "in": "{things_are} often kept in the {place}",
+    "by": "{things_are} usually close to the {place}",
 }
 
 
@@ -126,12 +126,12 @@ def _rate_places(
     """Rate a landmark at which the goal is found, or that is found at the goal."""
     place = _place_at(goal, landmark, knowledge, in_rooms, at_rooms)
     if place is not None:
-        text = f"{generic(words(goal.label))} {_PHRASES[place.relation]} {_the(landmark)}"
+        text = _placed(goal, place.relation, landmark)
         level = Level.CERTAIN if place.relation == "sure" else Level.NEAR
         return Rating(level=level, reason=text)
     back = _place_at(landmark, goal, knowledge, at_rooms, in_rooms)
     if back is not None:
-        text = f"{generic(words(landmark.label))} {_PHRASES[back.relation]} {_the(goal)}"
+        text = _placed(landmark, back.relation, goal)
         if back.relation == "sure":
             return Rating(level=Level.CERTAIN, reason=text)
         if same_room(in_rooms, at_rooms) >= REVERSE_SHARE:
@@ -154,11 +154,15 @@ def _rate_rooms(goal: Entry, landmark: Entry, in_rooms: Rooms, at_rooms: Rooms) 
     if not in_rooms or not at_rooms:
         return Rating(level=Level.AVERAGE, reason="no indication")
     if overlap(in_rooms, at_rooms) < FAR_SHARE:
-        text = f"{generic(other)} in {rooms_text(at_rooms)}, {generic(name)} in "
-        return Rating(level=Level.FAR, reason=text + rooms_text(in_rooms))
+        there, here = rooms_text(at_rooms), rooms_text(in_rooms)
+        text = f"{generic(other)} in {there}, {generic(name)} in {here}"
+        return Rating(level=Level.FAR, reason=text)
     if same_room(in_rooms, at_rooms) >= SAME_ROOM_SHARE:
         shared = max(at_rooms, key=lambda room: at_rooms[room] * in_rooms.get(room, 0.0))
-        text = f"{generic(other)} mostly in the {words(shared)}, and so {_is(name)}"
+        subject, _, verb = generic(name).rpartition(" ")
+        text = f"{generic(other)} mostly in the {words(shared)}, and so are {subject}"
+        if verb == "is":
+            text = f"{generic(other)} mostly in the {words(shared)}, and so is {subject}"
         return Rating(level=Level.NEAR, reason=text)
     text = f"no indication: {generic(other)} in {rooms_text(at_rooms, 3)}"
     return Rating(level=Level.AVERAGE, reason=text)
@@ -171,10 +175,8 @@ def rooms_text(rooms: Rooms, most: int = 2) -> str:
     return " or ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named)
 
 
-def _is(name: str) -> str:
-    subject, _, verb = generic(name).rpartition(" ")
-    return f"{verb} {subject}"
-
-
-def _the(entry: Entry) -> str:
-    return f"the {words(entry.label)}"
+def _placed(thing: Entry, relation: Relation, place: Entry) -> str:
+    """Return where a thing is found: "hats are often on the sofa"."""
+    return _PHRASES[relation].format(
+        things_are=generic(words(thing.label)), place=words(place.label)
+    )

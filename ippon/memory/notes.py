@@ -42,8 +42,11 @@ def checked_name(
         raise ValueError(f'{clean!r} is a kind of things; a name is of one, such as "Anna\'s mug"')
     other = instance_named(instances, clean)
     if other is not None and other.instance_id != one.instance_id:
-        where = f" in the {other.room}" if other.room else ""
-        raise ValueError(f"{other.name!r} is already the name of a {_kind(other)}{where}")
+        if other.room:
+            raise ValueError(
+                f"{other.name!r} is already the name of a {_kind(other)} in the {other.room}"
+            )
+        raise ValueError(f"{other.name!r} is already the name of a {_kind(other)}")
     return clean
 
 

@@ -57,9 +57,9 @@ def explain(plan: Plan, voxel_map: VoxelMap, goal: Goal, guidance: Guidance) -> 
     if target.cued and certain and place == _AHEAD:
         names = [label.replace("_", " ") for label in certain]
         place = f"by what may be the {' or the '.join(names[:_MOST_NAMED])}, farther off"
-    where = f"{place} ({level})"
     return (
-        f"going to the viewpoint {where}: gain {target.gain:.0f}, {target.path_cost_s:.1f} s away"
+        f"going to the viewpoint {place} ({level}): gain {target.gain:.0f}, "
+        f"{target.path_cost_s:.1f} s away"
     )
 
 

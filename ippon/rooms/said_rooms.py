@@ -24,7 +24,6 @@ _BESIDE: Final = frozenset(
     {"near", "next to", "between", "behind", "in front of", "under", "above"}
 )
 """Relations to a room in which the object is not in it."""
-_NAMED: Final = "named by you"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,7 +138,7 @@ def weigh_rooms(
     for one in said:
         ratio, known = _ratio(one, rooms, called)
         (last if one.negated else first).extend(known)
-        is_named = bool(known) and known[0].endswith(f"({_NAMED})")
+        is_named = bool(known) and known[0].endswith("(named by you)")
         if not known or (one.place != words(one.kind) and not is_named):
             missing.append(one.place)
         if one.negated:
@@ -214,7 +213,7 @@ def _ratio(
     if named:
         ratio = np.zeros(len(rooms.room))
         ratio[named] = certain
-        return ratio, [f"{called[named[0]]} ({_NAMED})"]
+        return ratio, [f"{called[named[0]]} (named by you)"]
     if one.kind not in rooms.types:
         return np.ones(len(rooms.room)), []
     column, said = rooms.types.index(one.kind), words(one.kind)
@@ -224,7 +223,7 @@ def _ratio(
         kind = _kind_of(_plain(name))
         if kind == one.kind and one.place == said:
             ratio[part] = certain
-            known.append(f"{name} ({_NAMED})")
+            known.append(f"{name} (named by you)")
         elif kind:
             # The name says what the room is.
             ratio[part] = 0.0

@@ -145,8 +145,10 @@ class CameraTracker:
         if fit < self.config.min_fit:
             return f"{fit:.0%} of what is in view lies on known surface"
         if moved_m > self.config.max_step_m or turned_rad > self.config.max_step_rad:
-            turned = f"{moved_m:.2f} m and {math.degrees(turned_rad):.0f} degrees"
-            return f"the camera moved by {turned} between two frames"
+            turned = math.degrees(turned_rad)
+            return (
+                f"the camera moved by {moved_m:.2f} m and {turned:.0f} degrees between two frames"
+            )
         return pose, fit
 
     def _search(

@@ -6,6 +6,7 @@ import queue
 import signal
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -43,7 +44,8 @@ def run_demo(command: Demo) -> int:
     robot = f"ippon/{prefix_part(scene.name)}-{os.getpid()}"
     processes = DemoProcesses(robot, language=Words(command.language).language)
     try:
-        processes.start_navigator(navigator_arguments(command))
+        beside = () if command.headless else (partial(processes.begin_console, command.port),)
+        processes.start_navigator(navigator_arguments(command), *beside)
         if not command.headless:
             page = processes.start_console(command.port)
             screen.print(f"\n  IPPON is at [bold]{page}[/bold]\n")

@@ -246,8 +246,9 @@ def _read_completion(body: bytes) -> tuple[str, bool]:
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
         raise ChatError("the answer is not a chat completion", retry=True) from None
     if not isinstance(text, str) or not text.strip():
-        why = f": {_short(refusal)}" if isinstance(refusal, str) else ""
-        raise ChatError(f"the model gave no answer{why}", retry=True)
+        if isinstance(refusal, str):
+            raise ChatError(f"the model gave no answer: {_short(refusal)}", retry=True)
+        raise ChatError("the model gave no answer", retry=True)
     return text, choice.get("finish_reason") != "length"
 
 

@@ -67,8 +67,8 @@ class StreamWatch:
         lost = silent_s > self._config.heatmap_lost_s
         if lost and not self._heatmap_lost and searching:
             self._heatmap_lost = True
-            since = "has come" if age_s is None else f"for {age_s:.0f} s"
-            self._report_event("stream_lost", f"no heatmap {since}: {NO_HEATMAP}")
+            silent = "no heatmap has come" if age_s is None else f"no heatmap for {age_s:.0f} s"
+            self._report_event("stream_lost", f"{silent}: {NO_HEATMAP}")
         elif self._heatmap_lost and not lost:
             self._heatmap_lost = False
             self._report_event("stream_back", "heatmap is back")

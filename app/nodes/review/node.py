@@ -41,6 +41,7 @@ from app.recording.writing.session import thumbnail
 from app.view.model.scene_model import SceneModel
 from app.view.model.scene_reader import SceneReader
 from app.view.model.seek_history import SEEK_HISTORY
+from app.view.spoken import spoken
 from app.view.words import ENGLISH, Words
 
 logger = logging.getLogger(__name__)
@@ -94,7 +95,7 @@ class ReviewPages:
         self._state_feed = state_feed
         self._second = second
         self._entries: list[SessionEntry] = []
-        self._link = "/"
+        self._link, self._say = "/", say
         root = resources.files("web_assets")
         shell = say.page((root / "index.html").read_text("utf-8")).encode()
         assert _SHELL_SCRIPT in shell, "the page must load the shell"
@@ -166,7 +167,8 @@ class ReviewPages:
         folder = self._config.folder
         if folder is not None:
             self._entries = await run_in_threadpool(list_sessions, folder)
-        listed = SessionList(folder=str(folder or ""), sessions=self._entries)
+        entries = [spoken(entry, self._say) for entry in self._entries]
+        listed = SessionList(folder=str(folder or ""), sessions=entries)
         return Response(msgspec.json.encode(listed), media_type="application/json")
 
     async def _picture(self, request: Request) -> Response:
@@ -263,7 +265,7 @@ def run_review(config: ReviewConfig) -> None:
     gateway = Gateway(
         viser_server, shell, link, OpenAccess(browsers), Hosts("127.0.0.1"), assets=Assets(say)
     )
-    playback = Playback(tuple(inbox.put for inbox in inboxes), timeline, fail)
+    playback = Playback(tuple(inbox.put for inbox in inboxes), timeline, fail, say)
     scene_thread = SceneThread(viser_server, link, inboxes[0], shell, fail)
     second = SideBySideScene(viser_server, inboxes[1], scene_thread.follow, fail)
     pages = ReviewPages(config, playback, timeline, second, say)

@@ -20,6 +20,7 @@ from app.nodes.review.session_figures import ReviewSession, opening_s, review_se
 from app.recording.errors import RecordingError
 from app.recording.notes import Note, add_note, read_notes
 from app.recording.reading.recording import Recording
+from app.view.words import ENGLISH, Words
 
 logger = logging.getLogger(__name__)
 
@@ -66,7 +67,11 @@ class Playback:
     """Owns the recordings; its thread runs all operations in order."""
 
     def __init__(
-        self, emits: tuple[Emit, ...], state_feed: StateFeed, on_failure: OnFailure
+        self,
+        emits: tuple[Emit, ...],
+        state_feed: StateFeed,
+        on_failure: OnFailure,
+        say: Words = ENGLISH,
     ) -> None:
         """Create a playback without recordings.
 
@@ -74,8 +79,9 @@ class Playback:
             emits: Receivers of the messages of the first and the second session.
             state_feed: Receives `ReviewState`.
             on_failure: Called when a thread has failed.
+            say: The words for what was said in the sessions.
         """
-        self._emits = emits
+        self._emits, self._say = emits, say
         self._state_feed = state_feed
         self._work: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._players: list[Player] = []
@@ -228,7 +234,7 @@ class Playback:
 
     def _describe(self, notes: list[list[Note]]) -> None:
         self._version += 1
-        self._session = review_session(self._players, notes)
+        self._session = review_session(self._players, notes, self._say)
 
     def _do(self, command: ReviewCommand) -> None:
         if not self._players:
@@ -281,6 +287,6 @@ class Playback:
             speed=self._speed,
             ended=bool(self._players) and all(player.ended for player in self._players),
             growing=self._growing,
-            problem=self._problem,
+            problem=self._say.said(self._problem),
         )
         self._state_feed.post(msgspec.json.encode(state))

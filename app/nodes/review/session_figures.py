@@ -9,6 +9,7 @@ from app.nodes.review.player import Player
 from app.recording.notes import Note
 from app.recording.reading.recording import Recording
 from app.recording.timeline import SessionTimeline
+from app.view.words import ENGLISH, Words
 
 SHOWN_AFTER_S: Final = 0.3
 """Time after an event at which its effect is visible."""
@@ -52,18 +53,21 @@ class ReviewSession(msgspec.Struct, frozen=True, kw_only=True):
     """Path of the page that shows these sessions; `#t=SECONDS` after it opens a moment."""
 
 
-def review_session(players: list[Player], notes: list[list[Note]]) -> ReviewSession:
+def review_session(
+    players: list[Player], notes: list[list[Note]], say: Words = ENGLISH
+) -> ReviewSession:
     """Describe sessions on one timeline.
 
     Args:
         players: The sessions; at least one.
         notes: Notes of each session.
+        say: The words for what was said in them.
     """
     return ReviewSession(
         sessions=[figures_of(_name(p.recording), p.recording, p.timeline) for p in players],
         duration_s=max(p.recording.duration_s for p in players),
         marks=[
-            _placed(mark.time_ns, mark.kind, mark.text, lane, player)
+            _placed(mark.time_ns, mark.kind, say.said(mark.text), lane, player)
             for lane, player in enumerate(players)
             for mark in player.timeline.marks
         ],
@@ -72,7 +76,7 @@ def review_session(players: list[Player], notes: list[list[Note]]) -> ReviewSess
             for lane, player in enumerate(players)
             for note in notes[lane]
         ],
-        problems=[text for player in players for text in player.recording.index.problems],
+        problems=[say.said(one) for player in players for one in player.recording.index.problems],
     )
 
 

@@ -162,8 +162,9 @@ def out_of_reach_text(display: str, away_m: float) -> str:
 
 def counted_text(display: str, found: int, wanted: int | Literal["all"]) -> str:
     """Return how many of the wanted objects were found: "2 of 3 chairs"."""
-    total = "" if wanted == "all" else f" of {wanted}"
-    return f"{display}: {found}{total} found"
+    if wanted == "all":
+        return f"{display}: {found} found"
+    return f"{display}: {found} of {wanted} found"
 
 
 def exhausted_text(

@@ -97,11 +97,14 @@ class Weighed:
         one = self.opinion
         if one is None:
             return ""
-        reason = f": {one.text}" if one.text else ""
-        if one.verdict == "none":
-            return f"no second opinion{reason}"
-        says = {"yes": "agrees", "no": "disagrees", "unsure": "is unsure"}[one.verdict]
-        return f"{one.by or 'the model'} {says}{reason}"
+        by = one.by or "the model"
+        said = {
+            "none": "no second opinion",
+            "yes": f"{by} agrees",
+            "no": f"{by} disagrees",
+            "unsure": f"{by} is unsure",
+        }[one.verdict]
+        return f"{said}: {one.text}" if one.text else said
 
 
 @dataclass(slots=True)

@@ -1,10 +1,12 @@
 """Small homes of boxes and a robot that searches in them, for outcomes that must be defined."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
 
+from app.view.words import Words
 from ippon.evaluation.episode import EpisodeLimits, run_episode
 from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.prior import EmbeddedPrior
@@ -17,6 +19,10 @@ from ippon.simulation.scene import StartPose
 from ippon.simulation.world import SimulatedWorld, WorldConfig
 from ippon.vocabulary import MATTERPORT_40
 from tests.boxes import boxes_scene
+
+GERMAN = Words("de")
+OF_A_MODEL = re.compile(r"( (?:agrees|disagrees|is unsure)): .*")
+"""Verdict of a model, and its reason, which stays as the model gave it."""
 
 
 class Searcher:
@@ -95,7 +101,18 @@ class Searcher:
 
 @pytest.fixture
 def searcher():
-    return Searcher
+    """Make robots; what each of them has said must have a translation."""
+    robots = []
+
+    def make(*args, **kwargs):
+        robots.append(Searcher(*args, **kwargs))
+        return robots[-1]
+
+    yield make
+    snapshots = [result.snapshot for robot in robots for result in robot.results]
+    texts = {s.why for s in snapshots} | {event.text for s in snapshots for event in s.events}
+    texts = {OF_A_MODEL.sub(r"\1", text) for text in texts}
+    assert {text for text in texts if not GERMAN.sayings.covers(text)} == set()
 
 
 def boxed_room(x=6.0, y=4.0):

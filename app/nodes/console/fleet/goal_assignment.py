@@ -21,6 +21,7 @@ from app.nodes.console.link.panel_requests import READ_S, REQUESTER
 from app.nodes.console.web.browsers import Browser
 from app.nodes.console.web.permissions import request_refusal
 from app.view.bid_wording import place_of, why_not
+from app.view.spoken import spoken
 from app.view.words import Words
 from ippon.guidance.language.requests.sentence import (
     MAX_OBJECT_CHARS,
@@ -109,7 +110,7 @@ class GoalAssignment:
         except _UnclearError as error:
             return GoalGiven(ok=False, text=str(error), doubtful=error.doubtful)
         except (LinkError, zenoh.ZError) as error:
-            return GoalGiven(ok=False, text=str(error))
+            return GoalGiven(ok=False, text=self._say.said(str(error)))
         finally:
             self._turn.release()
 
@@ -154,9 +155,9 @@ class GoalAssignment:
         for name in readers:
             request, key = SentenceRequest(sentence=sentence), f"{name}/{keys.SENTENCE}"
             try:
-                return ask(session, key, request, SentenceReading, READ_S)
+                return spoken(ask(session, key, request, SentenceReading, READ_S), self._say)
             except (LinkError, RequestRefusedError) as error:
-                problem = str(error)
+                problem = self._say.said(str(error))
         raise _UnclearError(self._say("give.unread", problem=problem))
 
     def _told(self, search: SearchRequest, result: Assignment) -> GoalGiven:
@@ -169,7 +170,9 @@ class GoalAssignment:
         if best is not None and best.bid is not None:
             place = place_of(best.bid, say)
             text = say("give.given", robot=best.name, object=search.object, place=place)
-            notes = [] if result.accepted is None else map(as_sentence, result.accepted.notes)
+            notes: list[str] = []
+            if result.accepted is not None:
+                notes = [as_sentence(note) for note in spoken(result.accepted, say).notes]
             return GoalGiven(
                 ok=True, text=" ".join([text, *notes]), robot=best.name, path=path_of(best.name),
                 others=others,
@@ -179,7 +182,7 @@ class GoalAssignment:
             text = say("give.unsure", robot=result.unsure.name)
         elif len(refusals) == 1 and all(one.problem == "refused" for one in result.others):
             # All say the same of the search itself.
-            text = as_sentence(refusals.pop())
+            text = as_sentence(say.said(refusals.pop()))
         else:
             text = say("give.nobody") if others else say("give.none")
         return GoalGiven(ok=False, text=text, others=others)

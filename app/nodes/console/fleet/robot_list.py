@@ -14,6 +14,7 @@ from app.messages import keys
 from app.messages.control import decode
 from app.messages.status import Status
 from app.nodes.console.fleet.robot_paths import path_of
+from app.view.spoken import spoken
 from app.view.words import ENGLISH, Words
 
 FRESH_S: Final = 1.0
@@ -78,7 +79,8 @@ class RobotList:
                 except (LinkError, zenoh.ZError) as error:
                     self._close()
                     robots = [self._unheard(name, "gone") for name in sorted(self._heard)]
-                    self._shown = RobotsShown(robots=robots, problem=str(error))
+                    problem = self._words.said(str(error))
+                    self._shown = RobotsShown(robots=robots, problem=problem)
                 self._asked_s = time.monotonic()
             return self._shown
 
@@ -141,7 +143,7 @@ def _listed(name: str, replies: list[tuple[float, bytes]], say: Words) -> Listed
         round_trip_ms=round(1e3 * after_s, 1),
     )
     try:
-        status = decode(payload, Status)
+        status = spoken(decode(payload, Status), say)
     except msgspec.DecodeError as error:
         return msgspec.structs.replace(one, why=say("robots.unreadable", problem=str(error)[:200]))
     goal = status.goal

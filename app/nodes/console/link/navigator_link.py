@@ -31,6 +31,7 @@ from app.nodes.console.web.permissions import (
     request_refusal,
     take_refusal,
 )
+from app.view.spoken import spoken
 from app.view.words import ENGLISH, Words
 from ippon.control.drive_mode import TeleopInput
 
@@ -202,13 +203,14 @@ class NavigatorLink(PanelRequests):
             raise _UndeliveredError(self.say("refusal.nobody", endpoint=self.endpoint))
         try:
             who = browser.credential() if browser is not None else None
-            return ask(session, self._key(topic), message, kind, timeout_s or REPLY_S, who)
+            reply = ask(session, self._key(topic), message, kind, timeout_s or REPLY_S, who)
         except RequestRefusedError as error:
-            raise CommandError(str(error)) from error
+            raise CommandError(self.say.said(str(error))) from error
         except LinkError as error:
-            raise _UndeliveredError(str(error)) from error
+            raise _UndeliveredError(self.say.said(str(error))) from error
         except zenoh.ZError as error:
             raise _UndeliveredError(self.say("refusal.unsent", error=error)) from error
+        return spoken(reply, self.say)
 
     def _key(self, topic: str) -> str:
         return f"{self.robot}/{topic}"

@@ -119,7 +119,7 @@ class SceneThread:
         self._calls = calls
         self._detection = CallDetection(link.say)
         self.model = SceneModel()
-        self.reader = SceneReader(self.model)
+        self.reader = SceneReader(self.model, link.say)
         self._link = link
         self._inbox = inbox
         self._state_feed = state_feed

@@ -120,10 +120,10 @@ class Alignment:
                 "where it can turn"
             )
         if spent_s > patience_s:
-            why = "" if self._last is not None else ": no image came with its pose"
-            raise RegistrationError(
-                f"the robot has turned by {turned:.0f} degrees within {patience_s:.0f} s{why}"
-            )
+            text = f"the robot has turned by {turned:.0f} degrees within {patience_s:.0f} s"
+            if self._last is None:
+                text = f"{text}: no image came with its pose"
+            raise RegistrationError(text)
 
     def _step(self, frame: Frame) -> None:
         hold = Command(tilt_rad=frame.tilt_rad)

@@ -120,8 +120,13 @@ class GoalService:
         """
         if not request.object.strip():
             raise RequestRefusedError('the object is empty; name an object, such as "hat"')
-        for what in ("object", "context", "scenario"):
-            problem = complaint(f"the {what}", getattr(request, what))
+        texts = {
+            "the object": request.object,
+            "the context": request.context,
+            "the scenario": request.scenario,
+        }
+        for what, text in texts.items():
+            problem = complaint(what, text)
             if problem is not None:
                 raise RequestRefusedError(problem)
         named = self._named(request)
@@ -144,8 +149,9 @@ class GoalService:
         state = self._operations.ask(_state_of)
         obstacle, detail = self.availability.obstacle(state)
         if obstacle:
-            about = f" ({detail})" if detail else ""
-            raise RequestRefusedError(f"it is not free any more: {obstacle}{about}")
+            if detail:
+                raise RequestRefusedError(f"it is not free any more: {obstacle} ({detail})")
+            raise RequestRefusedError(f"it is not free any more: {obstacle}")
 
     def _named(self, request: SearchRequest) -> Instance | None:
         """Return the thing whose name a request says: as its object, or with its owner."""
@@ -187,9 +193,12 @@ class GoalService:
         active = self._goals.active()
         is_last = active is not None and request.goal_id in (None, active.goal.goal_id)
         waits = goal_id is not None if self._goals.in_tour() else self.state == "found" and is_last
+        if not waits and request.goal_id is None:
+            raise RequestRefusedError("there is no find to confirm or reject")
         if not waits:
-            which = "" if request.goal_id is None else f" of goal {request.goal_id}"
-            raise RequestRefusedError(f"there is no find{which} to confirm or reject")
+            raise RequestRefusedError(
+                f"there is no find of goal {request.goal_id} to confirm or reject"
+            )
         if request.verdict == "confirm":
             self._operations.enqueue(partial(self._confirm, goal_id))
             return Accepted(detail="confirmed")
@@ -202,9 +211,10 @@ class GoalService:
         if goal_id is not None:
             known = [*filter(None, [goal]), *self._goals.tour()]
             goal = next((one for one in known if one.goal_id == goal_id), None)
+        if goal is None and goal_id is None:
+            raise RequestRefusedError("there is no goal to cancel")
         if goal is None:
-            which = "" if goal_id is None else f" with number {goal_id}"
-            raise RequestRefusedError(f"there is no goal{which} to cancel")
+            raise RequestRefusedError(f"there is no goal with number {goal_id} to cancel")
         detail = ""
         if goal.outcome != "active":
             detail = f"the search for {goal.object} had ended: {goal.outcome}"

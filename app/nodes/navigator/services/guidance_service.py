@@ -213,8 +213,10 @@ class GuidanceService:
                 f"a common object is one to four plain words, like floor lamp; got {asked!r}"
             )
         if label in self.labels:
-            same = "" if canonical_label(asked) == label else f", as {label}"
-            raise RequestRefusedError(f"{asked.strip()} is recognised already{same}")
+            known = f"{asked.strip()} is recognised already"
+            if canonical_label(asked) != label:
+                known = f"{asked.strip()} is recognised already, as {label}"
+            raise RequestRefusedError(known)
         if len(self.labels) >= MAX_LABELS:
             raise RequestRefusedError(f"the map recognises at most {MAX_LABELS} common objects")
         if self._goals.in_tour():
@@ -322,5 +324,6 @@ def _edited(edit: LabelLevel, search: PlannedSearch) -> PlannedSearch:
 def _describe(answer: LevelsAnswer) -> str:
     if answer.failed:
         return answer.guidance.notes[0]
-    where = "from the cache" if answer.from_cache else f"after {answer.elapsed_ms:.0f} ms"
-    return f"levels of {answer.guidance.provider} {where}"
+    if answer.from_cache:
+        return f"levels of {answer.guidance.provider} from the cache"
+    return f"levels of {answer.guidance.provider} after {answer.elapsed_ms:.0f} ms"

@@ -87,9 +87,10 @@ class QueueService:
 def told(accepted: SearchAccepted) -> str:
     """Return an accepted search as a line for the operator."""
     name, before = accepted.object.replace("_", " "), accepted.position
-    place = "" if before == 0 else f", after {before} other goal{'s' if before > 1 else ''}"
-    notes = "".join(f"; {note}" for note in accepted.notes)
-    return f"looking for: {name}{place}{notes}"
+    text = f"looking for: {name}"
+    if before:
+        text = f"looking for: {name}, after {before} other goal{'s' if before > 1 else ''}"
+    return "; ".join([text, *accepted.notes])
 
 
 def _check_waits(goal_id: int, *, waits: bool) -> None:

@@ -58,7 +58,7 @@ class Lease:
         self._expire(now_s)
         party = _Party(who.session, who.name, now_s)
         if self._holder is None:
-            self._assign(party, "took control")
+            self._assign(party, f"{party.name} took control")
         elif self._is(self._holder, who):
             self._holder = replace(self._holder, heard_s=now_s)
         elif self._requester is None:
@@ -96,7 +96,8 @@ class Lease:
         self._expire(now_s)
         if self._holds(who) and self._requester is not None:
             self._assign(
-                replace(self._requester, heard_s=now_s), f"was given control by {who.name}"
+                replace(self._requester, heard_s=now_s),
+                f"{self._requester.name} was given control by {who.name}",
             )
         return self._reply(who)
 
@@ -113,8 +114,10 @@ class Lease:
         """Take the lease from its holder: for supervisors."""
         self._expire(now_s)
         if not self._is(self._holder, who):
-            whose = f" from {self._holder.name}" if self._holder is not None else ""
-            self._assign(_Party(who.session, who.name, now_s), f"took control{whose}")
+            text = f"{who.name} took control"
+            if self._holder is not None:
+                text = f"{who.name} took control from {self._holder.name}"
+            self._assign(_Party(who.session, who.name, now_s), text)
         return self._reply(who)
 
     def refusal(self, who: Credential | None, now_s: float) -> str | None:
@@ -149,19 +152,20 @@ class Lease:
     def _is(party: _Party | None, who: Credential) -> bool:
         return party is not None and party.session == who.session
 
-    def _assign(self, party: _Party, how: str) -> None:
+    def _assign(self, party: _Party, event: str) -> None:
         self._holder = party
         self._epoch += 1
         self._denied = None
         if self._requester is not None and self._requester.session == party.session:
             self._requester = None
-        self._events.append(f"{party.name} {how}")
+        self._events.append(event)
 
     def _assign_next(self, now_s: float) -> None:
         successor, self._holder, self._requester = self._requester, None, None
         if successor is not None:
             # Requesters renew rarely, so the time of the last renewal is reset for the new holder.
-            self._assign(replace(successor, heard_s=now_s), "has control now")
+            event = f"{successor.name} has control now"
+            self._assign(replace(successor, heard_s=now_s), event)
 
     def _expire(self, now_s: float) -> None:
         requester, holder = self._requester, self._holder

@@ -108,10 +108,9 @@ def unchecked(goal: Goal) -> tuple[str, ...]:
     others = [one for one in goal.attributes if one.kind not in ("colour", "size")]
     if others:
         said = ", ".join(f"“{'not ' if one.negated else ''}{one.value}”" for one in others)
-        are = "is" if len(others) == 1 else "are"
         notes.append(
-            f"{said} {are} checked only by a model that takes images (--llm.second-opinion): "
-            f"without one, any {goal.object} counts"
+            f"{said} {'is' if len(others) == 1 else 'are'} checked only by a model that takes "
+            f"images (--llm.second-opinion): without one, any {goal.object} counts"
         )
     notes += [
         f"“{place.text}” guides the search, but a find is not checked for it yet"

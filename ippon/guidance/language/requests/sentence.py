@@ -156,9 +156,12 @@ def _doubts(read: Draft, goal: Goal) -> list[str]:
         reasons.append(f"“{goal.object}” is a room, not an object")
     elif read.phrase.corrected:
         reasons.append(f"“{goal.object}” is a corrected spelling")
+    elif not found.known and found.suggestion:
+        reasons.append(
+            f"“{goal.object}” is not in the table of objects: did you mean “{found.suggestion}”?"
+        )
     elif not found.known:
-        hint = f": did you mean “{found.suggestion}”?" if found.suggestion else ""
-        reasons.append(f"“{goal.object}” is not in the table of objects{hint}")
+        reasons.append(f"“{goal.object}” is not in the table of objects")
     elif thing is not None and thing.spread == "broad":
         reasons.append(f"“{goal.object}” may be anything")
     if _may_end_in_verb(goal.object, read.phrase.display):

@@ -270,12 +270,9 @@ def contradiction(judged: Sequence[JudgedAttribute], name: str) -> str | None:
     wrong = [one for one in judged if one.verdict == "wrong"]
     if not wrong:
         return None
-    article = "an" if name[:1] in "aeiou" else "a"
-    parts = [
-        f"it is {one.seen}" if one.seen and not one.negated else f"it is {one.denied_text}"
-        for one in wrong
-    ]
-    return f"{article} {name}, but {' and '.join(parts)}"
+    parts = [one.seen if one.seen and not one.negated else one.denied_text for one in wrong]
+    is_so = " and it is ".join(parts)
+    return f"a{'n' if name[:1] in 'aeiou' else ''} {name}, but it is {is_so}"
 
 
 def attributes_text(judged: Sequence[JudgedAttribute]) -> str:

@@ -11,7 +11,10 @@ import msgspec
 import pytest
 from playwright.sync_api import expect
 
+from app.messages import keys
+from app.messages.control import encode
 from app.messages.driving import DriveStatus
+from app.messages.status import Event
 from tests.app.nodes.console.page_checks import (
     CUT_OFF,
     LOW_CONTRAST,
@@ -109,7 +112,10 @@ SAID = """(doc) => [...doc.querySelectorAll("*")].filter((e) => e.checkVisibilit
 ]).filter((text) => typeof text === "string" && text !== "")"""
 
 
-def test_nothing_of_the_page_is_left_in_english(at_first):
+def test_nothing_of_the_page_is_left_in_english(at_first, parts):
+    _, home = parts
+    contact = "blocked: marking what is ahead and backing off"
+    home.put(keys.EVENT, encode(Event(stamp_ns=home.stamp_ns, kind="contact", text=contact)))
     english, german = (json.loads((WORDS / f"{name}.json").read_text()) for name in ("en", "de"))
     both = set(german.values())
     others = {text for key, text in english.items() if text != german[key]} - both
@@ -120,7 +126,10 @@ def test_nothing_of_the_page_is_left_in_english(at_first):
         said |= {*in_page(at_first, SAID), *in_panels(at_first, SAID)}
         _keep(at_first, f"german-{name}")
     assert {"Leertaste", "Stufen für: hat", "Woran der Roboter sich erinnert"} <= said
-    # Said by the robot, not by the console: names of what it knows.
+    # Said by the robot.
+    assert "fährt zum Blickpunkt bei sofa (sicher): Gewinn 41, 6,2 s entfernt" in said
+    assert "blockiert: merkt sich das Hindernis voraus und fährt zurück" in said
+    # Names of what it knows.
     assert said & others <= {"hat", "object"}
 
 
