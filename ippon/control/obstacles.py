@@ -147,33 +147,39 @@ def nearest_distance(points: Float64Array, obstacles: Float64Array) -> Float64Ar
 def body_clearance(
     robot: RobotProfile, poses: Float64Array, obstacles: Float64Array
 ) -> Float64Array:
-    """Return the free space between the body and the nearest obstacle at each pose.
+    """Return the least free space between the body and each obstacle over some poses.
 
     Args:
         robot: Its collision spheres, seen from above.
-        poses: (N, 3) x, y and yaw.
+        poses: (N, 3) x, y and yaw, N of at least 1.
         obstacles: (M, 2) points.
 
     Returns:
-        (N,) metres, negative if a sphere covers an obstacle; infinite without obstacles.
+        (M,) metres, negative if a sphere covers the obstacle.
     """
     discs = {(s.x_m, s.y_m): 0.0 for s in robot.spheres}
     for s in robot.spheres:
         discs[s.x_m, s.y_m] = max(discs[s.x_m, s.y_m], s.radius_m)
-    return disc_clearance(
-        tuple((x, y, radius) for (x, y), radius in discs.items()), poses, obstacles
-    )
+    centres = disc_centres(tuple((x, y, r) for (x, y), r in discs.items()), poses)
+    clearance = np.full(len(obstacles), np.inf)
+    for k, radius in enumerate(discs.values()):
+        squared = ((centres[:, k, None] - obstacles[None]) ** 2).sum(axis=2)
+        clearance = np.minimum(clearance, np.sqrt(squared.min(axis=0)) - radius)
+    return clearance
 
 
 def disc_clearance(
     discs: tuple[tuple[float, float, float], ...], poses: Float64Array, obstacles: Float64Array
 ) -> Float64Array:
-    """Return the free space between discs and the nearest obstacle; see `body_clearance`.
+    """Return the free space between discs and the nearest obstacle at each pose.
 
     Args:
         discs: x and y in the base frame, and radius, metres, as in `RobotProfile.outline`.
         poses: (N, 3) x, y and yaw.
         obstacles: (M, 2) points.
+
+    Returns:
+        (N,) metres, negative if a disc covers an obstacle; infinite without obstacles.
     """
     clearance = np.full(len(poses), np.inf)
     centres = disc_centres(discs, poses)

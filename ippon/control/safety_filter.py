@@ -17,7 +17,8 @@ from ippon.geometry import Float64Array, yaw_of
 from ippon.mapping.arrays import MapArrays
 from ippon.robot import RobotProfile
 
-_SHARES = (1.0, 0.75, 0.5, 0.3, 0.15, 0.0)
+_SHARES = (0.75, 0.5, 0.3, 0.15)
+"""Shares of a command that are tried, the largest first."""
 
 
 def filter_command(
@@ -31,7 +32,7 @@ def filter_command(
     """Scale a command down until the robot can execute it and still stop in time.
 
     The body is checked along the command's arc for the horizon plus its braking distance. A robot
-    that is too close to an obstacle already may move as long as it does not get closer. Linear and
+    that is too close to an obstacle already may move as long as it gets no closer to it. Linear and
     yaw rate are scaled together, so that the arc is unchanged; if no part of it is free, turning in
     place is tried.
 
@@ -81,22 +82,28 @@ def filter_among_obstacles(
     """
     if len(obstacles) == 0:
         return command, None
-    allowed = _least_room(robot, T_world_base, obstacles, margin_m, slack_m)
+    pose = np.array([[T_world_base[0, 3], T_world_base[1, 3], yaw_of(T_world_base)]])
+    allowed = np.minimum(margin_m, body_clearance(robot, pose, obstacles) - slack_m)
+
+    def is_free(tried: Command) -> bool:
+        poses = _stopping_path(tried, pose[0], robot, horizon_s)
+        return bool((body_clearance(robot, poses, obstacles) >= allowed).all())
+
+    if is_free(command):
+        return command, None
+    where = _where(command, T_world_base, obstacles)
     for share in _SHARES:
         tried = replace(
             command,
             linear_m_s=share * command.linear_m_s,
             yaw_rate_rad_s=share * command.yaw_rate_rad_s,
         )
-        room = _room_along(tried, T_world_base, robot, obstacles, horizon_s)
-        if share == 1.0 and room >= allowed:
-            return command, None
-        if share > 0.0 and room >= allowed:
-            return tried, f"slowed to {share:.0%}: {_where(command, T_world_base, obstacles)}"
+        if is_free(tried):
+            return tried, f"slowed to {share:.0%}: {where}"
     turning = replace(command, linear_m_s=0.0)
-    if _room_along(turning, T_world_base, robot, obstacles, horizon_s) < allowed:
+    if not is_free(turning):
         turning = replace(turning, yaw_rate_rad_s=0.0)
-    return turning, f"stopped: {_where(command, T_world_base, obstacles)}"
+    return turning, f"stopped: {where}"
 
 
 def limits_ahead(
@@ -115,7 +122,7 @@ def limits_ahead(
         which even the least speed is refused.
     """
     front = max(sphere.x_m + sphere.radius_m for sphere in robot.spheres) + margin_m
-    full, least = speed_m_s, _SHARES[-2] * speed_m_s
+    full, least = speed_m_s, _SHARES[-1] * speed_m_s
 
     def travelled(speed: float) -> float:
         return speed * (horizon_s + 0.5 * speed / robot.max_linear_acceleration_m_s2)
@@ -123,44 +130,28 @@ def limits_ahead(
     return front + travelled(full), front + travelled(least)
 
 
-def _least_room(
-    robot: RobotProfile,
-    T_world_base: Float64Array,
-    obstacles: Float64Array,
-    margin_m: float,
-    slack_m: float,
-) -> float:
-    """Return the least free space allowed; less for a robot that is closer than that already."""
-    pose = np.array([[T_world_base[0, 3], T_world_base[1, 3], yaw_of(T_world_base)]])
-    now = float(body_clearance(robot, pose, obstacles)[0])
-    return min(margin_m, now - slack_m)
+def _stopping_path(
+    command: Command, pose: Float64Array, robot: RobotProfile, horizon_s: float
+) -> Float64Array:
+    """Return (N, 3) poses along a command's arc until the robot has stopped, the present left out.
 
-
-def _room_along(
-    command: Command,
-    T_world_base: Float64Array,
-    robot: RobotProfile,
-    obstacles: Float64Array,
-    horizon_s: float,
-) -> float:
-    speed = abs(command.linear_m_s)
-    duration = horizon_s + 0.5 * speed / robot.max_linear_acceleration_m_s2
-    # Samples a few centimetres or degrees apart, the present pose left out.
-    count = max(2, math.ceil(max(speed * duration / 0.03, abs(command.yaw_rate_rad_s) / 0.1)))
+    A body that is not round needs room to stop turning, too.
+    """
+    speed, rate = abs(command.linear_m_s), command.yaw_rate_rad_s
+    braking_s = speed / robot.max_linear_acceleration_m_s2
+    if not robot.is_round:
+        braking_s = max(braking_s, abs(rate) / robot.max_yaw_acceleration_rad_s2)
+    duration = horizon_s + 0.5 * braking_s
+    # Samples a few centimetres or degrees apart.
+    count = max(2, math.ceil(max(speed * duration / 0.03, abs(rate) / 0.1)))
     t = np.arange(1, count + 1) / count * duration
-    yaw = yaw_of(T_world_base) + command.yaw_rate_rad_s * t
-    middle = yaw_of(T_world_base) + 0.5 * command.yaw_rate_rad_s * t
+    x, y, yaw = pose
     # The chord of an arc points to its middle heading.
-    half = 0.5 * command.yaw_rate_rad_s * t
+    half = 0.5 * rate * t
     chord = command.linear_m_s * t * np.sinc(half / math.pi)
-    poses = np.column_stack(
-        [
-            T_world_base[0, 3] + chord * np.cos(middle),
-            T_world_base[1, 3] + chord * np.sin(middle),
-            yaw,
-        ]
+    return np.column_stack(
+        [x + chord * np.cos(yaw + half), y + chord * np.sin(yaw + half), yaw + rate * t]
     )
-    return float(body_clearance(robot, poses, obstacles).min())
 
 
 def _where(command: Command, T_world_base: Float64Array, obstacles: Float64Array) -> str:
@@ -169,8 +160,8 @@ def _where(command: Command, T_world_base: Float64Array, obstacles: Float64Array
     heading = yaw_of(T_world_base) + (math.pi if command.linear_m_s < 0.0 else 0.0)
     ahead = offset @ np.array([math.cos(heading), math.sin(heading)])
     distance = np.hypot(offset[:, 0], offset[:, 1])
-    in_way = ahead > 0.5 * distance if command.linear_m_s != 0.0 else np.ones(len(ahead), bool)
+    in_way = ahead > 0.5 * distance
     side = "behind" if command.linear_m_s < 0.0 else "ahead"
-    if not in_way.any():
+    if command.linear_m_s == 0.0 or not in_way.any():
         in_way, side = np.ones(len(ahead), dtype=np.bool_), "beside"
     return f"obstacle {float(distance[in_way].min()):.2f} m {side}"

@@ -1,10 +1,15 @@
 import json
+import math
 
 import numpy as np
 import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 
 from ippon.observation import Heatmap
 from ippon.observation_model import (
+    LEAST_SCORE,
+    MOST_NATS,
     NOT_RECOGNISED,
     NOTHING_SAID,
     ObservationModel,
@@ -57,6 +62,88 @@ def test_a_model_is_read_as_it_was_written(tmp_path):
     )
     (tmp_path / "model.json").write_text(json.dumps(own.as_dict()))
     assert read_observation_model(tmp_path / "model.json") == own
+
+
+ratios = st.floats(-12.0, 12.0)
+
+
+@settings(max_examples=50)
+@given(
+    knots=st.lists(st.tuples(st.floats(0.0, 1.0), ratios), min_size=2, max_size=6),
+    not_recognised=st.floats(-12.0, 0.0),
+    kind=st.sampled_from(("scores", "distribution")),
+)
+def test_the_ratio_of_a_score_lies_between_those_of_its_knots(knots, not_recognised, kind):
+    scores, nats = (np.sort(values) for values in zip(*knots, strict=True))
+    assume((np.diff(scores) > 1e-6).all())
+    table = ScoreTable(scores=tuple(scores), nats=tuple(nats), not_recognised=not_recognised)
+    found = table.log_ratios(kind)
+    first = 0 if kind == "distribution" else LEAST_SCORE
+    assert (np.diff(found[first:]) >= 0.0).all()
+    assert found[first:].min() >= nats[0] - 1e-5
+    assert found[first:].max() <= nats[-1] + 1e-5
+    for value in (LEAST_SCORE, 51, 254, 255):
+        at_least = np.searchsorted(scores, value / 255.0, side="right") - 1
+        assert found[value] >= nats[max(at_least, 0)] - 1e-5
+        assert found[value] <= nats[min(at_least + 1, len(nats) - 1)] + 1e-5
+
+
+def test_scores_between_knots_are_interpolated():
+    table = ScoreTable(scores=(0.2, 0.6), nats=(-1.0, 3.0))
+    assert table.not_recognised == 0.0
+    scores = table.log_ratios("scores")
+    assert [LEAST_SCORE, MOST_NATS] == [2, 12.0]
+    assert scores[102] == pytest.approx(1.0), "0.4, halfway"
+    assert scores[2] == -1.0
+    assert scores[255] == 3.0
+
+
+def test_probabilities_between_knots_are_interpolated_in_their_logarithm():
+    found = ScoreTable(scores=(0.0, 1.0), nats=(-5.0, 0.0)).log_ratios("distribution")
+    assert (found[0], found[1], found[255]) == (-5.0, -5.0, 0.0)
+    # 0 stands for 1/255, the least probability of a heatmap.
+    assert found[51] == pytest.approx(-5.0 * math.log(0.2) / math.log(1.0 / 255.0))
+
+
+@pytest.mark.parametrize(
+    ("table", "text"),
+    [
+        ({"scores": (0.5,), "nats": (0.0,)}, "two at least; got 1 and 1"),
+        ({"scores": (0.0, 1.0), "nats": (0.0, 1.0, 2.0)}, "two at least; got 2 and 3"),
+        ({"scores": (0.0, 0.5, 0.5), "nats": (0.0, 1.0, 2.0)}, "scores rise"),
+        ({"scores": (0.5, 0.0, 1.0), "nats": (0.0, 1.0, 2.0)}, "scores rise"),
+        ({"scores": (-0.01, 1.0), "nats": (0.0, 1.0)}, "within 0 to 1"),
+        ({"scores": (0.0, 0.5, 1.01), "nats": (0.0, 1.0, 2.0)}, "within 0 to 1"),
+        ({"scores": (0.0, 0.5, 1.0), "nats": (0.0, 1.0, 0.5)}, "nats never fall"),
+        ({"scores": (0.0, 1.0), "nats": (0.0, 12.1)}, "within ±12"),
+        ({"scores": (0.0, 1.0), "nats": (-12.1, 0.0)}, "within ±12"),
+        (
+            {"scores": (0.0, 1.0), "nats": (0.0, 1.0), "not_recognised": 0.1},
+            "0 or less, and at least -12; got 0.1",
+        ),
+        ({"scores": (0.0, 1.0), "nats": (0.0, 1.0), "not_recognised": -12.1}, "at least -12"),
+    ],
+)
+def test_a_table_that_is_not_monotone_or_not_bounded_is_rejected(table, text):
+    with pytest.raises(ValueError, match=text):
+        ScoreTable(**table)
+
+
+def test_the_bounds_of_a_table_belong_to_it():
+    table = ScoreTable(scores=(0.0, 0.5, 1.0), nats=(-12.0, 12.0, 12.0), not_recognised=-12.0)
+    assert table.log_ratios("scores")[[0, 2, 255]].tolist() == pytest.approx(
+        [-12.0, -11.6, 12.0], abs=0.1
+    )
+
+
+def test_a_file_may_leave_out_what_was_not_recognised():
+    content = {
+        "source": "x",
+        "kind": "scores",
+        "provenance": "test",
+        "table": {"scores": [0, 1], "nats": [0, 1]},
+    }
+    assert ObservationModel.parse(content).table.not_recognised == 0.0
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from ippon.planning.visibility.view_table import Orientations, ViewTable
 from tests.reference.planning_floor import state_of
 
 
-def _pool(arrays: MapArrays, i: int, j: int, k: int) -> tuple[int, int]:
+def pool_of(arrays: MapArrays, i: int, j: int, k: int) -> tuple[int, int]:
     block = np.array([i // 8, j // 8, k // 8]) - arrays.origin_block
     if (block < 0).any() or (block >= arrays.directory.shape).any():
         return -1, 0
@@ -31,7 +31,7 @@ def ray_end(
         above = k > camera[2] + table.layer_high and ray[2] >= 0.0
         if below or above:
             return t, False
-        row, column = _pool(arrays, i, j, k)
+        row, column = pool_of(arrays, i, j, k)
         if row < 0:
             exits = [20.0]
             for axis, index in enumerate((i, j, k)):
@@ -100,7 +100,7 @@ def panorama(
                         unknown[at] += rules.unknown_occupied * left
                     continue
                 left = max(0.0, 1.0 - field.surface_views[element] / rules.surface_views)
-                pool = _pool(arrays, i, j, k)
+                pool = pool_of(arrays, i, j, k)
                 pool = int(arrays.slab[pool[0]]), pool[1]
                 near = far <= rules.surface_range
                 if arrays.ooi[pool] == NOT_MAPPED:

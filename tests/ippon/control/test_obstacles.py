@@ -4,10 +4,13 @@ import dataclasses
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from ippon.camera import PinholeCamera
 from ippon.control.obstacles import (
     body_clearance,
+    disc_clearance,
     mapped_obstacles,
     nearest_distance,
     observed_obstacles,
@@ -19,6 +22,7 @@ from ippon.planning.terrain.obstacle_columns import HeightBands
 from ippon.planning.voxel_lookup import voxel_state
 from ippon.robot import ZED, CollisionSphere, RobotProfile
 from tests.long_robot import LONG
+from tests.reference import obstacles as plain
 
 HERE = base_pose(0.0, 0.0, 0.0, 0.0)
 
@@ -52,6 +56,35 @@ def test_agrees_with_looking_at_every_column(floor_with, seed):
                 expected.add((round(cx, 3), round(cy, 3)))
     found = mapped_obstacles(arrays, ZED, base_pose(x, y, 0.0, 1.0), 1.6)
     assert {tuple(p) for p in found.round(3).tolist()} == expected
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (0.04, -0.03), (-0.31, 0.26)])
+@pytest.mark.parametrize("radius_m", [0.45, 0.5, 1.0])
+def test_every_column_within_the_radius_is_listed(floor_with, x, y, radius_m):
+    arrays = floor_with((-3.0, -3.0, 0.0, 3.0, 3.0, 1.0))
+    cells = (np.arange(-30, 30) + 0.5) * 0.1
+    centres = np.array([(cx, cy) for cx in cells for cy in cells])
+    away = np.hypot(*(centres - (x, y)).T)
+    expected = centres[away <= radius_m - 1e-9]
+    found = mapped_obstacles(arrays, ZED, base_pose(x, y, 0.0, 0.0), radius_m)
+    on_border = np.abs(away - radius_m).min() < 1e-9
+    assert len(found) == len(expected) or on_border
+    assert {tuple(p) for p in expected.round(3).tolist()} <= {
+        tuple(p) for p in found.round(3).tolist()
+    }
+
+
+def test_the_lowest_and_the_highest_layer_of_the_body_count(floor_with):
+    bands = HeightBands.of(ZED, 0.0, 0.1)
+    for layer, counts in (
+        (bands.body_low - 1, False),
+        (bands.body_low, True),
+        (bands.body_high, True),
+        (bands.body_high + 1, False),
+    ):
+        low, high = 0.1 * layer, 0.1 * (layer + 1)
+        found = mapped_obstacles(floor_with((1.0, 0.0, low, 1.1, 0.1, high)), ZED, HERE, 2.0)
+        assert len(found) == counts
 
 
 def test_room_is_infinite_without_obstacles():
@@ -127,3 +160,47 @@ def test_what_stands_beside_a_long_robot_is_not_the_robot_itself():
         frame, T_world_base=aside, T_world_camera=HERE @ ZED.T_base_camera(0.0)
     )
     assert len(observed_obstacles(turned, LONG, 0.1, 2.0)) > 0, "beside its flank"
+
+
+@pytest.mark.parametrize("robot", [ZED, LONG])
+@pytest.mark.parametrize(("height", "width", "step"), [(100, 160, 2), (60, 100, 1), (61, 100, 2)])
+def test_agrees_with_looking_at_every_pixel(robot, height, width, step):
+    rng = np.random.default_rng(height)
+    x, y, yaw = 3.0 * rng.random(3) - 1.5
+    base = base_pose(x, y, 0.4, yaw)
+    camera = PinholeCamera.from_horizontal_fov(width, height, ZED.horizontal_fov_rad)
+    # Patches of 6 x 6 pixels at all distances that matter, and without a return.
+    patches = rng.choice([0.0, 0.2, 0.31, 0.5, 0.8, 1.2, 1.6, 2.0, 4.0], (17, 27))
+    depth = np.kron(patches, np.ones((6, 6)))[:height, :width]
+    depth = (depth * (1.0 + 0.02 * rng.random(depth.shape))).astype(np.float32)
+    frame = Frame(
+        stamp_ns=0,
+        color=np.zeros((height, width, 3), dtype=np.uint8),
+        depth=depth,
+        camera=camera,
+        T_world_camera=base @ robot.T_base_camera(-0.4),
+        T_world_base=base,
+        tilt_rad=-0.4,
+    )
+    expected = plain.observed(frame, robot, 0.1, 1.7, step)
+    assert len(expected) > 20
+    found = sorted(map(tuple, observed_obstacles(frame, robot, 0.1, 1.7).tolist()))
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+
+
+numbers = st.floats(-3.0, 3.0)
+points = st.lists(st.tuples(numbers, numbers), min_size=1, max_size=4)
+poses = st.lists(st.tuples(numbers, numbers, numbers), min_size=1, max_size=4)
+
+
+@settings(max_examples=30)
+@given(poses=poses, obstacles=points, robot=st.sampled_from((ZED, LONG)))
+def test_room_is_that_of_the_nearest_sphere_at_the_nearest_pose(poses, obstacles, robot):
+    spheres = [(s.x_m, s.y_m, s.radius_m) for s in robot.spheres]
+    expected = [min(plain.room(spheres, pose, one) for pose in poses) for one in obstacles]
+    found = body_clearance(robot, np.array(poses), np.array(obstacles))
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+    outline = list(robot.outline)
+    expected = [min(plain.room(outline, pose, one) for one in obstacles) for pose in poses]
+    found = disc_clearance(robot.outline, np.array(poses), np.array(obstacles))
+    np.testing.assert_allclose(found, expected, atol=1e-9)

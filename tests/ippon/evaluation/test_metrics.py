@@ -2,6 +2,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from ippon.evaluation.metrics import Judge, search_metrics
 
@@ -39,11 +41,45 @@ def test_the_definitions_of_habitat(d0, dT, length, stopped, success, spl, soft)
         (0.0, 0.5, 2.0, 0.0, 0.0),
         (math.inf, math.inf, 3.0, 0.0, 0.0),
         (4.0, math.inf, 3.0, 0.0, 0.0),
+        (0.0, 0.5, 0.0, 0.0, 0.0),
+        (math.inf, 0.0, 3.0, 0.0, 0.0),
     ],
 )
 def test_edge_cases_give_numbers_between_0_and_1(d0, dT, length, spl, soft):
     m = _metrics(d0, dT, length)
     assert (m.spl, m.soft_spl) == (spl, soft)
+
+
+lengths = st.floats(0.0, 1e3)
+some_d0 = st.floats(1e-3, 1e3)
+
+
+@settings(max_examples=50)
+@given(d0=lengths, dT=lengths, length=lengths, stopped=st.booleans())
+def test_metrics_lie_between_0_and_1_and_efficiency_needs_success(d0, dT, length, stopped):
+    m = _metrics(d0, dT, length, stopped)
+    assert 0.0 <= m.soft_spl <= 1.0
+    assert 0.0 <= m.spl <= m.success
+    assert m.success == (stopped and dT < 0.1)
+    assert (m.shortest_path_m, m.distance_to_goal_m, m.path_length_m) == (d0, dT, length)
+
+
+@settings(max_examples=50)
+@given(d0=some_d0, dT=lengths, length=lengths, further=lengths, longer=lengths)
+def test_a_longer_way_and_an_end_further_off_never_score_higher(d0, dT, length, further, longer):
+    m = _metrics(d0, dT, length)
+    assert _metrics(d0, dT, length + longer).spl <= m.spl
+    assert _metrics(d0, dT, length + longer).soft_spl <= m.soft_spl
+    assert _metrics(d0, dT + further, length).spl <= m.spl
+    assert _metrics(d0, dT + further, length).soft_spl <= m.soft_spl
+
+
+@settings(max_examples=50)
+@given(d0=some_d0, share=st.floats(0.0, 2.0), way=st.floats(0.0, 3.0), scale=st.floats(0.1, 10.0))
+def test_soft_spl_does_not_depend_on_the_unit_of_length(d0, share, way, scale):
+    small = _metrics(d0, share * d0, way * d0)
+    large = _metrics(scale * d0, scale * share * d0, scale * way * d0)
+    assert large.soft_spl == pytest.approx(small.soft_spl, abs=1e-9)
 
 
 def _round_the_wall(start, end, radius):
@@ -97,6 +133,8 @@ def test_a_goal_that_the_home_lacks_can_never_succeed(make_scene, flat_boxes, ro
     scene = make_scene(flat_boxes)
     judge = Judge(scene, robot, "unicorn")
     assert judge.instances == ()
+    assert judge.viewpoints.shape == (0, 2)
+    assert judge.nearest_instance((1.0, 1.0)) is None
     assert math.isinf(judge.shortest_path_m(scene.start_poses[0]))
     m = judge.metrics(np.array([[1.0, 1.0], [2.0, 1.0]]), stopped=True)
     assert (m.success, m.spl, m.soft_spl) == (False, 0.0, 0.0)
@@ -107,6 +145,7 @@ def test_a_goal_that_the_home_lacks_can_never_succeed(make_scene, flat_boxes, ro
     [
         (np.empty((0, 2)), "N of at least 1"),
         (np.zeros(3), "N of at least 1"),
+        (np.zeros((3, 1)), "N of at least 1"),
         (np.array([[1.0, np.nan]]), "finite positions"),
     ],
 )
@@ -114,6 +153,36 @@ def test_invalid_trajectories_are_rejected(make_scene, flat_boxes, robot, trajec
     judge = Judge(make_scene(flat_boxes), robot, "hat")
     with pytest.raises(ValueError, match=text):
         judge.metrics(trajectory, stopped=True)
+
+
+def test_the_heading_of_a_trajectory_does_not_matter(make_scene, flat_boxes, robot):
+    judge = Judge(make_scene(flat_boxes), robot, "hat")
+    way = np.array([[2.0, 1.0, np.nan], [2.0, 2.0, np.nan]])
+    assert judge.metrics(way, stopped=True) == judge.metrics(way[:, :2], stopped=True)
+
+
+def test_the_border_of_a_success_is_that_of_the_metrics(make_scene, flat_boxes, robot, monkeypatch):
+    judge = Judge(make_scene(flat_boxes), robot, "hat")
+    for distance_m, success in ((0.0999, True), (0.1, False), (0.1001, False)):
+        monkeypatch.setattr(judge, "distance_m", lambda _, d=distance_m: d)
+        assert judge.is_success((2.0, 1.0)) == success
+        assert _metrics(5.0, distance_m, 5.0).success == success
+
+
+def test_the_nearest_of_several_instances_is_named(make_scene, flat_boxes, robot):
+    boxes = [*flat_boxes, ("clothes", "hat", (1.2, 5.2, 0.9), (1.5, 5.5, 1.0))]
+    scene = make_scene(boxes)
+    judge = Judge(scene, robot, "hat")
+    behind, before = judge.instances
+    assert judge.nearest_instance((1.0, 3.5, 0.0)) == before
+    assert judge.nearest_instance((6.5, 3.0, 0.0)) == behind
+    assert judge.nearest_instance((3.7, 1.5)) == before, "the other is nearer, behind the wall"
+    for viewpoint in judge.viewpoints[[0, -1]]:
+        at = (before, behind)[int(viewpoint[0] > 4.0)]
+        assert judge.nearest_instance(viewpoint) == at
+    path = judge.path_from((1.0, 3.5, 0.0))
+    assert path[0] == pytest.approx((1.0, 3.5))
+    assert np.abs(judge.viewpoints - path[-1]).max(axis=1).min() < 1e-6
 
 
 def test_invalid_positions_are_rejected(make_scene, flat_boxes, robot):

@@ -54,6 +54,21 @@ def test_an_object_counts_as_seen_when_it_fills_enough_of_the_image_near_enough(
     assert not shows_object(_rendering(50, 4.5), (7,), 4.0)
     assert not shows_object(_rendering(50, 0.0), (7,), 4.0)
     assert not shows_object(_rendering(50, 2.0), (), 4.0)
+    assert shows_object(_rendering(5, 4.0), (7,), 4.0), "the range belongs to it"
+    assert shows_object(_rendering(5, 0.5), (7,), 4.0)
+
+
+@pytest.mark.parametrize(("pixels", "least"), [(1200, 1), (2000, 1), (2001, 2), (2400, 2)])
+def test_the_share_of_an_image_is_rounded_up(pixels, least):
+    for count in (least - 1, least):
+        instance = np.zeros((1, pixels), np.int32)
+        instance[0, :count] = 7
+        image = Rendering(
+            color=np.zeros((1, pixels, 3), np.uint8),
+            depth=np.ones((1, pixels), np.float32),
+            instance=instance,
+        )
+        assert shows_object(image, (7,), 4.0) == (count == least)
 
 
 def test_a_find_belongs_to_the_instance_that_it_touches():
@@ -67,6 +82,8 @@ def test_a_find_belongs_to_the_instance_that_it_touches():
     assert is_at_instance(find(1.0), [box])
     assert is_at_instance(find(2.39), [box])
     assert not is_at_instance(find(2.41), [box])
+    assert is_at_instance(find(-0.4), [box]), "0.4 m belongs to it"
+    assert not is_at_instance(find(-0.41), [box])
     assert not is_at_instance(find(1.0), [])
 
 
@@ -78,6 +95,21 @@ def test_a_robot_is_stuck_after_a_minute_in_one_place():
     assert not stood_still(moving, 0.2)
     moving[-301:] = moving[-1]
     assert stood_still(moving, 0.2)
+
+
+def test_still_is_within_0_3_m_of_the_last_place():
+    x = np.zeros((400, 2))
+    x[:, 0] = 0.3
+    x[-1, 0] = 0.0
+    assert stood_still(x, 0.2), "0.3 m belong to it"
+    # Half a metre to and fro is within 0.3 m of the middle, where the robot ends.
+    x[:, 0] = np.where(np.arange(400) % 2, 0.0, 0.5)
+    x[-1, 0] = 0.25
+    assert stood_still(x, 0.2)
+    x[-1, 0] = 0.0
+    assert not stood_still(x, 0.2)
+    x[:, 0] = np.where(np.arange(400) < 250, 9.0, 0.0)
+    assert not stood_still(x, 0.2), "still for the last 30 s alone"
 
 
 def test_contact_counts_where_the_robot_stopped_and_just_before():
@@ -98,3 +130,23 @@ def test_contact_counts_where_the_robot_stopped_and_just_before():
     assert not touched(71, 10)
     still = np.zeros((10, 2))
     assert touched_there(still, np.eye(10, dtype=np.bool_)[0], 0.2)
+
+
+def test_there_is_within_0_3_m_of_the_last_place():
+    positions, contacts = np.zeros((40, 2)), np.zeros(40, np.bool_)
+    positions[:20, 0] = 9.0
+    positions[20:, 0] = 0.3
+    positions[-1, 0] = 0.0
+    contacts[20] = True
+    assert touched_there(positions, contacts, 20.0), "0.3 m belong to it"
+    # A last step of 0.4 m leaves the place of the contact.
+    positions[-1, 0] = -0.1
+    assert not touched_there(positions, contacts, 20.0)
+    positions[20:, 0] = 0.05
+    positions[-2:, 0] = 0.55, 0.3
+    assert touched_there(positions, contacts, 20.0)
+
+
+def test_the_first_image_counts_too():
+    still, contacts = np.zeros((3, 2)), np.array([True, False, False])
+    assert touched_there(still, contacts, 20.0)

@@ -1,5 +1,8 @@
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
 
 from ippon.evaluation.statistics import mcnemar_p, mean_interval, paired_difference
 
@@ -31,11 +34,49 @@ def test_a_single_home_is_resampled_by_episode():
 
 
 def test_the_interval_repeats_for_a_seed():
-    values, homes = np.arange(9.0), list("aabbccdde")
+    values, homes, zero = np.random.default_rng(2).random(20), range(20), np.zeros(20)
     assert mean_interval(values, homes, seed=3) == mean_interval(values, homes, seed=3)
+    assert mean_interval(values, homes) == mean_interval(values, homes, seed=0)
+    assert mean_interval(values, homes, seed=3) != mean_interval(values, homes, seed=0)
+    assert paired_difference(values, zero, homes) == paired_difference(values, zero, homes, seed=0)
 
 
-@pytest.mark.parametrize(("homes", "p"), [(3, 0.25), (5, 0.0625), (10, 2 / 1024)])
+@pytest.mark.parametrize(("ones", "n"), [(3, 6), (4, 8), (1, 3), (2, 3)])
+def test_the_interval_of_a_share_is_the_binomial_one(ones, n):
+    # Resampled ones of n episodes of one home follow the binomial distribution exactly.
+    values = [1.0] * ones + [0.0] * (n - ones)
+    expected = stats.binom(n, ones / n).ppf([0.025, 0.975]) / n
+    assert mean_interval(values, ["a"] * n) == pytest.approx(tuple(expected))
+
+
+@given(
+    values=st.lists(st.floats(-5.0, 5.0), min_size=2, max_size=6),
+    shift=st.floats(-3.0, 3.0),
+    scale=st.floats(0.1, 3.0),
+)
+@settings(max_examples=10, deadline=None)
+def test_the_interval_moves_and_scales_with_the_values(values, shift, scale):
+    homes = range(len(values))
+    low, high = mean_interval(values, homes)
+    moved = mean_interval(shift + scale * np.array(values), homes)
+    assert min(values) - 1e-9 <= low <= high <= max(values) + 1e-9
+    assert moved == pytest.approx((shift + scale * low, shift + scale * high), abs=1e-9)
+
+
+@given(
+    differences=st.lists(st.integers(-8, 8), min_size=1, max_size=8),
+    scale=st.sampled_from((0.25, 2.0)),
+)
+@settings(max_examples=20, deadline=None)
+def test_p_is_the_same_for_both_methods_and_every_unit(differences, scale):
+    zero, homes = np.zeros(len(differences)), np.arange(len(differences))
+    p = paired_difference(differences, zero, homes).p
+    assert 0.0 < p <= 1.0
+    assert paired_difference(zero, differences, homes).p == p
+    assert paired_difference(scale * np.array(differences), zero, homes).p == p
+
+
+@pytest.mark.parametrize(("homes", "p"), [(3, 0.25), (5, 0.0625), (12, 2 / 4096)])
 def test_the_paired_test_is_exact_for_few_homes(homes, p):
     # All homes differ alike: only the two patterns of equal signs are as extreme.
     result = paired_difference(np.full(homes, 0.7), np.full(homes, 0.2), np.arange(homes))
@@ -56,9 +97,23 @@ def test_many_homes_are_tested_by_random_signs():
     noise = rng.normal(0.0, 0.1, 60)
     clear = paired_difference(0.2 + noise, np.zeros(60), np.arange(60))
     none = paired_difference(noise - noise.mean(), np.zeros(60), np.arange(60))
-    assert clear.p < 0.001
+    assert clear.p == pytest.approx(1.0 / 10_001.0, rel=1e-6), "none of 10,000 is as extreme"
     assert none.p > 0.9
     assert clear.ci95[0] > 0.0
+
+
+def test_p_of_many_homes_is_about_that_of_the_normal_distribution():
+    values = np.random.default_rng(6).normal(0.0, 0.1, 80)
+    z = values.sum() / np.sqrt((values**2).sum())
+    p = paired_difference(values, np.zeros(80), np.arange(80)).p
+    assert p == pytest.approx(2.0 * stats.norm.sf(abs(z)), abs=0.02)
+    assert 0.05 < p < 0.8
+
+
+def test_from_13_homes_on_signs_are_drawn():
+    drawn = 10_001 * paired_difference(np.full(13, 0.1), np.zeros(13), np.arange(13)).p
+    assert drawn == pytest.approx(round(drawn))
+    assert 1 <= drawn <= 10, "2 of 8192 patterns are as extreme"
 
 
 def test_episodes_of_one_home_are_no_independent_evidence():

@@ -95,6 +95,36 @@ def test_what_is_believed_is_what_the_slow_twin_believes(frames, images):
     assert np.abs(gap - exact_gap).max() < (places + 0.05) / STEPS_PER_NAT
 
 
+@njit(cache=True)
+def pooled(likelihoods, before, count):
+    """Return the energies after `count` images from one place, in turn, and the least of them."""
+    images, n = likelihoods.shape
+    sums, base = np.zeros((1, n), np.float32), before.reshape(1, n)
+    after, mantissa = np.zeros(n + 1, np.float32), np.zeros(n, np.float32)
+    bits, mantissa_bits = after.view(np.int32), mantissa.view(np.int32)
+    low = np.float32(0.0)
+    for k in range(count):
+        one = likelihoods[k % images]
+        low = pool(sums, base, 0, k + 1, one, after, bits, mantissa, mantissa_bits, n)
+    return after[:n], low
+
+
+def test_energies_are_exact_to_a_thousandth_of_a_step():
+    rng = np.random.default_rng(1)
+    likelihoods = np.exp(rng.uniform(-MOST_NATS, MOST_NATS, (3, 2000))).astype(np.float32)
+    # All mantissas of a float, its border at the square root of one half among them.
+    likelihoods[:, :1000] = np.linspace(0.5, 2.0, 1000)
+    likelihoods[:, :3] = 1.0, np.sqrt(0.5), np.nextafter(np.float32(np.sqrt(0.5)), np.float32(0.0))
+    before = rng.integers(0, 256, 2000).astype(np.uint8)
+    after, low = pooled(likelihoods, before, 3)
+    offset = 2.0 * STEPS_PER_NAT * MOST_NATS
+    mean = likelihoods.astype(np.float64).mean(axis=0)
+    exact = before - STEPS_PER_NAT * np.log(mean) + offset
+    assert np.abs(after - exact).max() < 2e-4
+    assert low == after.min()
+    assert (after > 0.0).all()
+
+
 weak_scores = st.lists(st.integers(0, 110), min_size=len(LABELS) + 1, max_size=len(LABELS) + 1)
 
 
@@ -121,19 +151,12 @@ def test_a_million_weak_wrong_scores_from_one_place_never_make_a_find():
         round(0.35 * 255)
     ]))  # fmt: skip
 
-    @njit
-    def after_images(count):
-        sums, base = np.zeros((1, n), np.float32), np.zeros((1, n), np.uint8)
-        likelihood = np.ones(n, np.float32)
-        likelihood[n - 1] = weak
-        after, mantissa = np.zeros(n + 1, np.float32), np.zeros(n, np.float32)
-        bits, mantissa_bits = after.view(np.int32), mantissa.view(np.int32)
-        for images in range(1, count + 1):
-            pool(sums, base, 0, images, likelihood, after, bits, mantissa, mantissa_bits, n)
-        return after[:n]
+    likelihood = np.ones((1, n), np.float32)
+    likelihood[0, n - 1] = weak
 
     def probability(count):
-        nats = -(after_images(count).astype(np.float64) - 2.0 * STEPS_PER_NAT * MOST_NATS)
+        after, _ = pooled(likelihood, np.zeros(n, np.uint8), count)
+        nats = -(after.astype(np.float64) - 2.0 * STEPS_PER_NAT * MOST_NATS)
         q = np.exp(nats / STEPS_PER_NAT)
         return q[-1] / q.sum()
 

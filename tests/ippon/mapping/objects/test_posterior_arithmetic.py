@@ -9,7 +9,14 @@ from hypothesis import strategies as st
 
 from ippon.mapping.arrays import NOT_MAPPED
 from ippon.mapping.config import MapConfig
-from ippon.mapping.objects.posterior_arithmetic import LOG_ODDS_MAX, energy_table, ooi_code
+from ippon.mapping.objects.posterior_arithmetic import (
+    LOG_ODDS_MAX,
+    energy_table,
+    exp_of_steps,
+    may_be_ooi,
+    ooi_code,
+    prior_log_odds,
+)
 from ippon.mapping.objects.surface_voxels import ENERGY_MAX, N_USED, NORM_STEPS, STEPS_PER_NAT
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.observation import Heatmap
@@ -232,3 +239,30 @@ def test_codes_and_tables():
     table = energy_table(1.0 / 255.0)
     assert table[255] == 0.0
     assert table[0] == table[1] == pytest.approx(np.log(255.0) * STEPS_PER_NAT)
+
+
+def test_every_label_and_the_object_are_equally_likely_before_any_image():
+    assert prior_log_odds(4, -1) == pytest.approx(-np.log(4))
+    assert prior_log_odds(4, 2) == pytest.approx(-np.log(3)), "the object is one of the four"
+    assert prior_log_odds(1, 0) == 0.0, "the only label is the object"
+
+
+def test_the_exponential_is_exact_to_a_millionth():
+    codes = np.arange(256)
+    found = [exp_of_steps(np.float32(code)) for code in codes]
+    assert np.abs(found - np.exp(-codes / STEPS_PER_NAT)).max() < 1e-6
+
+
+@given(st.integers(-9, 20), st.integers(-5, 5), st.integers(0, 5), st.integers(0, 9))
+def test_the_object_is_neither_floor_nor_too_high(layer, low, floor_layers, height):
+    bounds = (low, low + floor_layers, low + floor_layers + height)
+    in_floor = layer in range(low, low + floor_layers)
+    assert may_be_ooi(layer, bounds) == (layer < bounds[2] and not in_floor)
+
+
+@given(st.floats(-20.0, 20.0), st.floats(0.0, 5.0))
+def test_the_code_of_the_object_rises_with_its_log_odds(log_odds, more):
+    code = int(ooi_code(log_odds))
+    assert code == pytest.approx(254.0 / (1.0 + np.exp(-log_odds)), abs=0.51)
+    assert ooi_code(log_odds + more) >= code
+    assert code + int(ooi_code(-log_odds)) in (254, 255)

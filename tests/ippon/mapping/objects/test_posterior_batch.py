@@ -41,6 +41,14 @@ def test_the_object_of_interest(numbers):
     assert batch.mean[0] == 0.0
 
 
+def test_logarithms_between_two_powers_of_two_are_exact_to_float32():
+    batch = make_posterior_batch(SIZE)
+    batch.mean[:] = np.linspace(np.sqrt(0.5), np.sqrt(2.0), SIZE)
+    expected = -np.log(batch.mean.astype(np.float64))
+    finish(batch, SIZE)
+    assert np.abs(batch.shift - expected).max() < 1e-7
+
+
 def test_the_common_objects(numbers):
     batch = make_posterior_batch(SIZE)
     batch.total[:] = numbers.uniform(1.0, 255.0, SIZE)

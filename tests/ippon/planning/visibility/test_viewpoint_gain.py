@@ -4,14 +4,19 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from ippon.guidance.levels import Level, LevelProbabilities
 from ippon.mapping.arrays import OCCUPIED
 from ippon.planning.visibility.panorama import Panorama
-from ippon.planning.visibility.view_table import build_orientations, build_view_table
+from ippon.planning.visibility.view_table import (
+    Orientations,
+    build_orientations,
+    build_view_table,
+)
 from ippon.planning.visibility.viewpoint_gain import (
+    ViewSums,
     choose_view,
     frame_object,
     imagined_level,
@@ -19,6 +24,7 @@ from ippon.planning.visibility.viewpoint_gain import (
     sum_views,
 )
 from ippon.robot import ZED
+from tests.reference import planning_gain as plain
 from tests.reference import planning_view as reference
 
 PROBABILITIES = LevelProbabilities().as_array()
@@ -76,13 +82,79 @@ def test_sums_equal_adding_up_each_image(table, orientations):
         np.testing.assert_array_equal(sums.levels[a], panorama.levels[columns].sum(axis=0))
 
 
+def test_every_width_of_an_image_is_summed(table):
+    columns = table.yaw_bins
+    widths = np.array([-1, 0, 1, 2, columns // 2 - 1, columns // 2, 3 * columns])
+    orientations = Orientations(
+        yaws=np.arange(0, columns, 5) * table.bin_rad,
+        tilts=np.array([-0.3, 0.1]),
+        half_width=np.random.default_rng(8).choice(widths, (2, table.pitch_bins)),
+        stride=5,
+    )
+    panorama = empty(table)
+    panorama.known[:] = np.random.default_rng(9).random(panorama.known.shape)
+    panorama.levels[:] = np.random.default_rng(9).integers(0, 9, panorama.levels.shape)
+    sums = sum_views(panorama, orientations, 3)
+    for a, b in np.ndindex(8, 2):
+        expected = reference.window(panorama.known, orientations, a, b)
+        assert sums.known[a, b] == pytest.approx(expected, rel=1e-5)
+    assert (sums.ooi == 0.0).all()
+
+
+amounts = st.integers(0, 8).map(lambda n: n / 16)
+per_heading = st.tuples(
+    st.lists(amounts, min_size=6, max_size=6),
+    st.lists(st.integers(0, 20), min_size=4, max_size=4),
+    st.sampled_from((0.0, 1.0, -1.0, 0.7)),
+    st.booleans(),
+    st.sampled_from((0.0, 0.5, 1.0)),
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(per_heading, min_size=1, max_size=5))
+def test_the_gain_is_that_of_equation_3(headings):
+    known, levels, nat, cued, weights = zip(*headings, strict=True)
+    both = np.array(known, np.float32)
+    sums = ViewSums(
+        known=np.ascontiguousarray(both[:, :3]),
+        unknown=np.ascontiguousarray(both[:, 3:]),
+        ooi=np.zeros((len(headings), 3), np.float32),
+        levels=np.array(levels, np.int32),
+    )
+    rules = (
+        np.array([0.02, 0.1, 0.25, 0.6], np.float32),
+        10,
+        np.array(nat, np.float32),
+        np.array(cued),
+        np.array(weights, np.float32),
+    )
+    gains, level, potential = plain.gains(sums, *rules)
+    choice = choose_view(sums, *rules)
+    assert choice.gain == pytest.approx(gains.max(), abs=1e-6)
+    assert choice.by_heading == pytest.approx(gains.max(axis=1), abs=1e-6)
+    assert choice.potential == pytest.approx(potential, abs=1e-6)
+    assert gains[choice.heading, choice.tilt] == pytest.approx(gains.max(), abs=1e-6)
+    assert choice.level == level[choice.heading]
+
+
+@pytest.mark.parametrize("gain", [0.0, 0.25])
+def test_of_equal_gains_the_first_is_taken(gain):
+    same = np.full((10, 3), gain, np.float32)
+    levels = np.tile(np.array([0, 0, 20, 0], np.int32), (10, 1))
+    choice = chosen(ViewSums(known=same, unknown=0.0 * same, ooi=0.0 * same, levels=levels))
+    assert (choice.heading, choice.tilt, choice.level) == (0, 0, Level.NEAR)
+    assert choice.gain == choice.potential == gain
+    assert choice.by_heading.tolist() == [gain] * 10
+
+
 # The first example may wait for a kernel.
 @settings(deadline=None)
 @given(st.lists(st.integers(0, 30), min_size=4, max_size=4))
 def test_the_highest_ranking_level_that_is_not_empty_is_taken(counts):
-    order = [Level.CERTAIN, Level.FAR, Level.NEAR]
-    expected = next((level for level in order if counts[level] >= 10), Level.AVERAGE)
-    assert imagined_level(np.array(counts, dtype=np.int32), 10) == expected
+    for minimum in (10, *counts):
+        expected = plain.imagined_level(counts, minimum)
+        assert imagined_level(np.array(counts, dtype=np.int32), minimum) == expected
 
 
 def test_unknown_space_by_a_promising_object_is_worth_more(table, orientations):
@@ -174,6 +246,75 @@ def test_a_framing_stays_while_a_voxel_comes_and_goes(table, orientations):
     assert framed(moved, framed(few)) == framed(moved), "what is out of sight is turned to"
 
 
+@settings(
+    max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(
+    cells=st.lists(
+        st.tuples(st.integers(0, 15), st.integers(0, 39), st.integers(1, 5)),
+        min_size=1,
+        max_size=6,
+    ),
+    before=st.none() | st.tuples(st.floats(0.0, 6.28), st.floats(-1.5, 0.8)),
+    hold=st.sampled_from((0.0, 0.1, 0.5)),
+    centre_weight=st.sampled_from((0.0, 0.01, 0.3)),
+)
+def test_the_framing_is_the_one_with_the_highest_score(
+    table, orientations, cells, before, hold, centre_weight
+):
+    panorama = empty(table)
+    for row, column, count in cells:
+        panorama.ooi[row % table.pitch_bins, column] += count
+    scores = plain.framing_scores(panorama, orientations, table, centre_weight)
+    total = panorama.framed.sum()
+    sums = sum_views(panorama, orientations, 4)
+    framed = frame_object(
+        sums, panorama, orientations, table, before, hold=hold, centre_weight=centre_weight
+    )
+    assert framed is not None
+    a = int(np.abs(orientations.yaws - framed[0]).argmin())
+    b = int(np.abs(orientations.tilts - framed[1]).argmin())
+    assert framed == (orientations.yaws[a], orientations.tilts[b])
+    if before is None:
+        assert scores[a, b] == pytest.approx(scores.max(), abs=1e-4)
+        return
+    kept = (
+        int(np.abs(orientations.yaws - before[0]).argmin()),
+        int(np.abs(orientations.tilts - before[1]).argmin()),
+    )
+    margin = scores[kept] - (scores.max() - hold * total)
+    if margin > 1e-4:
+        assert (a, b) == kept
+    elif margin < -1e-4:
+        assert scores[a, b] == pytest.approx(scores.max(), abs=1e-4)
+
+
+def test_of_two_equal_framings_the_present_one_stays(table, orientations):
+    panorama = empty(table)
+    panorama.ooi[table.pitch_bins // 2, 20] = 1.0
+    sums = sum_views(panorama, orientations, 4)
+    equal = np.argwhere(sums.ooi == 1.0)
+    assert len(equal) > 1
+    for a, b in equal:
+        before = float(orientations.yaws[a]), float(orientations.tilts[b])
+        rules = {"hold": 0.0, "centre_weight": 0.0}
+        assert frame_object(sums, panorama, orientations, table, before, **rules) == before
+
+
+def test_an_object_halfway_between_two_headings_stays_in_either(table, orientations):
+    panorama = empty(table)
+    panorama.ooi[table.pitch_bins // 2, 2] = 1.0
+    sums = sum_views(panorama, orientations, 4)
+    tilt = float(orientations.tilts[2])
+    for a in (0, 1):
+        before = float(orientations.yaws[a]), tilt
+        framed = frame_object(
+            sums, panorama, orientations, table, before, hold=0.1, centre_weight=5.0
+        )
+        assert framed is not None
+        assert framed[0] == before[0]
+
+
 def test_without_an_object_there_is_nothing_to_frame(table, orientations):
     panorama = empty(table)
     sums = sum_views(panorama, orientations, 4)
@@ -195,3 +336,21 @@ def test_levels_are_counted_again_without_a_ray(dense_map, table):
         np.testing.assert_array_equal(counts[:, level], columns)
         assert counts.sum() == 8, "voxels without a label do not count"
     assert recount_levels(volume.arrays(), table, camera, seen[~inside]).sum() == 0
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_levels_counted_again_equal_asking_each_voxel(speckled, table, seed):
+    volume = speckled(seed)
+    # Views reach the first block and one that was dropped since.
+    volume.missing[:2, :2, :2] = False
+    volume.missing[1, 0, 1] = True
+    # What the last block holds is not counted in place of that one.
+    volume.level[-8:, -8:, -8:] = Level.NEAR
+    arrays = volume.arrays()
+    camera = tuple(int(c) for c in arrays.origin_block * 8 + (8, 7, 8))
+    some = np.random.default_rng(seed).random(len(table.offset)) < 0.5
+    some[: table.start[1]] = True
+    labelled = np.flatnonzero(some).astype(np.int32)
+    expected = plain.recount(arrays, table, camera, labelled)
+    assert expected.sum() > 0
+    np.testing.assert_array_equal(recount_levels(arrays, table, camera, labelled), expected)

@@ -158,3 +158,13 @@ def test_of_many_who_press_at_once_one_holds_and_one_waits(office):
         replies = list(pool.map(lambda who: office.request("request", who), people))
     standings = sorted(reply.standing for reply in replies)
     assert standings == ["holds", "waits", *["watches"] * 6]
+
+
+def test_only_others_see_the_name_of_who_has_control():
+    service = LeaseService(lambda: 0.0)
+    assert service.holder_besides(ANNA) == ""
+    anna = service.ask(LeaseRequest(action="request"), ANNA)
+    assert service.holder_besides(BERT) == "Anna"
+    assert service.holder_besides(None) == "Anna"
+    own = Credential(session=ANNA.session, name=ANNA.name, epoch=anna.epoch)
+    assert service.holder_besides(own) == ""

@@ -4,7 +4,7 @@ import itertools
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.messages.lease import Credential
@@ -163,16 +163,120 @@ def test_a_reply_that_was_lost_is_asked_for_again(held: Lease) -> None:
     assert held.renew(ANNA, 0.6) == held.request(ANNA, 0.6)
 
 
+def test_a_request_after_a_silence_of_two_seconds_is_a_lease_at_once(held: Lease) -> None:
+    assert held.refusal(BERT, 2.0) is not None
+    reply = held.request(BERT, 2.01)
+    assert (reply.standing, reply.epoch) == ("holds", 2)
+    assert held.take_events() == ("Anna is gone: the lease expired", "Bert took control")
+
+
+def test_a_lease_is_stale_after_one_second(held: Lease) -> None:
+    assert [held.status(t).state for t in (0.9, 1.0, 1.01, 2.0, 2.01)] == [
+        "held", "held", "stale", "stale", "free",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("again", ["request", "renew"])
+def test_the_holder_and_the_requester_are_kept_by_whatever_they_send(
+    held: Lease, again: str
+) -> None:
+    held.request(BERT, 0.1)
+    for tick in range(1, 13):
+        getattr(held, again)(ANNA_1, 1.5 * tick)
+        if tick == 6:
+            assert getattr(held, again)(BERT, 9.0).standing == "waits"
+    status = held.status(18.0)
+    assert (status.state, status.requester) == ("held", "Bert")
+
+
+def test_a_silent_holder_drives_no_longer(held: Lease) -> None:
+    assert held.teleop_refusal(ANNA.session, 1, 2.0) is None
+    assert held.teleop_refusal(ANNA.session, 1, 2.01) == "nobody has control: take it to drive"
+
+
+def test_a_silent_holder_neither_refuses_nor_is_taken_from(held: Lease) -> None:
+    assert held.refusal(BERT, 2.01) is None
+    held.request(ANNA, 2.02)
+    held.take_events()
+    held.take(CARL, 4.03)
+    assert held.take_events() == ("Anna is gone: the lease expired", "Carl took control")
+
+
+def test_a_request_is_dropped_after_ten_seconds_of_silence(held: Lease) -> None:
+    held.request(BERT, 0.0)
+    for tick in range(1, 11):
+        held.renew(ANNA_1, float(tick))
+    assert held.status(10.0).requester == "Bert"
+    assert held.status(10.01).requester == ""
+
+
+def test_who_was_denied_and_withdraws_a_second_request_just_watches(held: Lease) -> None:
+    held.request(BERT, 0.1)
+    held.deny(ANNA_1, 0.2)
+    held.request(BERT, 0.3)
+    reply = held.release(BERT, 0.4)
+    assert (reply.standing, reply.detail) == ("watches", "Anna has control.")
+
+
+def test_a_denial_ends_with_the_lease_of_who_denied(held: Lease) -> None:
+    held.request(BERT, 0.1)
+    held.deny(ANNA_1, 0.2)
+    held.take(CARL, 0.3)
+    assert held.renew(BERT, 0.4).detail == "Carl has control."
+
+
+@pytest.mark.parametrize("how", ["grant", "take"])
+def test_who_gets_control_asks_for_it_no_longer(held: Lease, how: str) -> None:
+    held.request(BERT, 0.1)
+    getattr(held, how)(ANNA_1 if how == "grant" else BERT, 0.2)
+    status = held.status(0.2)
+    assert (status.holder, status.requester) == ("Bert", "")
+
+
+def test_each_change_is_one_event(held: Lease) -> None:
+    held.request(BERT, 0.1)
+    held.deny(ANNA_1, 0.2)
+    held.request(BERT, 0.3)
+    held.release(BERT, 0.4)
+    held.release(ANNA_1, 0.5)
+    assert held.take_events() == (
+        "Bert asks Anna for control",
+        "Anna keeps control; Bert had asked",
+        "Bert asks Anna for control",
+        "Bert no longer asks for control",
+        "Anna released control",
+    )
+
+
 ACTIONS = ("request", "renew", "release", "grant", "deny", "take")
 PEOPLE = (ANNA, BERT, CARL)
 
 
-@given(
-    st.lists(
-        st.tuples(st.sampled_from(ACTIONS), st.integers(0, 2), st.floats(0.0, 3.0), st.booleans()),
-        max_size=40,
+def steps_of(*actions: str) -> st.SearchStrategy[list[tuple[str, int, float, bool]]]:
+    step = st.tuples(
+        st.sampled_from(actions), st.integers(0, 2), st.floats(0.0, 3.0), st.booleans()
     )
-)
+    return st.lists(step, max_size=40)
+
+
+@settings(max_examples=50)
+@given(steps_of(*ACTIONS, "refusal"))
+def test_reading_the_state_never_changes_what_follows(
+    steps: list[tuple[str, int, float, bool]],
+) -> None:
+    read, unread = Lease(), Lease()
+    now = 0.0
+    for action, person, wait, is_current in steps:
+        now += wait
+        status = read.status(now)
+        assert read.status(now) == status
+        who = of_epoch(PEOPLE[person], status.epoch if is_current else 0)
+        assert getattr(read, action)(who, now) == getattr(unread, action)(who, now)
+        assert read.take_events() == unread.take_events()
+
+
+@settings(max_examples=50)
+@given(steps_of(*ACTIONS))
 def test_whatever_happens_one_at_most_commands(steps: list[tuple[str, int, float, bool]]) -> None:
     lease = Lease()
     epochs: dict[str, int] = {}
