@@ -84,6 +84,8 @@ def run_navigate(command: Navigate) -> int:
             run_navigator(config, show, model, saved, align=command.align, ros2=ros2)
     except LinkError as error:
         raise UsageError(str(error)) from error
+    except KeyboardInterrupt:
+        logger.info("stopped before it was ready")
     finally:
         if segmentation is not None:
             segmentation.stop()

@@ -1,11 +1,14 @@
 """`ippon sim`: a simulated robot on zenoh, or a picture of its home."""
 
+import logging
 from pathlib import Path
 
 from app.cli.options.nodes import Sim
 from app.cli.tools.save_picture import save_picture
 from app.errors import UsageError
 from app.homes import load_home
+
+logger = logging.getLogger(__name__)
 
 PIXELS_PER_METRE = 80.0
 
@@ -46,6 +49,8 @@ def run_sim(command: Sim) -> int:
         run_robot_sim(config, scene, scene.start_poses[command.start])
     except (LinkError, SimulatedRobotError) as error:
         raise UsageError(str(error)) from error
+    except KeyboardInterrupt:
+        logger.info("stopped before its first frame")
     return 0
 
 

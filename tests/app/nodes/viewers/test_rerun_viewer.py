@@ -1,6 +1,5 @@
 """Files of Rerun read back with its SDK, and a server of Rerun that comes and goes."""
 
-import signal
 import socket
 import subprocess
 import threading
@@ -179,7 +178,7 @@ def _fetch(port, path):
     try:
         time.sleep(COPY_S)
         assert copying.poll() is None
-        copying.send_signal(signal.SIGINT)
+        copying.terminate()
         copying.wait(10.0)
     finally:
         copying.kill()
