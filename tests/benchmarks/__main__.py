@@ -117,7 +117,9 @@ def main() -> None:
         choices=[*sorted(BENCHMARKS), "all"],
         help="all: run every one several times, write docs/figures.md, and say what has moved",
     )
-    parser.add_argument("--runs", type=int, default=3, help="of all: how often each is run")
+    parser.add_argument(
+        "--runs", type=int, default=3, help="of all: how often each is run; one run knows no noise"
+    )
     parser.add_argument(
         "--searches", action="store_true", help="of all: those with simulated searches too (hours)"
     )
