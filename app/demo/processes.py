@@ -73,7 +73,7 @@ class DemoProcesses:
             child.stop()
 
     def start_navigator(
-        self, arguments: Sequence[str], beside: Callable[[], None] = lambda: None
+        self, arguments: Sequence[str], beside: Callable[[], None] | None = None
     ) -> None:
         """Start the navigator at a free port and wait until it is ready.
 
@@ -232,11 +232,12 @@ class DemoProcesses:
             self._console = None
 
     def _try_navigator(
-        self, arguments: Sequence[str], port: int, beside: Callable[[], None]
+        self, arguments: Sequence[str], port: int, beside: Callable[[], None] | None
     ) -> None:
         self.endpoint = f"tcp/127.0.0.1:{port}"
         child = self._start("navigator", ["navigate", "--listen", self.endpoint, *arguments])
-        beside()
+        if beside is not None:
+            beside()
         deadline = time.monotonic() + READY_S
         while time.monotonic() < deadline:
             self._check_running(child, port)

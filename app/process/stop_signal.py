@@ -56,7 +56,7 @@ class ProcessStopSignal:
 @contextlib.contextmanager
 def interruptible() -> Generator[None]:
     """Let SIGINT and SIGTERM raise `KeyboardInterrupt`: for work that looks at no flag."""
-    before = {number: signal.signal(number, _interrupt) for number in _ENDING}
+    before = {number: signal.signal(number, interrupt) for number in _ENDING}
     try:
         yield
     finally:
@@ -64,5 +64,6 @@ def interruptible() -> Generator[None]:
             signal.signal(number, handler)
 
 
-def _interrupt(_number: int, _frame: FrameType | None) -> None:
+def interrupt(_number: int, _frame: FrameType | None) -> None:
+    """Handle a signal as Ctrl-C."""
     raise KeyboardInterrupt

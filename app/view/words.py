@@ -50,15 +50,6 @@ class Words:
         """Return whether there is a text of a key."""
         return key in self._table
 
-    @property
-    def keys(self) -> tuple[str, ...]:
-        """All keys, in the order of the table."""
-        return tuple(self._table)
-
-    def text(self, key: str) -> str:
-        """Return the text of a key with the names of its values in it."""
-        return self._table[key]
-
     def said(self, text: str) -> str:
         """Return what the navigator says, which is English; a text that is not known as it came."""
         return self.sayings(text)

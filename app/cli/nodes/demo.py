@@ -5,7 +5,6 @@ import os
 import queue
 import signal
 import sys
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -21,6 +20,7 @@ from app.demo.processes import DemoProcesses, prefix_part
 from app.errors import DemoError, UsageError
 from app.homes import load_home
 from app.process.children import port_is_free
+from app.process.stop_signal import interrupt
 from app.view.words import Words
 
 if TYPE_CHECKING:
@@ -37,15 +37,15 @@ def run_demo(command: Demo) -> int:
         context = DEFAULT_CONTEXT.get(command.object, "")
     profile = _check(command, context)
     scene = load_home(command.home)
-    _end_on(signal.SIGTERM)
+    signal.signal(signal.SIGTERM, interrupt)
     # A shell starts background processes with SIGINT ignored.
-    _end_on(signal.SIGINT)
+    signal.signal(signal.SIGINT, interrupt)
     screen = Console(file=sys.stderr)
     robot = f"ippon/{prefix_part(scene.name)}-{os.getpid()}"
     processes = DemoProcesses(robot, language=Words(command.language).language)
     try:
-        beside = () if command.headless else (partial(processes.begin_console, command.port),)
-        processes.start_navigator(navigator_arguments(command), *beside)
+        beside = None if command.headless else partial(processes.begin_console, command.port)
+        processes.start_navigator(navigator_arguments(command), beside)
         if not command.headless:
             page = processes.start_console(command.port)
             screen.print(f"\n  IPPON is at [bold]{page}[/bold]\n")
@@ -65,7 +65,7 @@ def run_demo(command: Demo) -> int:
         # With --exit-when-done, status 0 would mean that the object was found.
         return EXIT_INTERRUPTED if command.exit_when_done else 0
     finally:
-        _end_on(signal.SIGTERM, lambda *_: None)
+        signal.signal(signal.SIGTERM, lambda *_: None)
         processes.close()
     return 0
 
@@ -114,13 +114,6 @@ def _check(command: Demo, context: str) -> "RobotProfile":
     except ValueError as error:
         raise UsageError(str(error)) from error
     return profile
-
-
-def _end_on(number: int, handler: Callable[..., None] | None = None) -> None:
-    def interrupt(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    signal.signal(number, handler or interrupt)
 
 
 def _start_recorder(processes: DemoProcesses, root: Path | None, screen: Console) -> None:

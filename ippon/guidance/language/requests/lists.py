@@ -13,8 +13,8 @@ from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.requests.clauses import decline_place, state
 from ippon.guidance.language.requests.drafts import Draft, Reading, draft
 from ippon.guidance.language.requests.goals import Attribute, Order, Relation
+from ippon.guidance.language.requests.list_end import settle
 from ippon.guidance.language.requests.modifiers import read_modifier
-from ippon.guidance.language.requests.shared_places import share
 from ippon.guidance.language.words import word_set
 
 MAX_DRAFTS: Final = 60
@@ -109,7 +109,7 @@ def read_goals(reading: Reading, start: int, asked: str) -> int:
             break
         order, index, phrase = following
     reading.order = None
-    share(reading)
+    settle(reading)
     if said.word(index) == "instead":
         index += 1
     return index

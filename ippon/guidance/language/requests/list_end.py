@@ -1,4 +1,4 @@
-"""Places that the objects of one list share."""
+"""What is settled once a list of objects has been read: its parts, its destination, its place."""
 
 from ippon.guidance.language.grammar.relation_phrase import is_room
 from ippon.guidance.language.mentions import room_phrases
@@ -36,10 +36,15 @@ def _is_in_room(place: Relation) -> bool:
     return is_room(place.place) or bool(room_phrases(place.place))
 
 
-def share(reading: Reading) -> None:
-    """Let the objects of one list share the place that is said at its end."""
+def settle(reading: Reading) -> None:
+    """Settle what the end of a list says of all its objects."""
     _replace_by_parts(reading)
     _drop_destination(reading)
+    _share_place(reading)
+
+
+def _share_place(reading: Reading) -> None:
+    """Let the objects of one list share the place that is said at its end."""
     listed = reading.drafts[reading.list_start :]
     if len(listed) < 2 or any(one.order == "then" for one in listed[1:]):
         return
