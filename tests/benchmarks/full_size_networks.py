@@ -36,11 +36,7 @@ MASKS: dict[str, Callable[[], torch.nn.Module]] = {
     "SAM 2.1 (tiny)": lambda: transformers.Sam2Model(transformers.Sam2Config()),
     "SAM (base)": lambda: transformers.SamModel(transformers.SamConfig()),
 }
-WAYS: tuple[tuple[str, Precision, bool], ...] = (
-    ("float32", "float32", False),
-    ("float16", "float16", False),
-    ("float16, compiled", "float16", True),
-)
+PRECISIONS: tuple[Precision, ...] = ("float32", "float16")
 BOXES = 10
 
 
@@ -54,17 +50,11 @@ def full_size_rows() -> Iterator[Row]:
             build().save_pretrained(folder)
             save = save_bert_tokenizer if backend == "grounding-dino" else save_clip_tokenizer
             save(Path(folder))
-            for way, precision, compiled in WAYS:
+            for precision in PRECISIONS:
                 config = SegmentationConfig(
-                    backend=backend,
-                    model=folder,
-                    masks_model="none",
-                    precision=precision,
-                    compile=compiled,
+                    backend=backend, model=folder, masks_model="none", precision=precision
                 )
-                if compiled and backend == "owlv2":  # It has nothing to compile.
-                    continue
-                yield from _network_rows(backend, config, f"{way}, {where}")
+                yield from _network_rows(backend, config, f"{precision}, {where}")
     for name, build in MASKS.items():
         with tempfile.TemporaryDirectory() as folder:
             build().save_pretrained(folder)

@@ -1,4 +1,6 @@
-"""Every network on a GPU, on tiny random models, against the same on the processor."""
+"""Every network on a GPU and compiled, on tiny random models, against the same on the processor."""
+
+import functools
 
 import numpy as np
 import pytest
@@ -16,13 +18,12 @@ from ippon.segmentation.loading import load_segmenter  # noqa: E402
 from tests.ippon.segmentation.backends import tiny_models  # noqa: E402
 from tests.ippon.segmentation.backends.san.test_random_weights import SMALL  # noqa: E402
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(not torch.cuda.is_available(), reason="there is no GPU"),
-]
+pytestmark = pytest.mark.slow
+WITH_GPU = pytest.mark.skipif(not torch.cuda.is_available(), reason="there is no GPU")
 LABELS = ("wall", "chest_of_drawers", "tv", "lamp")
 MASKS = {"grounding-dino": "sam2", "owlv2": "sam"}
-BACKENDS = ("san", "clipseg", "sam3", "sam3-lite", "grounding-dino", "owlv2")
+COMPILED = ("san", "clipseg", "sam3", "sam3-lite", "grounding-dino")
+BACKENDS = (*COMPILED, "owlv2")
 
 
 @pytest.fixture(scope="module")
@@ -67,6 +68,7 @@ def difference(one, other) -> float:
     )
 
 
+@WITH_GPU
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_single_precision_gives_what_the_processor_gives(backend, folder, image_by_formula):
     color = image_by_formula(48, 64)
@@ -75,6 +77,7 @@ def test_single_precision_gives_what_the_processor_gives(backend, folder, image_
     assert difference(here, there) <= 0.01
 
 
+@WITH_GPU
 @pytest.mark.parametrize("precision", ["auto", "bfloat16"])
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_half_precision_gives_about_the_same(backend, precision, folder, image_by_formula):
@@ -84,7 +87,8 @@ def test_half_precision_gives_about_the_same(backend, precision, folder, image_b
     assert difference(here, there) <= 0.1
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@WITH_GPU
+@pytest.mark.parametrize("backend", COMPILED)
 def test_a_compiled_network_gives_about_the_same(backend, folder, image_by_formula):
     color = image_by_formula(48, 64)
     plain = load(backend, folder, precision="float32").segment(color, LABELS, "hat")
@@ -92,6 +96,17 @@ def test_a_compiled_network_gives_about_the_same(backend, folder, image_by_formu
     assert difference(plain, compiled.segment(color, LABELS, "hat")) <= 0.01
 
 
+def test_san_can_be_compiled(tmp_path, image_by_formula, monkeypatch):
+    """All of it but the generation of code, which needs a compiler and takes minutes."""
+    color = image_by_formula(48, 64)
+    plain = load("san", tmp_path, device="cpu").segment(color, LABELS, "hat")
+    compiler = functools.partial(torch.compile, backend="aot_eager")
+    monkeypatch.setattr(torch, "compile", compiler)
+    compiled = load("san", tmp_path, device="cpu", compile=True).segment(color, LABELS, "hat")
+    assert difference(plain, compiled) <= 0.01
+
+
+@WITH_GPU
 def test_images_that_do_not_fit_into_memory_are_an_error_and_the_next_is_segmented(
     folder, image_by_formula
 ):
