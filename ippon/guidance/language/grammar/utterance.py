@@ -54,6 +54,13 @@ _FAILING = re.compile(
     re.IGNORECASE,
 )
 """Conditions that only say which object comes after, and which in place of another."""
+_UNMARKED = re.compile(
+    r"\b(?:(?P<be>that|there|what|where|who|he|she|here)s|(?P<are>they|you)re|(?P<have>i|we|they|you)ve"
+    r"|(?P<not>do|does|did|ca|could|wo|would|should|is|are|was|were|have|has|had)nt|(?P<am>i)m)\b",
+    re.IGNORECASE,
+)
+"""A contraction without its apostrophe."""
+_CONTRACTED = {"be": "'s", "are": "'re", "have": "'ve", "not": "n't", "am": "'m"}
 _NUMBERED = re.compile(r"(?:^|\s)[1-9a-e][.)]\s+(?=[^\W\d])")
 """A number of a list: "1. hammer 2. nails"."""
 _EARLY = re.compile(r"[^\W\d_]{3,}")
@@ -68,6 +75,10 @@ _SOUND = (
     (re.compile(r"['’]s (?=(?:taken|moved|stolen|hidden|borrowed|got)\b)", re.IGNORECASE), " has "),
     (re.compile(r"(?<=\d)\s?[x×]\s+(?=[^\W\d])", re.IGNORECASE), " "),
     (re.compile(r"(?<=\w) or so\b", re.IGNORECASE), ""),
+    (
+        re.compile(r"(?<=\w)(,?) (?<!as )(?:even |al)?(?:though|however),?(?= \w)", re.IGNORECASE),
+        r"\1 but",
+    ),
     (re.compile(r"\bnon-(?=\w)", re.IGNORECASE), "non"),
     (re.compile(r"\s+comma\b(?=\s)", re.IGNORECASE), ","),
     (re.compile(r"\s+full stop\b", re.IGNORECASE), "."),
@@ -160,6 +171,7 @@ def hear(sentence: str) -> Utterance:
     text = plain(re.sub(r"[\r\n]+", ". ", sentence))
     if _NUMBERED.match(text):
         text = _NUMBERED.sub(", ", text).lstrip(" ,")
+    text = _UNMARKED.sub(_contracted, text)
     for sign, said in _SOUND:
         text = sign.sub(said, text)
     text = _FILLERS.sub("", _RESTART.sub(_restart, text))
@@ -168,6 +180,11 @@ def hear(sentence: str) -> Utterance:
     text = _REPEATED.sub(_once, _THRICE.sub(r"\1", text))
     text = _EARLY.sub(lambda match: _verb(match.group().lower()) or match.group(), text, count=4)
     return Utterance(text, _whole_numbers(text, tokenize(text)))
+
+
+def _contracted(match: re.Match[str]) -> str:
+    kind = match.lastgroup or ""
+    return match[kind] + _CONTRACTED[kind]
 
 
 def _once(match: re.Match[str]) -> str:
