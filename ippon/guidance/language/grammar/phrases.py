@@ -34,8 +34,18 @@ _END: Final = r"(?=$|[\s,.!?;:'\"…)\]–—”]|-(?!\w))"
 """A phrase ends with a word."""
 
 
+_PERSON: Final = (
+    r"(?:(?:my|our|the|a|an|his|her|their|one of (?:my|our|the)) \w+(?: \w+)??"
+    r"(?: (?:in|at|from|on|of|by|with) (?:(?:the|a|my|our) )?\w+(?: \d+\w?)?"
+    r"| next door| upstairs| downstairs| over (?:there|here))?)"
+)
+"""Who does something, and where: "the lady in room 7"."""
+_OWNER: Final = rf"(?:\w+ )?(?:\w+['’]s|{'|'.join(_TABLE['owners'])})"
+
+
 def _any(name: str) -> str:
-    return f"(?:{'|'.join(_TABLE[name])})"
+    patterns = "|".join(_TABLE[name])
+    return f"(?:{patterns.replace('{person}', _PERSON).replace('{owner}', _OWNER)})"
 
 
 ASKED: Final = re.compile(
@@ -97,7 +107,7 @@ LOOKED: Final = re.compile(
     re.IGNORECASE,
 )
 _TELLER = (
-    r"(?:i|we|he|she|they|i've|we've|i have|somebody|someone|(?:my|our|the) \w+(?: \w+)?|"
+    rf"(?:i|we|he|she|they|i've|we've|i have|somebody|someone|{_PERSON}|"
     r"must have|may have|might have|(?!that|which|who|what|where|when|if|find|get)\w+"
     r"(?= (?:\w+ ){1,2}(?:the|my|our|his|her|their|an?|some) ))"
 )
@@ -179,6 +189,8 @@ SEPARATORS: Final[dict[Order, tuple[str, ...]]] = {
 """What stands between objects, by the order that it says."""
 FIRST: Final = tuple(_TABLE["first"])
 CORRECTIONS: Final = tuple(_TABLE["corrections"])
+OWNERS: Final = frozenset(_TABLE["owners"])
+"""Owners that are written without their apostrophe."""
 STRONG: Final = frozenset(_TABLE["strong"])
 """First words of what asks, wherever in a sentence it stands."""
 OTHER_TASKS: Final = frozenset(_TABLE["other_tasks"])
