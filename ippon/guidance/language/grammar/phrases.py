@@ -86,12 +86,20 @@ PLACE_DECLINED: Final = re.compile(
     re.IGNORECASE,
 )
 """What says which room not to search."""
+_LOOKING: Final = (
+    r"(?:go|drive|navigate|walk|head|move|run|pop|nip|look|check|search|try|inspect|scan|explore|"
+    r"comb|patrol|(?:take|have|do) (?:a|an|another)(?: \w+)? (?:look|peek|peep|search|rummage|"
+    r"glance|hunt|dig|root|check))"
+)
+_THERE: Final = (
+    r"(?:(?:and )?(?:(?:i|we) (?:think|believe|guess|bet) )?(?:there(?:['’]s| is| are| was| were|"
+    r" should be| must be| might be| may be| will be)|you(?:['’]ll| will| should| can| might)"
+    r"(?: probably)? (?:find|see)))"
+)
 GO: Final = re.compile(
-    r"\b(?:go|drive|navigate|walk|head|move|run|pop|nip|look|check|search|try|"
-    r"inspect|scan|explore|comb|patrol)"
-    r"(?: over| down| up| straight| out| through| around| round)*"
-    r"(?: (?:in|to|into|on|at|inside|under))? "
-    r"(?P<place>[^.,;!?]{2,60}?),? (?P<end>and(?: then)?|for)\b ",
+    rf"\b(?P<look>{_LOOKING})(?: over| down| up| straight| out| through| around| round)*"
+    r"(?: (?:in|to|into|on|at|inside|under|of))? "
+    rf"(?P<place>[^.,;!?]{{2,60}}?)(?:,? (?P<end>and(?: then)?|for)\b |(?P<there>,? (?={_THERE} )))",
     re.IGNORECASE,
 )
 """A place to go to before the object: "go to the kitchen and", "search the shelf for"."""

@@ -15,6 +15,9 @@ from ippon.guidance.language.requests.courtesy import skip_asking
 from ippon.guidance.language.requests.drafts import Reading
 from ippon.guidance.language.requests.goals import ALL, Relation
 from ippon.guidance.language.requests.lists import read_goals
+from ippon.guidance.language.words import word_set
+
+_GUESSED = word_set("think believe guess bet suppose might may maybe perhaps probably")
 
 
 def read_place_first(reading: Reading, index: int) -> int:
@@ -30,15 +33,18 @@ def read_place_first(reading: Reading, index: int) -> int:
     if matched is None:
         return index
     end = reading.after(matched.end())
+    stated = looked is None and match is not None and match["there"] is not None
+    last = end if stated else end - 1  # Without "and" or "for".
     if looked is None and match is not None and match["place"].startswith(("for ", "high")):
         return index
     after = skip_asking(reading, end)
+    guessed = bool(_GUESSED & set(said.words(last, after)))
     phrase = read_noun_phrase(said, after)
     if phrase is None:
         return index
     relations: list[Relation] = []
     at = index
-    while at < end - 1:
+    while at < last:
         found = read_relation(said, at)
         relations += found.relations if found else ()
         at = found.end if found else at + 1
@@ -53,10 +59,11 @@ def read_place_first(reading: Reading, index: int) -> int:
     if not relations and not everywhere:
         return index
     denied = [one for one in reading.places if one.negated]
+    found = [] if guessed else relations
     reading.places = denied + [
-        replace(one, negated=one.negated or looked is not None) for one in relations
+        replace(one, negated=one.negated or looked is not None) for one in found
     ]
-    reading.before.append(said.said(index, end - 1))
+    reading.before.append(said.said(index, last))
     return read_goals(reading, after, said.said(index, after))
 
 
