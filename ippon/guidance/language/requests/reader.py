@@ -16,7 +16,11 @@ from ippon.guidance.language.grammar.relation_phrase import (
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.requests import clauses
 from ippon.guidance.language.requests.corrections import read_correction
-from ippon.guidance.language.requests.courtesy import skip_asking, skip_courtesy
+from ippon.guidance.language.requests.courtesy import (
+    skip_announcement,
+    skip_asking,
+    skip_courtesy,
+)
 from ippon.guidance.language.requests.drafts import Reading
 from ippon.guidance.language.requests.goals import Goal, Relation
 from ippon.guidance.language.requests.leading_places import read_place_first
@@ -85,6 +89,7 @@ class RequestReader:
             self._corrected,
             self._declined,
             self._ordering,
+            self._announced,
             self._placed_first,
             self._asked,
             self._told,
@@ -134,6 +139,9 @@ class RequestReader:
 
     def _placed_first(self, index: int) -> int:
         return read_place_first(self.reading, index)
+
+    def _announced(self, index: int) -> int:
+        return skip_announcement(self.reading, index)
 
     def _courtesy(self, index: int) -> int:
         return skip_courtesy(self.reading, index)
