@@ -89,7 +89,7 @@ def read_relation(said: Utterance, start: int, *, verbs: bool = True) -> Relatio
         word = said.word(index)
         if said.ends(index) and index > start:
             return None
-        prepositions, at = _prepositions(said, index)
+        prepositions, at = prepositions_at(said, index)
         if prepositions:
             relations, end = _read_places(said, prepositions, at, negated=negated)
             if relations:
@@ -155,7 +155,7 @@ def is_searched_inside(head: str) -> bool:
     return is_room(head) or head.rpartition(" ")[2] in _OPENED
 
 
-def _prepositions(said: Utterance, index: int) -> tuple[list[str], int]:
+def prepositions_at(said: Utterance, index: int) -> tuple[list[str], int]:
     """Return the prepositions at an index ("on or under"), and where the place begins."""
     found: list[str] = []
     while True:
@@ -172,12 +172,12 @@ def _prepositions(said: Utterance, index: int) -> tuple[list[str], int]:
             return [], index
         relation = PREPOSITIONS[phrase]
         index += length
-        if relation == "from" and not found and _prepositions(said, index)[0]:
+        if relation == "from" and not found and prepositions_at(said, index)[0]:
             continue  # "From beside the bed".
         relation, index = _side(said, relation, index)
         part = index + 1 + (said.word(index + 1) in ("far", "left", "right", "top", "bottom"))
         if said.word(index) == "the" and said.word(part) in _SPOTS and said.word(part + 1) != "of":
-            inner, place = _prepositions(said, part + 1) if not said.breaks(part + 1) else ([], 0)
+            inner, place = prepositions_at(said, part + 1) if not said.breaks(part + 1) else ([], 0)
             if inner:
                 return inner, place  # "In the corner behind the sofa".
         found.append(relation)

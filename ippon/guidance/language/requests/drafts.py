@@ -97,6 +97,8 @@ class Reading:
     """How the next object follows, where that was said."""
     before: list[str] = field(default_factory=list)
     """Told before the first object."""
+    later: list[Draft] = field(default_factory=list)
+    """Objects that come after those that are still to be read."""
     declined: NounPhrase | None = None
     """An object not to be searched for, which "the white one" may name."""
     places: list[Relation] = field(default_factory=list)

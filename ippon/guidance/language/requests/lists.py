@@ -15,6 +15,7 @@ from ippon.guidance.language.requests.drafts import Draft, Reading, draft
 from ippon.guidance.language.requests.goals import Attribute, Order, Relation
 from ippon.guidance.language.requests.list_end import settle
 from ippon.guidance.language.requests.modifiers import read_modifier
+from ippon.guidance.language.requests.pronouns import read_place_named
 from ippon.guidance.language.words import word_set
 
 MAX_DRAFTS: Final = 60
@@ -219,7 +220,7 @@ def read_modifiers(reading: Reading, index: int) -> int:
         if room > index:
             index = room
             continue
-        end = reading.match(phrases.GONE, index)
+        end = max(reading.match(phrases.GONE, index), read_place_named(reading, index))
         timed = reading.match(phrases.TIME, index)
         if timed > index:
             goal.note(said.said(index, timed))

@@ -94,17 +94,31 @@ def _exclusion(said: Utterance, start: int, goal: Draft) -> int:
         if said.word(phrase.end) in ("with", "without") and phrase.end + 1 == len(said):
             goal.note(said.said(start, phrase.end + 1))  # "Not the one without".
             return phrase.end + 1
-        probe = goal.probe()
-        end = phrase.end if said.breaks(phrase.end) else read_modifier(said, phrase.end, probe)
+        probe, end = goal.probe(), phrase.end
+        if not said.breaks(end) and not said.starts(end, phrases.EXCLUDING):
+            end = read_modifier(said, end, probe)
         for one in probe.attributes:
             goal.add(replace(one, negated=not one.negated))
         for relation in probe.relations:
             goal.relate(replace(relation, negated=not relation.negated))
             goal.note("not " + said.said(phrase.end, end))
-        return end
-    if phrase is None:
-        return start
+        return _or_other(said, end, goal) if end == phrase.end else end
+    if phrase is None or said.word(start) == "nor":
+        return _adjectives(said, index, goal, negated=True) or start
     return _other_name(said, start, phrase, goal)
+
+
+def _or_other(said: Utterance, index: int, goal: Draft) -> int:
+    """Read "or green one" after "no red", and "or the brown one"."""
+    named = said.word(index + 1) == "the" or _adjective_at(said, index + 1)
+    if said.word(index) not in ("or", "nor") or not named:
+        return index
+    phrase = read_noun_phrase(said, index + 1)
+    if phrase is None or phrase.head not in ("", goal.head):
+        return index
+    for one in phrase.attributes:
+        goal.add(replace(one, negated=True))
+    return phrase.end
 
 
 def _other_name(said: Utterance, start: int, phrase: NounPhrase, goal: Draft) -> int:

@@ -22,6 +22,7 @@ from ippon.guidance.language.requests.courtesy import (
     skip_courtesy,
 )
 from ippon.guidance.language.requests.drafts import Reading
+from ippon.guidance.language.requests.earlier import read_before
 from ippon.guidance.language.requests.goals import Goal, Relation
 from ippon.guidance.language.requests.leading_places import read_place_first
 from ippon.guidance.language.requests.lists import (
@@ -58,6 +59,7 @@ class RequestReader:
         index = 0
         while index < len(self._said) and len(self.reading.drafts) < MAX_DRAFTS:
             index = max(self._step(index), index + 1)
+        self.reading.drafts += self.reading.later
         if not self.reading.drafts:
             self._by_name()
         if index < len(self._said):
@@ -89,6 +91,7 @@ class RequestReader:
             self._corrected,
             self._declined,
             self._ordering,
+            self._before,
             self._announced,
             self._placed_first,
             self._asked,
@@ -139,6 +142,9 @@ class RequestReader:
 
     def _placed_first(self, index: int) -> int:
         return read_place_first(self.reading, index)
+
+    def _before(self, index: int) -> int:
+        return read_before(self.reading, index)
 
     def _announced(self, index: int) -> int:
         return skip_announcement(self.reading, index)

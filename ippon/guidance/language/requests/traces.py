@@ -50,7 +50,8 @@ def lost_words(reading: Reading) -> tuple[list[str], list[str]]:
             listed = word == "nor" and len(goals) > 1
             changing += [] if listed or _is_denied(goals) else [word]
         elif word in _PLACING:
-            changing += [] if said.word(index - 1) == "as" else [word]  # "As before".
+            ordered = word == "before" and any(goal.order == "then" for goal in goals)
+            changing += [] if ordered or said.word(index - 1) == "as" else [word]  # "As before".
         elif word == "or":
             changing += [] if _is_offered(reading, index, goals) else [word]
         elif word in NUMBERS or word.isdigit():
