@@ -99,7 +99,8 @@ _THERE: Final = (
 GO: Final = re.compile(
     rf"\b(?P<look>{_LOOKING})(?: over| down| up| straight| out| through| around| round)*"
     r"(?: (?:in|to|into|on|at|inside|under|of))? "
-    rf"(?P<place>[^.,;!?]{{2,60}}?)(?:,? (?P<end>and(?: then)?|for)\b |(?P<there>,? (?={_THERE} )))",
+    r"(?P<place>[^.,;!?]{2,60}?)"
+    rf"(?:,? (?P<end>and(?: then)?|for)\b |(?P<there>,? (?={_THERE} )))",
     re.IGNORECASE,
 )
 """A place to go to before the object: "go to the kitchen and", "search the shelf for"."""

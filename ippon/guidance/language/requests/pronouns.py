@@ -28,9 +28,7 @@ def read_place_named(reading: Reading, index: int) -> int:
         return index
     before = reading.drafts[-2]
     for relation in relations:
-        place = Relation(
-            relation=relation, place=before.head, attributes=tuple(before.attributes)
-        )
+        place = Relation(relation=relation, place=before.head, attributes=tuple(before.attributes))
         reading.drafts[-1].relate(place)
         reading.drafts[-1].note(place.text)
     return at + 1

@@ -224,10 +224,11 @@ class RequestReader:
             self.reading.drafts[-1].count = "all"
             return index + length
         subject = said.word(index) in ("they", "they're", "both", "these")
-        targets = (
-            self.reading.drafts[self.reading.list_start :] if subject else self.reading.drafts[-1:]
-        )
         relation = read_relation(said, index)
+        listed = self.reading.drafts[self.reading.list_start :]
+        if relation is None and sum(one.display.endswith("s") for one in listed) == 1:
+            subject = subject and not listed[-1].display.endswith("s")  # "My bag and my shoes".
+        targets = listed if subject else listed[-1:]
         if relation is not None and not clauses.ends_clause(said, relation.end):
             return index  # More is said, which the context tells.
         end = read_modifier(said, index, targets[-1])

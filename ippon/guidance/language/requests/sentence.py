@@ -16,6 +16,7 @@ from ippon.guidance.language.requests.drafts import Draft, draft
 from ippon.guidance.language.requests.goals import Goal, Request, unchecked
 from ippon.guidance.language.requests.reader import RequestReader
 from ippon.guidance.language.requests.traces import lost_words
+from ippon.guidance.language.words import is_many
 
 MAX_OBJECT_CHARS: Final = 80
 MAX_CONTEXT_CHARS: Final = 2000
@@ -177,8 +178,10 @@ def _may_end_in_verb(name: str, spoken: str) -> bool:
     """Tell whether the last word of a name may be a verb: "the pump beeps"."""
     find = load_knowledge().find
     first, _, last = name.rpartition(" ")
-    odd = spoken.endswith(("s", "ed")) or listed_kind(last) is not None
-    return bool(first) and not (find(name) or find(last)) and odd
+    odd = spoken.endswith(("s", "ed")) or listed_kind(last) is not None or last in ENGLISH
+    before = spoken.rpartition(" ")[0]
+    several = before.endswith("s") and not is_many(before)  # "The towels beep".
+    return bool(first) and not (find(name) or find(last)) and (odd or several)
 
 
 def _joined(first: str, second: str) -> str:
