@@ -28,6 +28,8 @@ STANDS = word_set(
     "hides walked broke burst spilled always"
 )
 """Verbs and adverbs that stand between a thing and its place."""
+_NEAR: Final = 4
+"""So many words stand between a preposition and the last noun of a compound place."""
 _PARTICLES = word_set("down aside up off out over back missing lost gone checked")
 """They belong to the verb: "I put my pipe down"."""
 _CONTAINERS = word_set("bottle cup glass bowl jar can carton mug jug tin pot bag plate")
@@ -195,6 +197,11 @@ def stands_somewhere(said: Utterance, index: int) -> bool:
 def _names_room_of(said: Utterance, index: int, knowledge: Knowledge) -> bool:
     """Tell whether a room is named right after a thing: "green bag hallway"."""
     word, before = said.word(index), said.word(index - 1)
+    begin = index - 1
+    while begin > 0 and said.word(begin) not in PREPOSITIONS and not said.breaks(begin):
+        begin -= 1
+    if said.word(begin) in PREPOSITIONS and index - begin <= _NEAR:
+        return False  # "In the lift lobby".
     room = knowledge.room(word) is not None and knowledge.find(word) is None
     return room and knowledge.find(before) is not None and knowledge.room(before) is None
 

@@ -34,7 +34,7 @@ _STANDING = word_set(
     "that's who's surely currently now must anywhere there somewhere even but or and either behind "
     "directly "
     "exactly immediately close sat stands lies sits hangs lives placed both all fell "
-    "fallen slipped rolled have has had gone used seen spotted worn last"
+    "fallen slipped rolled have has had gone used seen spotted worn last will"
 )
 """Words that may stand before a preposition without changing where."""
 _SOFT = word_set(

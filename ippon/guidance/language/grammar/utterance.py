@@ -71,6 +71,7 @@ _SOUND = (
     (re.compile(r"\b(?:teh|hte)\b", re.IGNORECASE), "the"),
     (re.compile(r"\bwere (?=(?:is|are|did|have|do|can)\b)", re.IGNORECASE), "where "),
     (re.compile(r"\bcan (?:find|see) neither\b", re.IGNORECASE), "can't find"),
+    (re.compile(r"\b(it|he|she|they|that|there)['’]ll\b", re.IGNORECASE), r"\1 will"),
     (re.compile(r"\bout(?:t?a|ta)\b", re.IGNORECASE), "out of"),
     (re.compile(r"['’]s (?=(?:taken|moved|stolen|hidden|borrowed|got)\b)", re.IGNORECASE), " has "),
     (re.compile(r"(?<=\d)\s?[x×]\s+(?=[^\W\d])", re.IGNORECASE), " "),

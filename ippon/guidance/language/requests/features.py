@@ -2,9 +2,9 @@
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.grammar import phrases
-from ippon.guidance.language.grammar.attributes import UNITS, listed_kind
+from ippon.guidance.language.grammar.attributes import UNITS, is_part, listed_kind
 from ippon.guidance.language.grammar.determiners import NUMBERS, may_be_noun
-from ippon.guidance.language.grammar.noun_phrase import STANDS, read_noun_phrase
+from ippon.guidance.language.grammar.noun_phrase import STANDS, NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS, STOP
 from ippon.guidance.language.grammar.relation_phrase import ENTERING, is_searched_inside
 from ippon.guidance.language.grammar.utterance import Utterance
@@ -22,6 +22,8 @@ COVERED = word_set("wrapped covered dressed painted decorated printed")
 _PEOPLE = word_set("me us him her them you my mine")
 _DIMENSIONS = word_set("long wide tall high deep thick")
 _PLACES_ON_IT = ("on it", "on them", "in it", "inside it", "on top")
+_STATES = word_set("missing broken torn off open gone loose")
+"""After a part, they say in which state it is: "one ear missing"."""
 _IDIOMS = word_set("life sake goodness")
 
 
@@ -47,7 +49,10 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     phrase = read_noun_phrase(said, index)
     if phrase is None or (not phrase.head and not phrase.attributes):
         return start
-    end = phrase.end
+    has = said.word(index - 1) in ("has", "have")
+    if has and not (phrase.determined or phrase.known or phrase.attributes or _is_plural(phrase)):
+        return start  # "Has stopped working".
+    end = phrase.end + (said.word(phrase.end) in _STATES and said.breaks(phrase.end + 1))
     if said.word(end) in ("on", "in", "at", "around") and said.word(end + 1) in ("its", "their"):
         part = read_noun_phrase(said, end + 1)
         end = end if part is None else part.end  # "With tennis balls on its feet".
@@ -56,6 +61,10 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     while length := said.starts(end, _PLACES_ON_IT) or said.starts(end, phrases.SIDES):
         end += length
     return end
+
+
+def _is_plural(phrase: NounPhrase) -> bool:
+    return phrase.display.endswith("s") or is_part(phrase.head.rpartition(" ")[2])
 
 
 def _than(said: Utterance, start: int, goal: Draft) -> int:

@@ -25,7 +25,7 @@ _POINTING = ("is that", "is this", "are those", "are these")
 _PARTS = ("drawer", "shelf", "compartment", "cupboard", "locker")
 _FOLLOWING = word_set(
     "and or then but with without that which please not pls it i they he she what called made "
-    "named as plus followed left other preferably fell must should might was slipped has had for "
+    "named as plus followed left other preferably fell must should might was slipped for "
     "of all also again asap too except after next nobody somebody someone"
 )
 """Words that may follow an object which stands without a verb."""
@@ -166,7 +166,7 @@ def _take(
 
 def _replaced(reading: Reading, asked: str) -> list[Draft]:
     """Return the objects of which only a state was told: "this pen is empty, find a new one"."""
-    if asked in ("bare", "listed", "named", "told") or not reading.drafts:
+    if asked in ("bare", "listed", "named", "told") or len(reading.drafts) == 0:
         return []
     pointed = [one for one in reading.drafts if one.trigger.lower().startswith(_POINTING)]
     last = reading.drafts[-1]

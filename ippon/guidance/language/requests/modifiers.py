@@ -9,9 +9,14 @@ from ippon.guidance.language.grammar.attributes import is_intensity, is_part, is
 from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS
-from ippon.guidance.language.grammar.relation_phrase import is_guessed, read_relation
+from ippon.guidance.language.grammar.relation_phrase import (
+    is_guessed,
+    prepositions_at,
+    read_relation,
+)
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.naming import same_object
+from ippon.guidance.language.requests.absence import read_absence
 from ippon.guidance.language.requests.drafts import Draft
 from ippon.guidance.language.requests.features import (
     BE,
@@ -42,7 +47,7 @@ def read_modifier(said: Utterance, index: int, goal: Draft) -> int:
     for read in (
         _exclusion,
         _until,
-        _absent,
+        read_absence,
         _predicate,
         read_feature,
         read_material,
@@ -147,24 +152,6 @@ def _until(said: Utterance, start: int, goal: Draft) -> int:
     return start
 
 
-def _absent(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "but they aren't there": it is in no place that was told before."""
-    index = start + (said.word(start) in ("and", "but", "yet"))
-    if said.word(index) not in SUBJECTS:
-        return start
-    end = index
-    while end < len(said) and said.word(end) != "there" and end - index < 4:
-        end += 1
-    if said.word(end) != "there" or not (NEGATIONS | {"gone"}) & set(said.words(index, end)):
-        return start
-    end += 1 + (said.word(end + 1) in ("anymore", "now"))
-    if not said.breaks(end) and end < len(said):
-        return start
-    goal.relations = [replace(one, negated=True) for one in goal.relations]
-    goal.note(said.said(start, end))
-    return end
-
-
 def _predicate(said: Utterance, start: int, goal: Draft) -> int:
     """Read "which is blue and heavy", "it's the white one", "isn't broken"."""
     index, negated = start, False
@@ -250,6 +237,9 @@ def _adjective_at(said: Utterance, index: int) -> bool:
     word = said.word(index)
     if is_intensity(word) and listed_kind(word) is None:
         return _adjective_at(said, index + 1)
+    placing = word == "right" and bool(prepositions_at(said, index + 1)[0])
+    if placing or prepositions_at(said, index)[0]:
+        return False  # "Right next to", "closest to".
     return listed_kind(word) is not None and word not in _MISSING and word not in PREPOSITIONS
 
 
