@@ -127,18 +127,20 @@ _MEANWHILE = (
 TOLD: Final = re.compile(
     rf"\b{_TELLER}{_MEANWHILE} (?:last had|ha[ds](?= (?:my|our|his|her|their) "
     r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|used|wore|saw|keeps?|kept|was wearing|"
-    r"leaves?|left|forgot|forgotten|put|placed|dropped|laid|stored|hid|took|taken|hidden|moved|stole|"
-    r"stolen|borrowed|nicked|pinched|swiped|stashed|lost|misplaced|handed in|turned in|dragged|threw|"
-    r"thrown|tossed|pushed|kicked|knocked|spilled|spilt|hung|parked|carried|chucked|stuck|shoved|"
+    r"leaves?|left|forgot|forgotten|put|placed|dropped|laid|stored|hid|took|taken|hidden|moved|"
+    r"stole|stolen|borrowed|nicked|pinched|swiped|stashed|lost|misplaced|handed in|turned in|"
+    r"dragged|threw|thrown|tossed|pushed|kicked|knocked|spilled|spilt|hung|parked|carried|chucked|stuck|shoved|"
     r"stuffed|tucked|packed|rolled|brought|wheeled)\s+",
     re.IGNORECASE,
 )
 """Who did what with the object that follows: "my sister borrowed"."""
-_GONE = r"gone|missing|lost|misplaced|escaped|disappeared|vanished|stolen|nowhere"
+_GONE = (
+    r"(?:gone(?! (?:cold|off|bad|flat|dead|out|sour|mouldy)\b)|missing|lost|misplaced|escaped|"
+    r"disappeared|vanished|stolen|nowhere)"
+)
 GONE: Final = re.compile(
     r"(?:'s|is|are|was|were|has|have|got)?(?: just| now| all| been| both)*"
-    rf" ?(?:gone missing|went missing|nowhere to be (?:found|seen)|(?:{_GONE})"
-    r"(?! (?:cold|off|bad|flat|dead|out|sour|mouldy)\b)|been (?:moved|taken|"
+    rf" ?(?:gone missing|went missing|nowhere to be (?:found|seen)|{_GONE}|been (?:moved|taken|"
     r"borrowed|nicked|pinched)(?: by (?:somebody|someone))?(?! to| from| into| by))\b"
     r"(?: again| now)*",
     re.IGNORECASE,
@@ -150,9 +152,10 @@ GONE_SENTENCE: Final = re.compile(
     re.IGNORECASE,
 )
 NOT_WHERE: Final = re.compile(
-    r"(?:(?:but |and )?(?:it|they|he|she|which|that)\b ?)?(?:(?:is|are|was|were)(?:n['’]t| not| no longer)"
-    r"|['’](?:s|re) not)(?: anymore| any more)? where (?:\w+ ){1,2}?(?:(?:always|usually|normally|last|"
-    r"should|must|ought to|have|has|had|had to|thought) ){0,2}(?:\w+)(?: (?:it|them|him|her)\b)?,?",
+    r"(?:(?:but |and )?(?:it|they|he|she|which|that)\b ?)?(?:(?:is|are|was|were)"
+    r"(?:n['’]t| not| no longer)|['’](?:s|re) not)(?: anymore| any more)? where (?:\w+ ){1,2}?"
+    r"(?:(?:always|usually|normally|last|should|must|ought to|have|has|had|had to|thought) ){0,2}"
+    r"(?:\w+)(?: (?:it|them|him|her)\b)?,?",
     re.IGNORECASE,
 )
 """What says that an object is not where it was left."""

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cache, lru_cache
 
 from rapidfuzz.distance import OSA
 
@@ -199,9 +199,15 @@ def _restart(match: re.Match[str]) -> str:
     return match.group() if narrows else f"{match.group(1)}{match.group(2)}, no, "
 
 
+@cache
+def _named_words() -> frozenset[str]:
+    """Return the words of all names of the table: "lock" of "bike lock"."""
+    return frozenset(word for name in load_knowledge().phrases for word in name.split())
+
+
 @lru_cache(maxsize=1024)
 def _verb(word: str) -> str:
-    if word in ENGLISH or load_knowledge().find(word) is not None:
+    if word in ENGLISH or word in _named_words():
         return ""
     near = [verb for verb in _VERBS if OSA.distance(word, verb) == 1 and word[0] == verb[0]]
     return near[0] if near else ""

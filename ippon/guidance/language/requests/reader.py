@@ -285,6 +285,9 @@ class RequestReader:
             return end
         if not self.reading.drafts:
             self.reading.before.append(words)
+            subject = read_noun_phrase(said, index)
+            if subject is not None and subject.known and not is_room(subject.head):
+                self.reading.subject = subject.head
             return end
         told = said.breaks(index) or said.word(index) in _SUBJECTS or index == 0
         if said.breaks(index) and self.reading.match(phrases.ASKED, index) > index + 1:
