@@ -117,6 +117,8 @@ def read_determiners(said: Utterance, start: int) -> Determiners:
         if length and not (word in ("couple", "few", "dozen") and said.breaks(index + 1)):
             begun.count = COUNTS[" ".join(said.words(index, index + length))]
             begun.index += length
+        elif said.hyphened(index + 1):
+            break  # "Two-way".
         elif _number(said, index) is not None or _number_range(said, index):
             begun.index += 2 if _number_range(said, index) else 0
             index = begun.index

@@ -222,7 +222,7 @@ def _adjective(word: str) -> str | None:
     """Return an adjective, its spelling corrected; None for other words."""
     if listed_kind(word) is not None:
         return word
-    respelt = _respelt_adjective(word)
+    respelt = None if "-" in word else _respelt_adjective(word)
     return respelt or (word if attribute_kind(word) is not None else None)
 
 

@@ -9,6 +9,7 @@ from ippon.guidance.language.grammar.attributes import UNITS, listed_kind
 from ippon.guidance.language.grammar.determiners import (
     MEASURES,
     NO_OWNERS,
+    NUMBERS,
     may_be_noun,
     read_determiners,
 )
@@ -25,7 +26,7 @@ _BEFORE_PLACED = word_set("the my a his her your our their other for with")
 STANDS = word_set(
     "hangs hung lies lay sits sat stands stood lives lived stays stayed sleeps slept came comes "
     "went goes ran runs flew slid slipped fallen rolls crawled climbed jumped landed ended blew "
-    "hides walked broke burst spilled always"
+    "hides walked broke burst spilled flown blown flew climbs jumps always"
 )
 """Verbs and adverbs that stand between a thing and its place."""
 _NEAR: Final = 4
@@ -81,7 +82,7 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
     begun = read_determiners(said, start)
     index = begun.index
     end = _end_of_nouns(said, index, knowledge)
-    words = [word for word in said.words(index, end) if word not in ("and", "or")]
+    words = [word for word in _hyphened_words(said, index, end) if word not in ("and", "or")]
     if not words and begun.reference and (said.breaks(index) or said.word(index) in STOP):
         words = ["one"]  # "Another", "two more", "the same".
     if said.word(index) in PRONOUNS or not words:
@@ -101,6 +102,8 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
         attributes += several.attributes
         display = " ".join([*(one.value for one in attributes), named.head])
         end = several.end
+    if said.word(end) == "more" and begun.count is not None and not said.breaks(end):
+        begun.reference, end = "other", end + 1
     if named.corrected:
         display = " ".join([*(one.value for one in named.attributes), named.head])
     if of and said.word(end) == "of" and not said.breaks(end):
@@ -138,6 +141,21 @@ def _possessive(owner: str, end: int) -> NounPhrase:
     )
 
 
+def _hyphened_words(said: Utterance, start: int, end: int) -> list[str]:
+    """Return the words of a range; particles and numbers with a hyphen in one: "walk-in"."""
+    knowledge = load_knowledge()
+    small = PREPOSITIONS.keys() | NUMBERS | _PARTICLES
+    words: list[str] = []
+    for index in range(start, end):
+        whole = said.hyphened(index) and index > start
+        particle = bool(small & {said.word(index - 1), said.word(index)})
+        if whole and particle and _known_length(said, index - 1, knowledge) < 2:
+            words[-1] += f"-{said.word(index)}"
+        else:
+            words.append(said.word(index))
+    return words
+
+
 def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
     index = start
     while index < len(said) and index - start < MAX_WORDS:
@@ -145,8 +163,8 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
         if index > start and said.breaks(index) and not _comma_of_adjectives(said, index):
             break
         length = _known_length(said, index, knowledge)
-        if length > 1:
-            index += length
+        if length > 1 or (index > start and said.hyphened(index)) or said.hyphened(index + 1):
+            index += max(length, 1)
             continue
         if word in PRONOUNS or (index > start and _names_room_of(said, index, knowledge)):
             break
@@ -155,6 +173,8 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             break  # "Ruler 50 cm".
         if index > start and (said.word(index + 1) == "than" or stands_somewhere(said, index)):
             break
+        if word == "more" and index > start and not may_be_noun(said, index + 1):
+            break  # "One towel more".
         if word in _PARTICLES and index > start and not may_be_noun(said, index + 1):
             break
         if word in ("first", "next") and index > start and said.breaks(index + 1):

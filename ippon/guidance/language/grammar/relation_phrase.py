@@ -162,7 +162,8 @@ def prepositions_at(said: Utterance, index: int) -> tuple[list[str], int]:
         length = next(
             (n for n in (4, 3, 2, 1) if " ".join(said.words(index, index + n)) in PREPOSITIONS), 0
         )
-        if not length or said.breaks(index + length):
+        hyphened = said.hyphened(index) or said.hyphened(index + 1)
+        if not length or said.breaks(index + length) or hyphened:
             return [], index
         if said.word(index) in _ONLY_PLACES:
             relation, at = _side(said, "", index + 1)

@@ -39,6 +39,7 @@ _TAKEN_BACK = re.compile(
 )
 """A determiner or a number that is said anew: "my, no wait, the other", "two, no, three"."""
 _PRONOUN = r"(?:it|them|those|these|that|this|both|one|any)"
+_SOMEBODY = r"someone|somebody|anyone|anybody"
 _AFTERWARDS = re.compile(
     rf"\b(?:and,? )?(?:after (?:those|these)\b|(?:once|when|after|as soon as) (?:you|that|this|it)"
     rf"(?:'s|'re|'ve| is| are| have| has)? (?:(?:done|finished)(?: with)?(?: {_PRONOUN})?|"
@@ -50,10 +51,20 @@ _FAILING = re.compile(
     rf"\b(?:or,? )?(?:if (?:there (?:isn't|aren't|(?:is|are) (?:not|no|none))(?: {_PRONOUN}| left)*"
     rf"|you (?:can't|cannot|can not|don't|couldn't) (?:find|see|get|locate) {_PRONOUN}"
     rf"|(?:it|that|they|those)(?:'s|'re| is| are)?(?:n't| not) (?:there|available))),?"
-    r"(?= (?:the|a|an|my|some|another|any|his|her|our)\b| \w+[.!?]*$)",
+    r"(?= (?:the|a|an|my|some|another|any|his|her|our)\b| \w+[.!?]*$)"
+    rf"|(?:\b(?:or|and),? )?\bif (?:it|that|this|they|those|{_SOMEBODY})(?:'s|'re| is| are| has)"
+    r" (?!on |under |at |near |by |behind |next |not |there)(?:in )?(?:\w+),?(?= (?:(?:the|a|an|my|some|"
+    r"another|his|her|our)\b|(?:find|get|bring|take|look for)\b)|(?<=,) \w+[.!?]*$)",
     re.IGNORECASE,
 )
 """Conditions that only say which object comes after, and which in place of another."""
+_CALLED = re.compile(
+    r"(?<=[a-z]{3})(?<!\bour)(?<!\bthe)(?<!\bhis)(?<!\bher)(?<!\bfor)(?<!\band),? (?:my )?(?:dear|darling|love|"
+    r"sweetie|sweetheart|pal|mate|buddy|bro|sis|dude|mister|miss|sir|madam|kiddo|son)\b"
+    r"(?=\s*(?:$|[.,;!?])| (?:i|i'm|i've|it|it's|they|they're|he|he's|she|she's|we|my|the|please)\b)",
+    re.IGNORECASE,
+)
+"""Who is spoken to, after an object: "bring the towels, dear"."""
 _UNMARKED = re.compile(
     r"\b(?:(?P<be>that|there|what|where|who|he|she|here)s|(?P<are>they|you)re|(?P<have>i|we|they|you)ve"
     r"|(?P<not>do|does|did|ca|could|wo|would|should|is|are|was|were|have|has|had)nt|(?P<am>i)m)\b",
@@ -138,6 +149,10 @@ class Utterance:
         """Tell whether a comma or a stronger sign stands before a word."""
         return _BREAK.search(self.gap(index)) is not None
 
+    def hyphened(self, index: int) -> bool:
+        """Tell whether a word belongs to the one before: "in" of "walk-in"."""
+        return self.gap(index) in ("-", "‐", "‑")
+
     def ends(self, index: int) -> bool:
         """Tell whether a sentence ends before a word."""
         return _HARD.search(self.gap(index)) is not None or index >= len(self.tokens)
@@ -172,7 +187,7 @@ def hear(sentence: str) -> Utterance:
     text = plain(re.sub(r"[\r\n]+", ". ", sentence))
     if _NUMBERED.match(text):
         text = _NUMBERED.sub(", ", text).lstrip(" ,")
-    text = _UNMARKED.sub(_contracted, text)
+    text = _CALLED.sub(",", _UNMARKED.sub(_contracted, text))
     for sign, said in _SOUND:
         text = sign.sub(said, text)
     text = _FILLERS.sub("", _RESTART.sub(_restart, text))

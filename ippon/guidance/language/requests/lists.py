@@ -24,7 +24,7 @@ BE = word_set("is are was were has have had will would can could should must mig
 _PARTS = ("drawer", "shelf", "compartment", "cupboard", "locker")
 _FOLLOWING = word_set(
     "and or then but with without that which please not pls it i they he she what called made "
-    "named as plus followed left other preferably fell must should might was slipped for "
+    "named as plus followed left other preferably fell must should might slipped for "
     "of all also again asap too except after next nobody somebody someone"
 )
 """Words that may follow an object which stands without a verb."""
@@ -245,6 +245,8 @@ def stands_alone(reading: Reading, index: int, phrase: NounPhrase) -> bool:
         or said.corrected(end, phrases.CORRECTIONS) > end
     ):
         return True
+    if said.word(end) in ("was", "were") and said.word(end + 1).endswith("ed"):
+        return True  # "Was delivered this morning".
     if reading.match(phrases.TAIL, end) > end or reading.match(phrases.GONE, end) > end:
         return True
     probe = draft(phrase)

@@ -39,6 +39,10 @@ _COVERS = word_set("frame cover sleeve binding wrapping")
 """Of these, "in a wooden frame" tells what a thing looks like, not where it is."""
 _OWNED = word_set("mine yours his hers ours theirs")
 _CONDITIONS = ("but only if", "only if", "as long as", "so long as", "provided", "provided that")
+_CROSSING = word_set(
+    "flew flown went gone blew blown rolled jumped climbed threw thrown kicked tossed sailed bounced"
+)
+_NEAR = 6
 _MISSING = word_set("missing lost gone back")
 
 
@@ -300,6 +304,10 @@ def _relation(said: Utterance, start: int, goal: Draft) -> int:
     if covered or is_maker(said, start, phrase.relations[0].place):
         goal.add(Attribute(kind="feature", value=said.said(phrase.begin, phrase.end)))
         return phrase.end
+    crossed = said.words(max(0, start - _NEAR), phrase.end)
+    if "over" in said.words(start, phrase.end) and _CROSSING & set(crossed):
+        goal.note(said.said(phrase.begin, phrase.end))
+        return phrase.end  # "It flew over the fence".
     guessed = phrase.soft or is_guessed(said, phrase, goal.phrase.end)
     for place in phrase.relations:
         # "It should be in the hall, but not on the floor": what is denied is certain.
