@@ -88,7 +88,7 @@ PLACE_DECLINED: Final = re.compile(
 """What says which room not to search."""
 _LOOKING: Final = (
     r"(?:go|drive|navigate|walk|head|move|run|pop|nip|look|check|search|try|inspect|scan|explore|"
-    r"comb|patrol|(?:take|have|do) (?:a|an|another)(?: \w+)? (?:look|peek|peep|search|rummage|"
+    r"comb|patrol|come|proceed|return|(?:bring|get|take|move|drive) yourself|make your way|(?:take|have|do) (?:a|an|another)(?: \w+)? (?:look|peek|peep|search|rummage|"
     r"glance|hunt|dig|root|check))"
 )
 _THERE: Final = (
@@ -97,7 +97,7 @@ _THERE: Final = (
     r"(?: probably)? (?:find|see)))"
 )
 GO: Final = re.compile(
-    rf"\b(?P<look>{_LOOKING})(?: over| down| up| straight| out| through| around| round)*"
+    rf"\b(?P<look>{_LOOKING})(?: over| down| up| straight| out| through| around| round| back)*"
     r"(?: (?:in|to|into|on|at|inside|under|of))? "
     r"(?P<place>[^.,;!?]{2,60}?)"
     rf"(?:,? (?P<end>and(?: then)?|for)\b |(?P<there>,? (?={_THERE} )))",

@@ -86,6 +86,8 @@ def _begins_request(reading: Reading, index: int) -> bool:
     said = reading.said
     also = said.starts(index, ("and also", "oh and", "oh and also", "and then", "then", "plus"))
     start = index + also
+    while start < len(said) and (padded := reading.match(phrases.PADDING, start)) > start:
+        start = padded
     asked = reading.match(phrases.ASKED, start) if start < len(said) else start
     if asked > start:
         return read_noun_phrase(said, asked) is not None or said.word(asked) in ("it", "them")

@@ -52,7 +52,7 @@ def read_place_first(reading: Reading, index: int) -> int:
     if not relations and match is not None:
         place = read_noun_phrase(said, reading.after(match.start("place")), of=False)
         place_end = reading.after(match.end("place"))
-        if place is None or place.end < place_end:
+        if place is None or place.end < place_end or _is_adverb(place):
             return index
         everywhere = place.count == ALL or said.word(place_end - 1) in ("house", "flat")
         relations = [] if everywhere else [_at(place)]
@@ -65,6 +65,11 @@ def read_place_first(reading: Reading, index: int) -> int:
     ]
     reading.before.append(said.said(index, last))
     return read_goals(reading, after, said.said(index, after))
+
+
+def _is_adverb(place: NounPhrase) -> bool:
+    """Tell whether a place is none: "up" of "look up, there is"."""
+    return place.head in ("up", "down", "out", "away", "back", "off")
 
 
 def _at(place: NounPhrase) -> Relation:

@@ -2,6 +2,7 @@
 
 from typing import Final
 
+from ippon.guidance.language.grammar.noun_phrase import STANDS
 from ippon.guidance.language.grammar.relation_phrase import prepositions_at
 from ippon.guidance.language.requests.drafts import Reading
 from ippon.guidance.language.requests.features import BE, SUBJECTS
@@ -16,19 +17,24 @@ def read_place_named(reading: Reading, index: int) -> int:
     Returns:
         Index after it; `index` where no such words stand.
     """
-    said = reading.said
-    if len(reading.drafts) < 2:
-        return index
+    said, goal = reading.said, reading.drafts[-1]
     start = index
-    while said.word(start) in SUBJECTS or said.word(start) in BE:
+    while said.word(start) in SUBJECTS | BE | STANDS:
         start += 1
     relations, at = prepositions_at(said, start)
     ends = said.breaks(at + 1) or said.word(at + 1) in ("and", "or", "then", "please")
     if not relations or said.word(at) not in _NAMING or not ends:
         return index
-    before = reading.drafts[-2]
+    if len(reading.drafts) > 1:
+        before = reading.drafts[-2]
+        name, attributes = before.head, tuple(before.attributes)
+    elif reading.places:
+        place = reading.places[-1]  # "Go to the sofa and find the bag next to it".
+        name, attributes = place.place, place.attributes
+        goal.relations = [one for one in goal.relations if one != place]
+    else:
+        return index
     for relation in relations:
-        place = Relation(relation=relation, place=before.head, attributes=tuple(before.attributes))
-        reading.drafts[-1].relate(place)
-        reading.drafts[-1].note(place.text)
+        goal.relate(Relation(relation=relation, place=name, attributes=attributes))
+        goal.note(goal.relations[-1].text)
     return at + 1

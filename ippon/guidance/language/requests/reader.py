@@ -1,9 +1,10 @@
 """Reading of a sentence from left to right: goals, what describes them, and the context."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from ippon.guidance.knowledge import load_knowledge
-from ippon.guidance.language.context_words import RELATIONS
+from ippon.guidance.language.context_words import NEGATIONS, RELATIONS
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import listed_kind
 from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
@@ -44,6 +45,9 @@ _SUBJECTS = word_set(
     "until for to with where what though although try check start look please "
     "left put fell was were must had took"
 )
+_REPEATING = ("it", "them", "him", "her", "some", "any", "one")
+_LACKING = ("there", "i ", "we ", "i've", "we've")
+"""Beginnings of "there is no" and "we have no"."""
 """Words that begin what is told beside a request."""
 
 
@@ -170,8 +174,9 @@ class RequestReader:
             if more == start + 1 and listed_kind(said.word(start)):
                 break
             start = more
-        if said.word(start) in ("it", "them", "him", "her", "some", "any") and self.reading.drafts:
-            return start + 1 if said.breaks(start + 1) or start + 1 == len(said) else index
+        if said.word(start) in _REPEATING and self.reading.drafts:
+            placed = said.word(start) in ("some", "any", "one") and read_relation(said, start + 1)
+            return start + 1 if said.breaks(start + 1) or placed else index
         if self.reading.drafts and (length := count_again(said, start)):
             self.reading.drafts[-1].count = NUMBERS[said.word(start)]
             return start + length
@@ -184,6 +189,9 @@ class RequestReader:
         if after > start:
             if " in " in asked:
                 self.reading.drafts[self.reading.list_start].note(asked)  # "The lady in room 12".
+            if NEGATIONS & set(said.words(index, end)) and asked.lower().startswith(_LACKING):
+                for goal in self.reading.drafts[self.reading.list_start :]:
+                    goal.relations = [replace(one, negated=True) for one in goal.relations]
             if asked.lower().startswith(("how many", "count")):
                 self.reading.drafts[-1].count = "all"
             return after
