@@ -187,6 +187,28 @@ def read_purpose(said: Utterance, start: int, goal: Draft) -> int:
     return phrase.end
 
 
+def read_activity(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "that is ringing", "which fits this pot", "that doesn't work": what it does."""
+    if said.word(start) not in ("that", "which") or said.breaks(start + 1):
+        return start
+    index = start + 1
+    index += said.word(index) in ("still", "always", "only", "also", "just", "really")
+    verb, following = said.word(index), said.word(index + 1)
+    acts = verb in ("is", "are") and following.endswith("ing") and len(following) > 4
+    does = verb in ("doesn't", "don't", "can", "can't", "won't") and following not in STOP
+    plain = verb.endswith("s") and not verb.endswith("ss") and verb not in STOP | BE | {"has", "belongs"}
+    if not (acts or does or plain) or said.breaks(index + 1) and not plain:
+        return start
+    end = index + 1 + (acts or does)
+    while end < len(said) and not said.breaks(end):
+        if said.word(end) in ("and", "or", "then", "please") or said.word(end) in PREPOSITIONS:
+            break
+        end += 1
+    begin = index + 1 if acts else start + 1
+    goal.add(Attribute(kind="feature", value=said.said(begin, end)))
+    return end
+
+
 def read_side(said: Utterance, start: int, goal: Draft) -> int:
     """Read "on the left" where no "of" follows."""
     length = said.starts(start, phrases.SIDES)

@@ -23,6 +23,7 @@ from ippon.guidance.language.requests.features import (
     COVERED,
     SUBJECTS,
     is_maker,
+    read_activity,
     read_feature,
     read_material,
     read_owner,
@@ -61,6 +62,7 @@ def read_modifier(said: Utterance, index: int, goal: Draft) -> int:
         read_side,
         read_topic,
         read_purpose,
+        read_activity,
         _aside,
     ):
         end = read(said, index, goal)
