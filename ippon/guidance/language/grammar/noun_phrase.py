@@ -29,6 +29,8 @@ STANDS = word_set(
     "hides walked broke burst spilled flown blown flew climbs jumps always"
 )
 """Verbs and adverbs that stand between a thing and its place."""
+_PARTICIPLES = word_set("left hidden fallen forgotten hanging standing")
+"""They end a noun phrase but where they begin it: "the hidden egg"."""
 _NEAR: Final = 4
 """So many words stand between a preposition and the last noun of a compound place."""
 _PARTICLES = word_set("down aside up off out over back missing lost gone checked")
@@ -183,7 +185,7 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             if not _joins_adjectives(said, index):
                 break
         elif (
-            word == "left"
+            word in _PARTICIPLES
             and index == start
             and _determined(said, index)
             and may_be_noun(said, index + 1)

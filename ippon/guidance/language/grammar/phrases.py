@@ -87,8 +87,8 @@ PLACE_DECLINED: Final = re.compile(
 )
 """What says which room not to search."""
 _LOOKING: Final = (
-    r"(?:go|drive|navigate|walk|head|move|run|pop|nip|look|check|search|try|inspect|scan|explore|"
-    r"comb|patrol|come|proceed|return|(?:bring|get|take|move|drive) yourself|make your way|(?:take|have|do) (?:a|an|another)(?: \w+)? (?:look|peek|peep|search|rummage|"
+    r"(?:(?:bring|get|take|move|drive) yourself|make your way|go|drive|navigate|walk|head|move|run|"
+    r"pop|nip|look|check|search|try|inspect|scan|explore|comb|patrol|come|proceed|return|(?:take|have|do) (?:a|an|another)(?: \w+)? (?:look|peek|peep|search|rummage|"
     r"glance|hunt|dig|root|check))"
 )
 _THERE: Final = (

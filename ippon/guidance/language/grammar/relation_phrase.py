@@ -313,7 +313,7 @@ def _is_abstract(said: Utterance, index: int, phrase: NounPhrase) -> bool:
         return False
     if is_room(phrase.head) or _is_own_room(phrase):
         return False
-    if last in _OWN_ROOMS and phrase.attributes and phrase.head:
+    if last in _OWN_ROOMS and phrase.head and (phrase.attributes or " " in phrase.head):
         return False
     if last in ("case", "line") and said.word(index) in ("a", "an", "the", "its", "my"):
         return False

@@ -44,6 +44,7 @@ _CROSSING = word_set(
     "flew flown went gone blew blown rolled jumped climbed threw thrown kicked tossed sailed bounced"
 )
 _NEAR = 6
+_POSTURES = word_set("lying sitting standing hanging resting leaning hiding waiting sleeping being")
 _MISSING = word_set("missing lost gone back")
 
 
@@ -310,6 +311,10 @@ def _relation(said: Utterance, start: int, goal: Draft) -> int:
     if "over" in said.words(start, phrase.end) and _CROSSING & set(crossed):
         goal.note(said.said(phrase.begin, phrase.end))
         return phrase.end  # "It flew over the fence".
+    doing = said.word(start + 2)
+    relative = said.word(start) in ("that", "which") and said.word(start + 1) in BE
+    if relative and doing.endswith("ing") and doing not in _POSTURES:
+        goal.add(Attribute(kind="feature", value=doing))  # "That is dripping in the kitchen".
     guessed = phrase.soft or is_guessed(said, phrase, goal.phrase.end)
     for place in phrase.relations:
         # "It should be in the hall, but not on the floor": what is denied is certain.

@@ -131,6 +131,12 @@ class RequestReader:
             for goal in self.reading.drafts[self.reading.list_start + 1 :]:
                 goal.order = "then"
             return index + length
+        length = self._said.starts(index, phrases.SEPARATORS["or"])
+        if length and self.reading.drafts:
+            asked = self.reading.match(phrases.ASKED, index + length)
+            if asked > index + length and read_noun_phrase(self._said, asked) is not None:
+                self.reading.order = "or"
+                return index + length
         length = self._said.starts(index, phrases.THEN)
         if length and self.reading.drafts:
             self.reading.order = "then"
@@ -267,6 +273,8 @@ class RequestReader:
             return not_this(self.reading, index)
         if word in phrases.OTHER_TASKS:
             return index
+        if word == "no" and index == 0 and not said.breaks(1):
+            return self._lacking(index)
         gone = self.reading.match(phrases.GONE_SENTENCE, index) > index
         first = not self.reading.drafts
         fresh = self.reading.order is not None or (index > 0 and said.ends(index))
@@ -281,6 +289,18 @@ class RequestReader:
         if not gone and not stands_alone(self.reading, index, phrase):
             return index
         return read_goals(self.reading, index, "bare")
+
+    def _lacking(self, index: int) -> int:
+        """Read "no batteries in the drawer" as a request for some."""
+        phrase = read_noun_phrase(self._said, index + 1)
+        if phrase is None or not phrase.known or phrase.determined:
+            return index
+        if phrase.end == len(self._said) or self._said.word(index + 1) == "more":
+            return index
+        end = read_goals(self.reading, index + 1, "bare")
+        for goal in self.reading.drafts:
+            goal.relations = [replace(one, negated=True) for one in goal.relations]
+        return end
 
     # -- context ---------------------------------------------------------------
 

@@ -31,7 +31,7 @@ def complained(reading: Reading, asked: str) -> bool:
         last.trigger == "bare"
         and not last.relations
         and bool(stated)
-        and all(one.kind in ("condition", "feel") and not one.negated for one in stated)
+        and all(one.kind in ("condition", "feel", "quality") and not one.negated for one in stated)
     )
 
 
