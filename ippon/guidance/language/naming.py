@@ -21,7 +21,7 @@ from ippon.vocabulary import canonical_label
 
 _CUT = word_set("of with without for in on at from that which who by near under next made")
 """Words that end the noun phrase: "cup of coffee" is a cup."""
-_TOY = word_set("toy plush stuffed")
+TOYS = word_set("toy plush stuffed")
 """Words that make a toy of any noun."""
 _MAX_WORDS = 12
 _MAX_MISSPELT = 3
@@ -167,7 +167,7 @@ def _look_up(words: list[str], knowledge: Knowledge) -> Entry | None:
         if entry is None:
             continue
         before = words[:start]
-        if _TOY & set(before):
+        if TOYS & set(before):
             return Entry(label="_".join(words), thing=knowledge.things["toy"])
         nouns = [word for word in before if word not in ADJECTIVES and knowledge.find(word)]
         if not nouns:

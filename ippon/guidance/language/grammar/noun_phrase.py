@@ -33,6 +33,8 @@ _PARTICIPLES = word_set("left hidden fallen forgotten hanging standing")
 """They end a noun phrase but where they begin it: "the hidden egg"."""
 _NEAR: Final = 4
 """So many words stand between a preposition and the last noun of a compound place."""
+_STAY = word_set("live lives belong belongs")
+_AWAY = word_set("away off down up out back")
 _PARTICLES = word_set("down aside up off out over back missing lost gone checked")
 """They belong to the verb: "I put my pipe down"."""
 _CONTAINERS = word_set("bottle cup glass bowl jar can carton mug jug tin pot bag plate")
@@ -175,6 +177,8 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             break  # "Ruler 50 cm".
         if index > start and (said.word(index + 1) == "than" or stands_somewhere(said, index)):
             break
+        if index > start and (word == "another" or (word in _STAY and said.breaks(index + 1))):
+            break  # "Where does the dog food live?"
         if word == "more" and index > start and not may_be_noun(said, index + 1):
             break  # "One towel more".
         if word in _PARTICLES and index > start and not may_be_noun(said, index + 1):
@@ -185,7 +189,7 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             if not _joins_adjectives(said, index):
                 break
         elif (
-            word in _PARTICIPLES
+            (word in _PARTICIPLES or word.endswith("ed"))
             and index == start
             and _determined(said, index)
             and may_be_noun(said, index + 1)
@@ -208,7 +212,8 @@ def stands_somewhere(said: Utterance, index: int) -> bool:
         return False
     if word == "always" and said.word(index + 1) in STANDS:
         return True
-    if not _is_preposition(said, index + 1):
+    away = said.word(index + 1) in _AWAY and not said.breaks(index + 2)
+    if not (_is_preposition(said, index + 1) or (away and _is_preposition(said, index + 2))):
         return False
     if word in STANDS:
         return True

@@ -88,8 +88,9 @@ PLACE_DECLINED: Final = re.compile(
 """What says which room not to search."""
 _LOOKING: Final = (
     r"(?:(?:bring|get|take|move|drive) yourself|make your way|go|drive|navigate|walk|head|move|run|"
-    r"pop|nip|look|check|search|try|inspect|scan|explore|comb|patrol|come|proceed|return|(?:take|have|do) (?:a|an|another)(?: \w+)? (?:look|peek|peep|search|rummage|"
-    r"glance|hunt|dig|root|check))"
+    r"pop|nip|look|check|search|try|inspect|scan|explore|comb|patrol|come|proceed|return|"
+    r"(?:take|have|do) (?:a|an|another)(?: \w+)? (?:look|peek|peep|search|rummage|glance|hunt|dig|"
+    r"root|check))"
 )
 _THERE: Final = (
     r"(?:(?:and )?(?:(?:i|we) (?:think|believe|guess|bet) )?(?:there(?:['’]s| is| are| was| were|"
@@ -129,7 +130,7 @@ TOLD: Final = re.compile(
     r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|used|wore|saw|keeps?|kept|was wearing|"
     r"leaves?|left|forgot|forgotten|put|placed|dropped|laid|stored|hid|took|taken|hidden|moved|"
     r"stole|stolen|borrowed|nicked|pinched|swiped|stashed|lost|misplaced|handed in|turned in|"
-    r"dragged|threw|thrown|tossed|pushed|kicked|knocked|spilled|spilt|hung|parked|carried|chucked|stuck|shoved|"
+    r"dragged|threw|thrown|tossed|pushed|kicked|knocked|hung|parked|carried|chucked|stuck|shoved|"
     r"stuffed|tucked|packed|rolled|brought|wheeled)\s+",
     re.IGNORECASE,
 )

@@ -9,6 +9,7 @@ from rapidfuzz.distance import OSA
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import RELATIONS
+from ippon.guidance.language.grammar.typed import spelt_out
 from ippon.guidance.language.languages import ENGLISH
 from ippon.guidance.language.words import ADJECTIVES, Token, plain, tokenize
 
@@ -53,25 +54,11 @@ _FAILING = re.compile(
     rf"|(?:it|that|they|those)(?:'s|'re| is| are)?(?:n't| not) (?:there|available))),?"
     r"(?= (?:the|a|an|my|some|another|any|his|her|our)\b| \w+[.!?]*$)"
     rf"|(?:\b(?:or|and),? )?\bif (?:it|that|this|they|those|{_SOMEBODY})(?:'s|'re| is| are| has)"
-    r" (?!on |under |at |near |by |behind |next |not |there)(?:in )?(?:\w+),?(?= (?:(?:the|a|an|my|some|"
-    r"another|his|her|our)\b|(?:find|get|bring|take|look for)\b)|(?<=,) \w+[.!?]*$)",
+    r" (?!on |under |at |near |by |behind |next |not |there)(?:in )?(?:\w+),?(?= (?:(?:the|a|an|my|"
+    r"some|another|his|her|our)\b|(?:find|get|bring|take|look for)\b)|(?<=,) \w+[.!?]*$)",
     re.IGNORECASE,
 )
 """Conditions that only say which object comes after, and which in place of another."""
-_CALLED = re.compile(
-    r"(?<=[a-z]{3})(?<!\bour)(?<!\bthe)(?<!\bhis)(?<!\bher)(?<!\bfor)(?<!\band),? (?:my )?(?:dear|darling|love|"
-    r"sweetie|sweetheart|pal|mate|buddy|bro|sis|dude|mister|miss|sir|madam|kiddo|son)\b"
-    r"(?=\s*(?:$|[.,;!?])| (?:i|i'm|i've|it|it's|they|they're|he|he's|she|she's|we|my|the|please)\b)",
-    re.IGNORECASE,
-)
-"""Who is spoken to, after an object: "bring the towels, dear"."""
-_UNMARKED = re.compile(
-    r"\b(?:(?P<be>that|there|what|where|who|he|she|here)s|(?P<are>they|you)re|(?P<have>i|we|they|you)ve"
-    r"|(?P<not>do|does|did|ca|could|wo|would|should|is|are|was|were|have|has|had)nt|(?P<am>i)m)\b",
-    re.IGNORECASE,
-)
-"""A contraction without its apostrophe."""
-_CONTRACTED = {"be": "'s", "are": "'re", "have": "'ve", "not": "n't", "am": "'m"}
 _NUMBERED = re.compile(r"(?:^|\s)[1-9a-e][.)]\s+(?=[^\W\d])")
 """A number of a list: "1. hammer 2. nails"."""
 _EARLY = re.compile(r"[^\W\d_]{3,}")
@@ -187,7 +174,7 @@ def hear(sentence: str) -> Utterance:
     text = plain(re.sub(r"[\r\n]+", ". ", sentence))
     if _NUMBERED.match(text):
         text = _NUMBERED.sub(", ", text).lstrip(" ,")
-    text = _CALLED.sub(",", _UNMARKED.sub(_contracted, text))
+    text = spelt_out(text)
     for sign, said in _SOUND:
         text = sign.sub(said, text)
     text = _FILLERS.sub("", _RESTART.sub(_restart, text))
@@ -196,11 +183,6 @@ def hear(sentence: str) -> Utterance:
     text = _REPEATED.sub(_once, _THRICE.sub(r"\1", text))
     text = _EARLY.sub(lambda match: _verb(match.group().lower()) or match.group(), text, count=4)
     return Utterance(text, _whole_numbers(text, tokenize(text)))
-
-
-def _contracted(match: re.Match[str]) -> str:
-    kind = match.lastgroup or ""
-    return match[kind] + _CONTRACTED[kind]
 
 
 def _once(match: re.Match[str]) -> str:
@@ -215,14 +197,14 @@ def _restart(match: re.Match[str]) -> str:
 
 
 @cache
-def _named_words() -> frozenset[str]:
+def named_words() -> frozenset[str]:
     """Return the words of all names of the table: "lock" of "bike lock"."""
     return frozenset(word for name in load_knowledge().phrases for word in name.split())
 
 
 @lru_cache(maxsize=1024)
 def _verb(word: str) -> str:
-    if word in ENGLISH or word in _named_words():
+    if word in ENGLISH or word in named_words():
         return ""
     near = [verb for verb in _VERBS if OSA.distance(word, verb) == 1 and word[0] == verb[0]]
     return near[0] if near else ""

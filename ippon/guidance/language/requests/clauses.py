@@ -6,7 +6,8 @@ from typing import Final
 from ippon.guidance.language.context import Claim, read_context
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
-from ippon.guidance.language.grammar.relation_phrase import is_room, read_relation
+from ippon.guidance.language.grammar.places import is_room
+from ippon.guidance.language.grammar.relation_phrase import read_relation
 from ippon.guidance.language.grammar.utterance import Utterance, hear
 from ippon.guidance.language.languages import ENGLISH
 from ippon.guidance.language.naming import resolve_object

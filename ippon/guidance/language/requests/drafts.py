@@ -23,6 +23,8 @@ class Draft:
     display: str = ""
     count: int | Literal["all"] = 1
     reference: Reference = ""
+    gone: bool = False
+    """It is told to be gone, so that another may take its place."""
     trigger: str = ""
     """The words that asked for it."""
 

@@ -2,7 +2,7 @@
 
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
-from ippon.guidance.language.grammar.relation_phrase import is_room
+from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.requests.courtesy import skip_asking
 from ippon.guidance.language.requests.drafts import Reading, draft
 from ippon.guidance.language.requests.lists import read_goals

@@ -6,7 +6,8 @@ from ippon.guidance.language.grammar.attributes import UNITS, is_part, listed_ki
 from ippon.guidance.language.grammar.determiners import NUMBERS, may_be_noun
 from ippon.guidance.language.grammar.noun_phrase import STANDS, NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS, STOP
-from ippon.guidance.language.grammar.relation_phrase import ENTERING, is_searched_inside
+from ippon.guidance.language.grammar.places import is_searched_inside
+from ippon.guidance.language.grammar.relation_phrase import ENTERING
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.requests.drafts import Draft
 from ippon.guidance.language.requests.goals import Attribute, Relation
@@ -22,6 +23,7 @@ COVERED = word_set("wrapped covered dressed painted decorated printed")
 _PEOPLE = word_set("me us him her them you my mine")
 _DIMENSIONS = word_set("long wide tall high deep thick")
 _PLACES_ON_IT = ("on it", "on them", "in it", "inside it", "on top")
+_OWNING = word_set("has belongs")
 _STATES = word_set("missing broken torn off open gone loose")
 """After a part, they say in which state it is: "one ear missing"."""
 _IDIOMS = word_set("life sake goodness")
@@ -196,8 +198,12 @@ def read_activity(said: Utterance, start: int, goal: Draft) -> int:
     verb, following = said.word(index), said.word(index + 1)
     acts = verb in ("is", "are") and following.endswith("ing") and len(following) > 4
     does = verb in ("doesn't", "don't", "can", "can't", "won't") and following not in STOP
-    plain = verb.endswith("s") and not verb.endswith("ss") and verb not in STOP | BE | {"has", "belongs"}
-    if not (acts or does or plain) or said.breaks(index + 1) and not plain:
+    plain = (
+        verb.endswith("s")
+        and not verb.endswith("ss")
+        and verb not in STOP | BE | {"has", "belongs"}
+    )
+    if not (acts or does or plain) or (said.breaks(index + 1) and not plain):
         return start
     end = index + 1 + (acts or does)
     while end < len(said) and not said.breaks(end):

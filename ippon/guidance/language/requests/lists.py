@@ -7,7 +7,8 @@ from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PRONOUNS
-from ippon.guidance.language.grammar.relation_phrase import is_room, read_relation
+from ippon.guidance.language.grammar.places import is_room
+from ippon.guidance.language.grammar.relation_phrase import read_relation
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.requests.clauses import decline_place, state
 from ippon.guidance.language.requests.drafts import Reading, draft
@@ -144,7 +145,7 @@ def _take(
         return
     if not phrase.head:
         refer(reading, goal)
-        for one in replaced(reading, asked):
+        for one in replaced(reading, asked, other=goal.reference == "other"):
             reading.drafts.remove(one)
     elif complained(reading, asked):
         reading.drafts.pop()
@@ -186,7 +187,9 @@ def read_modifiers(reading: Reading, index: int) -> int:
         if room > index:
             index = room
             continue
-        end = max(reading.match(phrases.GONE, index), read_place_named(reading, index))
+        end = reading.match(phrases.GONE, index)
+        goal.gone = goal.gone or end > index
+        end = max(end, read_place_named(reading, index))
         timed = reading.match(phrases.TIME, index)
         if timed > index:
             goal.note(said.said(index, timed))

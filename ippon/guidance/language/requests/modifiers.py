@@ -10,7 +10,6 @@ from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS
 from ippon.guidance.language.grammar.relation_phrase import (
-    is_guessed,
     prepositions_at,
     read_relation,
 )
@@ -20,9 +19,7 @@ from ippon.guidance.language.requests.absence import read_absence
 from ippon.guidance.language.requests.drafts import Draft
 from ippon.guidance.language.requests.features import (
     BE,
-    COVERED,
     SUBJECTS,
-    is_maker,
     read_activity,
     read_feature,
     read_material,
@@ -33,18 +30,12 @@ from ippon.guidance.language.requests.features import (
     without_article,
 )
 from ippon.guidance.language.requests.goals import Attribute, Relation
+from ippon.guidance.language.requests.placed import read_placed
 from ippon.guidance.language.words import word_set
 
 _CONTRACTED = word_set("it's its they're he's she's that's")
-_COVERS = word_set("frame cover sleeve binding wrapping")
-"""Of these, "in a wooden frame" tells what a thing looks like, not where it is."""
 _OWNED = word_set("mine yours his hers ours theirs")
 _CONDITIONS = ("but only if", "only if", "as long as", "so long as", "provided", "provided that")
-_CROSSING = word_set(
-    "flew flown went gone blew blown rolled jumped climbed threw thrown kicked tossed sailed bounced"
-)
-_NEAR = 6
-_POSTURES = word_set("lying sitting standing hanging resting leaning hiding waiting sleeping being")
 _MISSING = word_set("missing lost gone back")
 
 
@@ -59,7 +50,7 @@ def read_modifier(said: Utterance, index: int, goal: Draft) -> int:
         read_material,
         read_owner,
         _other_one,
-        _relation,
+        read_placed,
         read_side,
         read_topic,
         read_purpose,
@@ -244,7 +235,7 @@ def _adjective_at(said: Utterance, index: int) -> bool:
     word = said.word(index)
     if is_intensity(word) and listed_kind(word) is None:
         return _adjective_at(said, index + 1)
-    placing = word == "right" and bool(prepositions_at(said, index + 1)[0])
+    placing = word in ("right", "left") and bool(prepositions_at(said, index + 1)[0])
     if placing or prepositions_at(said, index)[0]:
         return False  # "Right next to", "closest to".
     return listed_kind(word) is not None and word not in _MISSING and word not in PREPOSITIONS
@@ -259,6 +250,8 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
     """Read ", the blue one" and "the one on the sofa" as more about the same object."""
     if said.word(start) in ("and", "or") or said.word(start) in NEGATIONS:
         return start
+    if phrases.ASKED.match(said.text, said.tokens[start].start):
+        return start  # "Bring another one".
     if said.word(start) == "last" and read_relation(said, start) is not None:
         return start  # "Last seen in the hall".
     phrase = read_noun_phrase(said, start, of=False)
@@ -268,7 +261,8 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
         several = goal.count not in (None, 1) and said.word(start) in ("a", "an", "one", "the")
         several = several and said.word(phrase.end - 1) == "one"
         stated = said.word(phrase.end) in BE and not said.breaks(phrase.end)
-        if phrase.count not in (None, 1) or several or stated:
+        kind = said.word(phrase.end - 1) == "ones" and goal.count == 1 and not goal.attributes
+        if phrase.count not in (None, 1) or several or (stated and not kind):
             return start  # "The big box, the small one is empty".
         for one in phrase.attributes:
             goal.add(one)
@@ -297,31 +291,6 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
 def _is_same(one: str, other: str) -> bool:
     """Tell whether two different names stand for one thing: "my medicine, the white pills"."""
     return bool(one) and one != other and same_object(one, other)
-
-
-def _relation(said: Utterance, start: int, goal: Draft) -> int:
-    phrase = read_relation(said, start)
-    if phrase is None or (goal.is_owned and said.word(start) in ("he", "she", "he's", "she's")):
-        return start
-    covered = phrase.relations[0].place in _COVERS or said.word(start - 1) in COVERED
-    if covered or is_maker(said, start, phrase.relations[0].place):
-        goal.add(Attribute(kind="feature", value=said.said(phrase.begin, phrase.end)))
-        return phrase.end
-    crossed = said.words(max(0, start - _NEAR), phrase.end)
-    if "over" in said.words(start, phrase.end) and _CROSSING & set(crossed):
-        goal.note(said.said(phrase.begin, phrase.end))
-        return phrase.end  # "It flew over the fence".
-    doing = said.word(start + 2)
-    relative = said.word(start) in ("that", "which") and said.word(start + 1) in BE
-    if relative and doing.endswith("ing") and doing not in _POSTURES:
-        goal.add(Attribute(kind="feature", value=doing))  # "That is dripping in the kitchen".
-    guessed = phrase.soft or is_guessed(said, phrase, goal.phrase.end)
-    for place in phrase.relations:
-        # "It should be in the hall, but not on the floor": what is denied is certain.
-        if not guessed or (place.negated and not phrase.soft):
-            goal.relate(place)
-    goal.note(said.said(phrase.begin, phrase.end))
-    return phrase.end
 
 
 def _aside(said: Utterance, start: int, goal: Draft) -> int:

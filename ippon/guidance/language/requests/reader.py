@@ -10,10 +10,8 @@ from ippon.guidance.language.grammar.attributes import listed_kind
 from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PRONOUNS
-from ippon.guidance.language.grammar.relation_phrase import (
-    is_room,
-    read_relation,
-)
+from ippon.guidance.language.grammar.places import is_room
+from ippon.guidance.language.grammar.relation_phrase import read_relation
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.requests import clauses
 from ippon.guidance.language.requests.corrections import read_correction
@@ -180,8 +178,13 @@ class RequestReader:
             if more == start + 1 and listed_kind(said.word(start)):
                 break
             start = more
-        if said.word(start) in _REPEATING and self.reading.drafts:
+        again = read_noun_phrase(said, start) if said.word(start) in _REPEATING else None
+        named = again is not None and bool(again.head)  # "Some paper".
+        if said.word(start) in _REPEATING and self.reading.drafts and not named:
             placed = said.word(start) in ("some", "any", "one") and read_relation(said, start + 1)
+            if placed and said.word(start) == "one":
+                last = self.reading.drafts[-1]  # "The last chair is taken, is there one in".
+                last.attributes = [one for one in last.attributes if one.kind != "which"]
             return start + 1 if said.breaks(start + 1) or placed else index
         if self.reading.drafts and (length := count_again(said, start)):
             self.reading.drafts[-1].count = NUMBERS[said.word(start)]

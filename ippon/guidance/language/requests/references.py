@@ -5,18 +5,22 @@ from dataclasses import replace
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.grammar.attributes import listed_kind
 from ippon.guidance.language.requests.drafts import Draft, Reading
+from ippon.guidance.language.words import word_set
 
 _POINTING = ("is that", "is this", "are those", "are these")
+_IS = ("is", "are", "isn't", "aren't", "was", "were")
+_SOMEWHERE = word_set("here there anywhere somewhere around missing gone lost")
 _UNASKED = ("bare", "listed", "named", "told")
 
 
-def replaced(reading: Reading, asked: str) -> list[Draft]:
+def replaced(reading: Reading, asked: str, *, other: bool) -> list[Draft]:
     """Return the objects of which only a state was told: "this pen is empty, find a new one"."""
     if asked in _UNASKED or not reading.drafts:
         return []
     pointed = [one for one in reading.drafts if one.trigger.lower().startswith(_POINTING)]
     last = reading.drafts[-1]
     stated = len(last.attributes) > len(last.phrase.attributes)
+    stated = stated or (last.gone and other)
     stated = stated or bool(last.context and not last.relations)
     return pointed or ([last] if last.trigger == "bare" and stated else [])
 
@@ -26,6 +30,9 @@ def complained(reading: Reading, asked: str) -> bool:
     if asked in _UNASKED or len(reading.drafts) != 1:
         return False
     last = reading.drafts[0]
+    if last.trigger.strip().lower() in _IS and not last.relations:
+        heard = set(reading.said.words(last.phrase.end, last.phrase.end + 3))
+        return not _SOMEWHERE & heard  # "Is the kettle on? Find a cup".
     stated = last.attributes[len(last.phrase.attributes) :]
     return (
         last.trigger == "bare"

@@ -51,7 +51,11 @@ def lost_words(reading: Reading) -> tuple[list[str], list[str]]:
         word = said.word(index)
         if word in kept:
             # The context holds it, but no attribute and no place does.
-            if word in _DENYING and word not in values.split() and not _denies(reading, index, goals):
+            if (
+                word in _DENYING
+                and word not in values.split()
+                and not _denies(reading, index, goals)
+            ):
                 names.append(_rest_of_clause(reading, index))
             elif listed_kind(word) in _VISIBLE and word not in values:
                 names.append(word)
@@ -63,7 +67,11 @@ def lost_words(reading: Reading) -> tuple[list[str], list[str]]:
             listed = word == "nor" and len(goals) > 1
             changing += [] if listed or _is_denied(goals) else [word]
         elif word in _PLACING:
-            if any(place.relation == phrases.PREPOSITIONS.get(word) for goal in goals for place in goal.relations):
+            if any(
+                place.relation == phrases.PREPOSITIONS.get(word)
+                for goal in goals
+                for place in goal.relations
+            ):
                 continue  # "Beside it" is told as "next to".
             ordered = word == "before" and any(goal.order == "then" for goal in goals)
             changing += [] if ordered or said.word(index - 1) == "as" else [word]  # "As before".
