@@ -35,7 +35,9 @@ _NEAR: Final = 4
 """So many words stand between a preposition and the last noun of a compound place."""
 _STAY = word_set("live lives belong belongs")
 _AWAY = word_set("away off down up out back")
-_PARTICLES = word_set("down aside up off out over back missing lost gone checked")
+_PARTICLES = word_set(
+    "down aside up off out over back missing lost gone checked stacked piled parked hung"
+)
 """They belong to the verb: "I put my pipe down"."""
 _CONTAINERS = word_set("bottle cup glass bowl jar can carton mug jug tin pot bag plate")
 
@@ -192,6 +194,10 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             (word in _PARTICIPLES or word.endswith("ed"))
             and index == start
             and _determined(said, index)
+            and may_be_noun(said, index + 1)
+        ) or (
+            word == "left"
+            and listed_kind(said.word(index - 1)) in ("which", "size")
             and may_be_noun(said, index + 1)
         ):
             pass

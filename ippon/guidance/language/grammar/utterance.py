@@ -59,6 +59,12 @@ _FAILING = re.compile(
     re.IGNORECASE,
 )
 """Conditions that only say which object comes after, and which in place of another."""
+_POINTED = re.compile(
+    r"\b(not|never|except(?: for)?|but) (?:that|those)(?= (?:in|on|at|under|behind|near|by|"
+    r"next to|beside|from|with|without|above|below|inside|outside|between)\b)",
+    re.IGNORECASE,
+)
+"""What is not meant: "not that on the bed"."""
 _NUMBERED = re.compile(r"(?:^|\s)[1-9a-e][.)]\s+(?=[^\W\d])")
 """A number of a list: "1. hammer 2. nails"."""
 _EARLY = re.compile(r"[^\W\d_]{3,}")
@@ -175,6 +181,7 @@ def hear(sentence: str) -> Utterance:
     if _NUMBERED.match(text):
         text = _NUMBERED.sub(", ", text).lstrip(" ,")
     text = spelt_out(text)
+    text = _POINTED.sub(r"\1 the one", text)
     for sign, said in _SOUND:
         text = sign.sub(said, text)
     text = _FILLERS.sub("", _RESTART.sub(_restart, text))

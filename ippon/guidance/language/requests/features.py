@@ -1,5 +1,7 @@
 """What belongs to an object: parts, material, owner, topic, purpose."""
 
+from dataclasses import replace
+
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import UNITS, is_part, listed_kind
@@ -23,6 +25,7 @@ COVERED = word_set("wrapped covered dressed painted decorated printed")
 _PEOPLE = word_set("me us him her them you my mine")
 _DIMENSIONS = word_set("long wide tall high deep thick")
 _PLACES_ON_IT = ("on it", "on them", "in it", "inside it", "on top")
+_SIZES = word_set("xs s m l xl xxl extra medium")
 _OWNING = word_set("has belongs")
 _STATES = word_set("missing broken torn off open gone loose")
 """After a part, they say in which state it is: "one ear missing"."""
@@ -129,6 +132,9 @@ def read_material(said: Utterance, start: int, goal: Draft) -> int:
         if colour and not (said.word(start - 1) in COVERED and may_be_noun(said, index + 2)):
             goal.add(Attribute(kind="colour", value=said.word(index + 1)))
             return index + 2
+        if (end := _size(said, index)) > index:
+            goal.add(Attribute(kind="size", value=said.said(index + 1, end)))
+            return end
         index += said.word(index) == "in"
         if said.word(index) == "size" and not said.breaks(index + 1):
             goal.add(Attribute(kind="size", value=said.said(index, index + 2)))
@@ -136,6 +142,19 @@ def read_material(said: Utterance, start: int, goal: Draft) -> int:
         return start
     goal.add(Attribute(kind="material", value=word))
     return index + length + 1
+
+
+def _size(said: Utterance, start: int) -> int:
+    """Return the index after "in extra large", "in XL" or "in 42"; the same for none."""
+    if said.word(start) != "in":
+        return start
+    index = start + 1 + (said.word(start + 1) in ("a", "an"))
+    end = index
+    while said.word(end) in _SIZES or listed_kind(said.word(end)) == "size":
+        end += 1
+    end += said.word(end).isdigit() if end == index else said.word(end) in ("size", "one")
+    over = said.breaks(end) or said.word(end) in ("and", "or", "please")
+    return end if end > index and over else start
 
 
 def read_owner(said: Utterance, start: int, goal: Draft) -> int:
@@ -220,7 +239,13 @@ def read_side(said: Utterance, start: int, goal: Draft) -> int:
     length = said.starts(start, phrases.SIDES)
     if not length or said.word(start + length) == "of":
         return start
-    goal.add(Attribute(kind="which", value=said.said(start, start + length)))
+    side = Attribute(kind="which", value=said.said(start, start + length))
+    place = goal.relations[-1] if goal.relations else None
+    if place is not None and place.place.endswith(said.word(start - 1)):
+        # "On the second shelf from the top".
+        goal.relations[-1] = replace(place, attributes=(*place.attributes, side))
+    else:
+        goal.add(side)
     return start + length
 
 

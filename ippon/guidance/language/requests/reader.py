@@ -44,6 +44,7 @@ _SUBJECTS = word_set(
     "left put fell was were must had took"
 )
 _REPEATING = ("it", "them", "him", "her", "some", "any", "one")
+_MISSED = word_set("find see seen found remember know")
 _LACKING = ("there", "i ", "we ", "i've", "we've")
 """Beginnings of "there is no" and "we have no"."""
 """Words that begin what is told beside a request."""
@@ -198,9 +199,17 @@ class RequestReader:
         if after > start:
             if " in " in asked:
                 self.reading.drafts[self.reading.list_start].note(asked)  # "The lady in room 12".
-            if NEGATIONS & set(said.words(index, end)) and asked.lower().startswith(_LACKING):
-                for goal in self.reading.drafts[self.reading.list_start :]:
-                    goal.relations = [replace(one, negated=True) for one in goal.relations]
+            heard = set(said.words(index, end))
+            phrase = read_noun_phrase(said, start)
+            placed = read_relation(said, phrase.end) if phrase is not None else None
+            if NEGATIONS & heard and asked.lower().startswith(_LACKING) and placed is not None:
+                # "There is no soap in the bathroom", "I couldn't find it on the shelf".
+                absent = not _MISSED & heard or "couldn't" in heard
+                for goal in self.reading.drafts[self.reading.list_start :] if absent else ():
+                    goal.relations = [
+                        replace(one, negated=True) if one in placed.relations else one
+                        for one in goal.relations
+                    ]
             if asked.lower().startswith(("how many", "count")):
                 self.reading.drafts[-1].count = "all"
             return after
