@@ -192,6 +192,8 @@ def _owner_end(said: Utterance, index: int) -> int:
 def _number(said: Utterance, index: int) -> int | None:
     """Return a number that counts, not one that measures: "10 mm wrench"."""
     word, following = said.word(index), said.word(index + 1)
+    if word == "one" and following in PREPOSITIONS and following != "of":
+        return None  # "The one at the till".
     if following in UNITS or (word == "one" and not may_be_noun(said, index + 1)):
         return None
     if word.isascii() and word.isdigit() and len(word) <= 3 and int(word) > 0:

@@ -197,7 +197,7 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             and may_be_noun(said, index + 1)
         ) or (
             word == "left"
-            and listed_kind(said.word(index - 1)) in ("which", "size")
+            and (said.word(index - 1) == "far" or listed_kind(said.word(index - 1)) == "which")
             and may_be_noun(said, index + 1)
         ):
             pass
