@@ -39,7 +39,8 @@ _PARTICLES = word_set(
     "down aside up off out over back missing lost gone checked stacked piled parked hung"
 )
 """They belong to the verb: "I put my pipe down"."""
-_CONTAINERS = word_set("bottle cup glass bowl jar can carton mug jug tin pot bag plate")
+CONTAINERS = word_set("bottle cup glass bowl jar can carton mug jug tin pot bag plate")
+"""In these is what "of" says: a glass of water is a glass."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -256,7 +257,7 @@ def _known_length(said: Utterance, index: int, knowledge: Knowledge) -> int:
         if len(words) < length or any(said.breaks(index + n) for n in range(1, length)):
             continue
         name = " ".join(words)
-        if words[0] in _CONTAINERS and words[1] == "of":
+        if words[0] in CONTAINERS and words[1] == "of":
             continue  # "Glass of water" is a glass.
         if knowledge.find(name) is not None or knowledge.room(name) is not None:
             return length

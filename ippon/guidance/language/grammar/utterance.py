@@ -213,6 +213,8 @@ def named_words() -> frozenset[str]:
 def _verb(word: str) -> str:
     if word in ENGLISH or word in named_words():
         return ""
+    if word.removesuffix("s") in _VERBS:
+        return ""  # "Looks like a cat".
     near = [verb for verb in _VERBS if OSA.distance(word, verb) == 1 and word[0] == verb[0]]
     return near[0] if near else ""
 

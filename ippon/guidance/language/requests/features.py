@@ -171,7 +171,7 @@ def read_owner(said: Utterance, start: int, goal: Draft) -> int:
 def read_topic(said: Utterance, start: int, goal: Draft) -> int:
     """Read "about cooking", "called Dune": what it is a picture or a book of."""
     index = start + (said.word(start) in SUBJECTS)
-    index += said.word(index) in BE
+    index += said.word(index) in ("is", "are", "was", "were")
     length = said.starts(index, phrases.TOPIC)
     word = said.word(index + length)
     if not length or said.breaks(index + length) or word in _PEOPLE or word in ("and", ""):

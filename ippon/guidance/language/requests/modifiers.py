@@ -7,7 +7,7 @@ from ippon.guidance.language.context_words import NEGATIONS
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import is_intensity, is_part, is_shade, listed_kind
 from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
-from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
+from ippon.guidance.language.grammar.noun_phrase import CONTAINERS, NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS
 from ippon.guidance.language.grammar.relation_phrase import (
     prepositions_at,
@@ -31,11 +31,12 @@ from ippon.guidance.language.requests.features import (
 )
 from ippon.guidance.language.requests.goals import Attribute, Relation
 from ippon.guidance.language.requests.placed import read_placed
-from ippon.guidance.language.words import word_set
+from ippon.guidance.language.words import is_mass, word_set
 
 _CONTRACTED = word_set("it's its they're he's she's that's")
 _OWNED = word_set("mine yours his hers ours theirs")
 _CONDITIONS = ("but only if", "only if", "as long as", "so long as", "provided", "provided that")
+_HOLDING = CONTAINERS | word_set("box packet pack tube tub")
 _MISSING = word_set("missing lost gone back")
 
 
@@ -278,6 +279,10 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
         for one in phrase.attributes:
             goal.add(one)
         return phrase.end
+    contained = is_mass(goal.head) and phrase.head in _HOLDING and bool(phrase.attributes)
+    if said.breaks(start) and said.word(start) == "the" and contained:
+        goal.add(Attribute(kind="feature", value=without_article(phrase.display)))
+        return phrase.end  # "The milk, the small carton".
     if said.breaks(start) and said.word(start) == "the" and _is_same(phrase.head, goal.head):
         for one in phrase.attributes:
             goal.add(one)

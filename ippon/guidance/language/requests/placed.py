@@ -11,7 +11,7 @@ from ippon.guidance.language.words import word_set
 _COVERS = word_set("frame cover sleeve binding wrapping")
 """Of these, "in a wooden frame" tells what a thing looks like, not where it is."""
 _CROSSING = word_set(
-    "flew flown went gone blew blown rolled jumped climbed threw thrown kicked tossed bounced"
+    "flew flown went gone blew blown rolled jumped climbed threw thrown kicked tossed bounced came"
 )
 _POSTURES = word_set("lying sitting standing hanging resting leaning hiding waiting sleeping being")
 _NEAR = 6
