@@ -126,7 +126,8 @@ _MEANWHILE = (
     r" usually| normally)*"
 )
 TOLD: Final = re.compile(
-    rf"\b{_TELLER}{_MEANWHILE} (?:last had|ha[ds](?= (?:my|our|his|her|their) "
+    r"\b(?!\w+ (?:far|top|bottom|front|rear|back|upper|lower|middle) left\b)"
+    rf"{_TELLER}{_MEANWHILE} (?:last had|ha[ds](?= (?:my|our|his|her|their) "
     r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|used|wore|saw|keeps?|kept|was wearing|"
     r"leaves?|left|forgot|forgotten|put|placed|dropped|laid|stored|hid|took|taken|hidden|moved|"
     r"stole|stolen|borrowed|nicked|pinched|swiped|stashed|lost|misplaced|handed in|turned in|"
