@@ -192,14 +192,25 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             if not _joins_adjectives(said, index):
                 break
         elif (
-            (word in _PARTICIPLES or word.endswith("ed"))
-            and index == start
-            and _determined(said, index)
-            and may_be_noun(said, index + 1)
-        ) or (
-            word == "left"
-            and (said.word(index - 1) == "far" or listed_kind(said.word(index - 1)) == "which")
-            and may_be_noun(said, index + 1)
+            (
+                (word in _PARTICIPLES or word.endswith("ed"))
+                and index == start
+                and _determined(said, index)
+                and may_be_noun(said, index + 1)
+            )
+            or (
+                word == "can"
+                and (
+                    listed_kind(said.word(index - 1)) or said.word(index - 1) in ("a", "the", "my")
+                )
+                and not may_be_noun(said, index + 1)
+                and (said.breaks(index + 1) or said.word(index + 1) not in PRONOUNS)
+            )
+            or (
+                word == "left"
+                and (said.word(index - 1) == "far" or listed_kind(said.word(index - 1)) == "which")
+                and may_be_noun(said, index + 1)
+            )
         ):
             pass
         elif word in _PLACED and index == start and _determined(said, index):

@@ -127,6 +127,7 @@ _MEANWHILE = (
 )
 TOLD: Final = re.compile(
     r"\b(?!\w+ (?:far|top|bottom|front|rear|back|upper|lower|middle) left\b)"
+    r"(?!\w+ \w+ (?:is|are|was|were)\b)"
     rf"{_TELLER}{_MEANWHILE} (?:last had|ha[ds](?= (?:my|our|his|her|their) "
     r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|used|wore|saw|keeps?|kept|was wearing|"
     r"leaves?|left|forgot|forgotten|put|placed|dropped|laid|stored|hid|took|taken|hidden|moved|"

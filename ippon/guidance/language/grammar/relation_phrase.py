@@ -50,7 +50,7 @@ _STOREYS: Final = {
 _DENYING = ("away from", "far from")
 _ONLY_PLACES = word_set("where to through along until about")
 _OWN_ROOMS = word_set("room bedroom office study room's bathroom studio flat house place apartment")
-_SPOTS = word_set("corner middle side back front end edge center centre top bottom")
+SPOTS = word_set("corner middle side back front end edge center centre top bottom")
 _SIDED = word_set("the left right hand far very top bottom back other opposite near wrong")
 ENTERING: Final = word_set(
     "look search check go bother try looking searching checking going entering trying"
@@ -161,7 +161,7 @@ def prepositions_at(said: Utterance, index: int) -> tuple[list[str], int]:
             continue  # "From beside the bed".
         relation, index = _side(said, relation, index)
         part = index + 1 + (said.word(index + 1) in ("far", "left", "right", "top", "bottom"))
-        if said.word(index) == "the" and said.word(part) in _SPOTS and said.word(part + 1) != "of":
+        if said.word(index) == "the" and said.word(part) in SPOTS and said.word(part + 1) != "of":
             inner, place = prepositions_at(said, part + 1) if not said.breaks(part + 1) else ([], 0)
             if inner:
                 return inner, place  # "In the corner behind the sofa".

@@ -6,6 +6,7 @@ from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import UNITS, is_part, listed_kind
 from ippon.guidance.language.grammar.determiners import NUMBERS, may_be_noun
+from ippon.guidance.language.grammar.heads import CODE
 from ippon.guidance.language.grammar.noun_phrase import STANDS, NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS, STOP
 from ippon.guidance.language.grammar.places import is_searched_inside
@@ -44,6 +45,10 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     if (end := _measure(said, start)) > start:
         goal.add(Attribute(kind="size", value=said.said(start, end)))
         return end
+    coded = CODE.match(said.word(start)) and said.breaks(start) and said.breaks(start + 1)
+    if coded:
+        goal.add(Attribute(kind="which", value=said.said(start, start + 1)))
+        return start + 1  # "Bolts, M8".
     if said.word(index + 1) == "than":
         return _than(said, index, goal)
     if not length or (said.word(index) == "have" and said.breaks(index)):

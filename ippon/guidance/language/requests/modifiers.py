@@ -9,6 +9,7 @@ from ippon.guidance.language.grammar.attributes import is_intensity, is_part, is
 from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
 from ippon.guidance.language.grammar.noun_phrase import CONTAINERS, NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS
+from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import (
     prepositions_at,
     read_relation,
@@ -30,7 +31,7 @@ from ippon.guidance.language.requests.features import (
     without_article,
 )
 from ippon.guidance.language.requests.goals import Attribute, Relation
-from ippon.guidance.language.requests.placed import read_placed
+from ippon.guidance.language.requests.placed import read_placed, read_spot
 from ippon.guidance.language.words import is_mass, word_set
 
 _CONTRACTED = word_set("it's its they're he's she's that's")
@@ -53,6 +54,7 @@ def read_modifier(said: Utterance, index: int, goal: Draft) -> int:
         _other_one,
         read_placed,
         read_side,
+        read_spot,
         read_topic,
         read_purpose,
         read_activity,
@@ -129,6 +131,12 @@ def _other_name(said: Utterance, start: int, phrase: NounPhrase, goal: Draft) ->
     """Read "not the sunglasses" as what is not meant, and "not the kitchen" as no place of it."""
     knowledge = load_knowledge()
     after = said.word(phrase.end)
+    ended = not after or said.breaks(phrase.end) or after in ("and", "or", "please")
+    if not phrase.known and phrase.determined and ended and not is_room(phrase.head):
+        # "Not the Lenovo".
+        value = without_article(phrase.display)
+        goal.add(Attribute(kind="other", value=value, negated=True))
+        return phrase.end
     if not phrase.known or (after and not said.breaks(phrase.end) and after not in ("and", "or")):
         return start
     if knowledge.room(phrase.head) is not None and knowledge.find(phrase.head) is None:

@@ -1,10 +1,16 @@
 """Where an object is, as what follows it says."""
 
+from ippon.guidance.language.grammar.noun_phrase import STANDS, read_noun_phrase
 from ippon.guidance.language.grammar.places import is_room
-from ippon.guidance.language.grammar.relation_phrase import is_guessed, read_relation
+from ippon.guidance.language.grammar.relation_phrase import (
+    SPOTS,
+    is_guessed,
+    prepositions_at,
+    read_relation,
+)
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.requests.drafts import Draft
-from ippon.guidance.language.requests.features import BE, COVERED, is_maker
+from ippon.guidance.language.requests.features import BE, COVERED, SUBJECTS, is_maker
 from ippon.guidance.language.requests.goals import Attribute
 from ippon.guidance.language.words import word_set
 
@@ -44,6 +50,19 @@ def read_placed(said: Utterance, start: int, goal: Draft) -> int:
         if not guessed or (place.negated and not phrase.soft):
             goal.relate(place)
     goal.note(said.said(phrase.begin, phrase.end))
+    return phrase.end
+
+
+def read_spot(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "in the corner", which names no place: it is kept as it was said."""
+    index = start
+    while said.word(index) in SUBJECTS | BE | STANDS:
+        index += 1
+    relations, at = prepositions_at(said, index)
+    phrase = read_noun_phrase(said, at) if relations else None
+    if phrase is None or phrase.head.rpartition(" ")[2] not in SPOTS or not phrase.determined:
+        return start
+    goal.note(said.said(start, phrase.end))
     return phrase.end
 
 
