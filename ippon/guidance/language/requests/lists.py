@@ -252,6 +252,8 @@ def stands_alone(reading: Reading, index: int, phrase: NounPhrase) -> bool:
         or said.corrected(end, phrases.CORRECTIONS) > end
     ):
         return True
+    if reading.match(phrases.PADDING, end) == len(said):
+        return True  # "Keys, keys, where are they".
     if said.word(end) in ("was", "were") and said.word(end + 1).endswith("ed"):
         return True  # "Was delivered this morning".
     if reading.match(phrases.TAIL, end) > end or reading.match(phrases.GONE, end) > end:

@@ -20,6 +20,8 @@ def replaced(reading: Reading, asked: str, *, other: bool) -> list[Draft]:
     pointed = [one for one in reading.drafts if one.trigger.lower().startswith(_POINTING)]
     last = reading.drafts[-1]
     stated = len(last.attributes) > len(last.phrase.attributes)
+    if last.trigger.strip().lower() in _IS and not last.relations:
+        return [last]  # "Is the cord long enough, or is there a longer one?"
     stated = stated or (last.gone and other)
     stated = stated or bool(last.context and not last.relations)
     return pointed or ([last] if last.trigger == "bare" and stated else [])
