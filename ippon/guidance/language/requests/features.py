@@ -1,5 +1,6 @@
 """What belongs to an object: parts, material, owner, topic, purpose."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from ippon.guidance.knowledge import load_knowledge
@@ -38,6 +39,10 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     index = start
     if said.word(index) == "whose":
         return _whose(said, index, goal)
+    if (end := next_part(said, index, goal.attributes)) > index:
+        last = goal.attributes[-1]
+        goal.add(replace(last, value=without_article(said.said(index + 1, end))))
+        return end
     index += said.word(index) in ("and", "but")
     index += said.word(index) in SUBJECTS
     lacking = said.starts(index, phrases.LACKING)
@@ -71,6 +76,16 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     while length := said.starts(end, _PLACES_ON_IT) or said.starts(end, phrases.SIDES):
         end += length
     return end
+
+
+def next_part(said: Utterance, start: int, attributes: Sequence[Attribute]) -> int:
+    """Return the index after "and a handle" where a part was told before; the same for none."""
+    after = attributes and attributes[-1].kind == "feature"
+    if not after or said.word(start) not in ("and", "or") or said.breaks(start + 1):
+        return start
+    phrase = read_noun_phrase(said, start + 1)
+    part = phrase is not None and is_part(phrase.display.lower().rpartition(" ")[2])
+    return phrase.end if phrase is not None and part else start
 
 
 def _is_plural(phrase: NounPhrase) -> bool:

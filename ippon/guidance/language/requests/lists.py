@@ -12,6 +12,7 @@ from ippon.guidance.language.grammar.relation_phrase import read_relation
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.requests.clauses import decline_place, state
 from ippon.guidance.language.requests.drafts import Reading, draft
+from ippon.guidance.language.requests.features import next_part
 from ippon.guidance.language.requests.goals import Attribute, Order, Relation
 from ippon.guidance.language.requests.list_end import settle
 from ippon.guidance.language.requests.modifiers import read_modifier
@@ -208,6 +209,8 @@ def read_modifiers(reading: Reading, index: int) -> int:
 
 def _listed_next(reading: Reading, index: int) -> bool:
     """Tell whether the next object of a list begins: "and the blue one"."""
+    if next_part(reading.said, index, reading.drafts[-1].attributes) > index:
+        return False
     return reading.said.word(index) in ("and", "or") and separator(reading, index) is not None
 
 
