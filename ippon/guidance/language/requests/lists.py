@@ -181,7 +181,7 @@ def read_modifiers(reading: Reading, index: int) -> int:
         if said.ends(index) or (said.breaks(index) and said.starts(index, phrases.CORRECTIONS)):
             break
         padded = reading.match(phrases.PADDING, index)
-        if padded > index + 3:
+        if padded >= index + 3:
             index = padded  # "It's cold outside".
             continue
         room = _bare_room(reading, index)
