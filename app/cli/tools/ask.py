@@ -2,6 +2,7 @@
 
 import json
 import queue
+import re
 import sys
 import time
 
@@ -45,6 +46,8 @@ PICTURE_S = 25.0
 """Time for naming what a picture shows; the navigator gives its language model 20 s."""
 ANSWER_S = 150.0
 """Time for up to three requests to a language model."""
+NUMBERS_EVERY_S = 5.0
+"""How often `--follow` prints what a search does where only its numbers have changed."""
 NAME = "ippon ask"
 
 Wanted = tuple[SearchRequest, bool]
@@ -266,7 +269,8 @@ def _show_accepted(accepted: SearchAccepted, command: Ask) -> None:
 
 def _follow(updates: "queue.SimpleQueue[bytes]", goals: list[int], command: Ask) -> int:
     """Print how the searches go on until all are over; return the highest exit status."""
-    left, shown, worst = set(goals), "", 0
+    left, worst = set(goals), 0
+    progress = _Progress()
     while left:
         try:
             status = decode(updates.get(timeout=SILENT_S), Status)
@@ -277,21 +281,39 @@ def _follow(updates: "queue.SimpleQueue[bytes]", goals: list[int], command: Ask)
         ended = [goal for goal in begun if goal.outcome != "active"]
         if not begun:
             continue
-        line = f"{status.state}: {status.why}"
         if command.json:
             lead = status.goal.goal_id if status.goal is not None else None
             for goal in begun:
                 if goal in ended or goal.goal_id == lead:
                     print(json.dumps(_as_dict(status, goal)), flush=True)
-        elif line != shown:
-            print(f"{status.elapsed_s:7.1f} s  {line}", flush=True)
-        shown = line
+        else:
+            progress.show(status)
         for goal in ended:
             if len(goals) > 1 and not command.json:
                 print(_end_of(goal), flush=True)
             left.remove(goal.goal_id)
             worst = max(worst, exit_status(goal))
     return worst
+
+
+class _Progress:
+    """Prints what a search does when that changes; numbers alone change too often to read."""
+
+    def __init__(self) -> None:
+        self._line = ""
+        self._at_s = -NUMBERS_EVERY_S
+
+    def show(self, status: Status) -> None:
+        line = f"{status.state}: {status.why}"
+        is_soon = abs(status.elapsed_s - self._at_s) < NUMBERS_EVERY_S
+        if line == self._line or (is_soon and _words(line) == _words(self._line)):
+            return
+        self._line, self._at_s = line, status.elapsed_s
+        print(f"{status.elapsed_s:7.1f} s  {line}", flush=True)
+
+
+def _words(line: str) -> str:
+    return re.sub(r"[0-9.]+", "", line)
 
 
 def _end_of(goal: GoalStatus) -> str:
