@@ -182,6 +182,9 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             break
         if index > start and (word == "another" or (word in _STAY and said.breaks(index + 1))):
             break  # "Where does the dog food live?"
+        adverb = word.endswith("ly") and listed_kind(word) is None and knowledge.find(word) is None
+        if index > start and adverb and said.breaks(index + 1):
+            break  # "Find my glasses quietly".
         if word == "more" and index > start and not may_be_noun(said, index + 1):
             break  # "One towel more".
         if word in _PARTICLES and index > start and not may_be_noun(said, index + 1):

@@ -87,7 +87,10 @@ def _begins_request(reading: Reading, index: int) -> bool:
     said = reading.said
     also = said.starts(index, ("and also", "oh and", "oh and also", "and then", "then", "plus"))
     start = index + also
-    while start < len(said) and (padded := reading.match(phrases.PADDING, start)) > start:
+    while start < len(said) and reading.match(phrases.ASKED, start) == start:
+        padded = reading.match(phrases.PADDING, start)
+        if padded == start:
+            break
         start = padded
     asked = reading.match(phrases.ASKED, start) if start < len(said) else start
     if asked > start:
@@ -166,6 +169,16 @@ def _is_about_object(words: str, *, owned: bool) -> bool:
     if _ABOUT & heard:
         return True
     return read_relation(said, 0) is not None
+
+
+def note_subject(reading: Reading, start: int, end: int) -> None:
+    """Note the first thing that a clause before the first object names."""
+    for index in range(start, end):
+        phrase = read_noun_phrase(reading.said, index)
+        named = phrase is not None and phrase.known and phrase.head
+        if phrase is not None and named and (phrase.determined or index == start):
+            reading.subject = None if is_room(phrase.head) else phrase
+            return
 
 
 def skip_declined(reading: Reading, index: int) -> int:

@@ -103,8 +103,8 @@ class Reading:
     """Objects that come after those that are still to be read."""
     declined: NounPhrase | None = None
     """An object not to be searched for, which "the white one" may name."""
-    subject: str = ""
-    """What a clause before the first object tells of, which "another one" may name."""
+    subject: NounPhrase | None = None
+    """What a clause before the first object tells of, which "another one" and "it" may name."""
     places: list[Relation] = field(default_factory=list)
     """Said before the object: "look in the kitchen for"."""
 

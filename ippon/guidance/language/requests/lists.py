@@ -23,7 +23,8 @@ from ippon.guidance.language.words import word_set
 MAX_DRAFTS: Final = 60
 BE = word_set("is are was were has have had will would can could should must might may says said")
 
-_PARTS = ("drawer", "shelf", "compartment", "cupboard", "locker")
+_LEVELS = ("floor", "storey", "level")
+_PARTS = ("drawer", "shelf", "compartment", "cupboard", "locker", "row", *_LEVELS)
 _FOLLOWING = word_set(
     "and or then but with without that which please not pls it i they he she what called made "
     "named as plus followed left other preferably fell must should might slipped for "
@@ -143,6 +144,7 @@ def _take(
         for one in phrase.attributes:
             last.add(one)
         last.count = 1 if phrase.count is None else phrase.count
+        last.reference = phrase.reference or last.reference
         return
     if not phrase.head:
         refer(reading, goal)
@@ -223,10 +225,12 @@ def _bare_room(reading: Reading, index: int) -> int:
     if phrase is None:
         return index
     end = phrase.end + (said.word(phrase.end) in ("down", "up"))
-    part = phrase.shared and phrase.head in _PARTS and phrase.attributes
+    part = phrase.shared and phrase.head.endswith(" floor")
+    part = part or (phrase.shared and phrase.head in _PARTS and phrase.attributes)
     if not (is_room(phrase.head) or part) or not said.breaks(end):
         return index
-    relation = "on" if phrase.head == "shelf" else "in"
+    level = phrase.head in ("shelf", *_LEVELS) or phrase.head.endswith(" floor")
+    relation = "on" if level else "in"
     place = Relation(relation=relation, place=phrase.head, attributes=phrase.attributes)
     reading.drafts[-1].relate(place)
     reading.drafts[-1].note(place.text)

@@ -20,7 +20,7 @@ from ippon.guidance.language.requests.courtesy import (
     skip_asking,
     skip_courtesy,
 )
-from ippon.guidance.language.requests.drafts import Reading
+from ippon.guidance.language.requests.drafts import Reading, draft
 from ippon.guidance.language.requests.earlier import read_before
 from ippon.guidance.language.requests.goals import Goal, Relation
 from ippon.guidance.language.requests.leading_places import read_place_first
@@ -179,6 +179,10 @@ class RequestReader:
             if more == start + 1 and listed_kind(said.word(start)):
                 break
             start = more
+        subject = self.reading.subject
+        if subject is not None and not self.reading.drafts and said.word(start) in ("it", "them"):
+            self.reading.drafts.append(draft(subject, "and", said.said(index, end)))
+            return start + 1  # "The phone is ringing, find it".
         again = read_noun_phrase(said, start) if said.word(start) in _REPEATING else None
         named = again is not None and bool(again.head)  # "Some paper".
         if said.word(start) in _REPEATING and self.reading.drafts and not named:
@@ -325,9 +329,7 @@ class RequestReader:
             return end
         if not self.reading.drafts:
             self.reading.before.append(words)
-            subject = read_noun_phrase(said, index)
-            if subject is not None and subject.known and not is_room(subject.head):
-                self.reading.subject = subject.head
+            clauses.note_subject(self.reading, index, end)
             return end
         told = said.breaks(index) or said.word(index) in _SUBJECTS or index == 0
         if said.breaks(index) and self.reading.match(phrases.ASKED, index) > index + 1:

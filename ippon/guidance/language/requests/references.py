@@ -9,6 +9,7 @@ from ippon.guidance.language.words import word_set
 
 _POINTING = ("is that", "is this", "are those", "are these")
 _IS = ("is", "are", "isn't", "aren't", "was", "were")
+_ONLY = word_set("only have got found here here's")
 _SOMEWHERE = word_set("here there anywhere somewhere around missing gone lost")
 _UNASKED = ("bare", "listed", "named", "told")
 
@@ -22,6 +23,9 @@ def replaced(reading: Reading, asked: str, *, other: bool) -> list[Draft]:
     stated = len(last.attributes) > len(last.phrase.attributes)
     if last.trigger.strip().lower() in _IS and not last.relations:
         return [last]  # "Is the cord long enough, or is there a longer one?"
+    first = set(reading.said.words(0, 6))
+    if other and last.count == 1 and "one" in first and (_ONLY & first or last.trigger == "bare"):
+        return [last]  # "I can only find one sock, where is the other?"
     stated = stated or (last.gone and other)
     stated = stated or bool(last.context and not last.relations)
     return pointed or ([last] if last.trigger == "bare" and stated else [])
@@ -59,7 +63,7 @@ def refer(reading: Reading, goal: Draft) -> None:
         goal.attributes += [replace(one, negated=True) for one in declined.attributes]
         reading.unused.pop()
     if not before and reading.subject:
-        before = reading.subject
+        before = reading.subject.head
     if not before and reading.previous:
         before = reading.previous[-1].object
         goal.reference = goal.reference or "same"
