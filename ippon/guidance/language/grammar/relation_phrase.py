@@ -155,7 +155,7 @@ def prepositions_at(said: Utterance, index: int) -> tuple[list[str], int]:
         phrase = " ".join(said.words(index, index + length))
         if phrase == "with":
             return [], index
-        relation = "before" if phrase in ("outside", "outside of") else PREPOSITIONS[phrase]
+        relation = "just outside" if phrase in ("outside", "outside of") else PREPOSITIONS[phrase]
         index += length
         if relation == "from" and not found and prepositions_at(said, index)[0]:
             continue  # "From beside the bed".
@@ -283,7 +283,7 @@ def _is_own_room(phrase: NounPhrase) -> bool:
 
 
 def _stated(preposition: str, place: str, *, negated: bool) -> tuple[str, bool]:
-    if preposition == "before":
+    if preposition == "just outside":
         return ("in", not negated) if is_room(place) else ("near", negated)  # "Outside the door".
     if preposition == "outside":
         return "in", not negated
