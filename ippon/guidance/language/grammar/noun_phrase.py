@@ -206,7 +206,6 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
                 and (
                     listed_kind(said.word(index - 1)) or said.word(index - 1) in ("a", "the", "my")
                 )
-                and not may_be_noun(said, index + 1)
                 and (said.breaks(index + 1) or said.word(index + 1) not in PRONOUNS)
             )
             or (

@@ -53,9 +53,9 @@ _FAILING = re.compile(
     rf"|you (?:can't|cannot|can not|don't|couldn't) (?:find|see|get|locate) {_PRONOUN}"
     rf"|(?:it|that|they|those)(?:'s|'re| is| are)?(?:n't| not) (?:there|available))),?"
     r"(?= (?:the|a|an|my|some|another|any|his|her|our)\b| \w+[.!?]*$)"
-    rf"|(?:\b(?:or|and),? )?\bif (?:it|that|this|they|those|{_SOMEBODY})(?:'s|'re| is| are| has)"
-    r" (?!on |under |at |near |by |behind |next |not |there)(?:in )?(?:\w+),?(?= (?:(?:the|a|an|my|"
-    r"some|another|his|her|our)\b|(?:find|get|bring|take|look for)\b)|(?<=,) \w+[.!?]*$)",
+    rf"|(?<=\S )(?:\b(?:or|and),? )?\bif (?:it|that|this|they|those|{_SOMEBODY})"
+    r"(?:'s|'re| is| are| has) (?!on |under |at |near |by |behind |next |not |there)"
+    r"(?:in )?(?:\w+),?(?= (?:(?:the|a|an|my|some|another|his|her|our)\b|(?:find|get|bring|take|look for)\b)|(?<=,) \w+[.!?]*$)",
     re.IGNORECASE,
 )
 """Conditions that only say which object comes after, and which in place of another."""

@@ -35,6 +35,8 @@ def _not_there(said: Utterance, start: int, goal: Draft) -> int:
 
 def _not_where(said: Utterance, start: int, goal: Draft) -> int:
     """Read "isn't where I left it, on the shelf"."""
+    if start >= len(said):
+        return start
     match = phrases.NOT_WHERE.match(said.text, said.tokens[start].start)
     if match is None:
         return start

@@ -152,6 +152,7 @@ def _take(
             reading.drafts.remove(one)
     elif complained(reading, asked):
         reading.drafts.pop()
+    reading.list_start = min(reading.list_start, len(reading.drafts))
     for words in reading.before:
         state(reading, words, [goal])
     for place in reading.places:

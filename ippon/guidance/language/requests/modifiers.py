@@ -9,7 +9,7 @@ from ippon.guidance.language.grammar.attributes import is_intensity, is_part, is
 from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
 from ippon.guidance.language.grammar.noun_phrase import CONTAINERS, NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS
-from ippon.guidance.language.grammar.places import is_room
+from ippon.guidance.language.grammar.places import holds_things, is_room
 from ippon.guidance.language.grammar.relation_phrase import (
     prepositions_at,
     read_relation,
@@ -131,6 +131,7 @@ def _other_name(said: Utterance, start: int, phrase: NounPhrase, goal: Draft) ->
     """Read "not the sunglasses" as what is not meant, and "not the kitchen" as no place of it."""
     knowledge = load_knowledge()
     after = said.word(phrase.end)
+    placed = goal.relations[-1] if goal.relations and phrase.determined else None
     ended = not after or said.breaks(phrase.end) or after in ("and", "or", "please")
     if not phrase.known and phrase.determined and ended and not is_room(phrase.head):
         # "Not the Lenovo".
@@ -142,6 +143,10 @@ def _other_name(said: Utterance, start: int, phrase: NounPhrase, goal: Draft) ->
     if knowledge.room(phrase.head) is not None and knowledge.find(phrase.head) is None:
         goal.relate(Relation(relation="in", place=phrase.head, negated=True))
         goal.note(f"not in the {phrase.head}")
+    elif placed is not None and holds_things(phrase.head):
+        # "In the drawer, not the fridge".
+        goal.relate(Relation(relation=placed.relation, place=phrase.head, negated=True))
+        goal.note(said.said(start, phrase.end))
     else:
         goal.add(Attribute(kind="other", value=phrase.display, negated=True))
     return phrase.end
@@ -259,7 +264,7 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
     """Read ", the blue one" and "the one on the sofa" as more about the same object."""
     if said.word(start) in ("and", "or") or said.word(start) in NEGATIONS:
         return start
-    if phrases.ASKED.match(said.text, said.tokens[start].start):
+    if start >= len(said) or phrases.ASKED.match(said.text, said.tokens[start].start):
         return start  # "Bring another one".
     if said.word(start) == "last" and read_relation(said, start) is not None:
         return start  # "Last seen in the hall".

@@ -258,7 +258,7 @@ class RequestReader:
         listed = self.reading.drafts[self.reading.list_start :]
         if relation is None and sum(one.display.endswith("s") for one in listed) == 1:
             subject = subject and not listed[-1].display.endswith("s")  # "My bag and my shoes".
-        targets = listed if subject else listed[-1:]
+        targets = listed if subject and listed else self.reading.drafts[-1:]
         if relation is not None and not clauses.ends_clause(said, relation.end):
             return index  # More is said, which the context tells.
         end = read_modifier(said, index, targets[-1])
