@@ -221,3 +221,16 @@ def test_a_robot_that_is_not_there_is_refused(parts):
     assert (answer.status, answer.headers["location"]) == (303, "/robot/site~robot-03/")
     answer = page.request.get(f"{console.url}/robot/ippon/", max_redirects=0)
     assert (answer.status, answer.headers["location"]) == (303, "/")
+
+
+def test_a_page_whose_robot_does_not_answer_names_those_that_do(parts):
+    page, console, *_ = parts
+    other = page.context.new_page()
+    other.goto(f"{console.url}/robot/site~robot-99/")
+    expect(other.locator("#state")).to_have_text("Waiting")
+    expect(other.locator("#veil-robots")).to_contain_text("Robots that answer here:")
+    _shoot(other, "waiting")
+    other.locator("#veil-robots").get_by_role("link", name="site/robot-02").click()
+    expect(other.locator("#robot")).to_have_text("site/robot-02")
+    expect(other.locator("#veil")).to_be_hidden()
+    other.close()
