@@ -55,7 +55,8 @@ _FAILING = re.compile(
     r"(?= (?:the|a|an|my|some|another|any|his|her|our)\b| \w+[.!?]*$)"
     rf"|(?<=\S )(?:\b(?:or|and),? )?\bif (?:it|that|this|they|those|{_SOMEBODY})"
     r"(?:'s|'re| is| are| has) (?!on |under |at |near |by |behind |next |not |there)"
-    r"(?:in )?(?:\w+),?(?= (?:(?:the|a|an|my|some|another|his|her|our)\b|(?:find|get|bring|take|look for)\b)|(?<=,) \w+[.!?]*$)",
+    r"(?:in )?(?:\w+),?(?= (?:(?:the|a|an|my|some|another|his|her|our)\b"
+    r"|(?:find|get|bring|take|look for)\b)|(?<=,) \w+[.!?]*$)",
     re.IGNORECASE,
 )
 """Conditions that only say which object comes after, and which in place of another."""
