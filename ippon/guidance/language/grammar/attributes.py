@@ -117,8 +117,8 @@ def listed_kind(word: str) -> AttributeKind | None:
 def attribute_kind(word: str) -> AttributeKind | None:
     """Return the kind of attribute of a word before a noun; None where it is a noun itself."""
     kind = listed_kind(word)
-    if kind is not None:
-        return kind
+    if kind is not None or "-" in word:
+        return kind or "other"
     if word in _words("noun") or load_knowledge().find(word) is not None:
         return None
     return "other" if _ENDING.match(word) else None
