@@ -9,7 +9,7 @@ from typing import cast
 import yaml
 
 from ippon.guidance.knowledge import load_knowledge
-from ippon.guidance.language.requests.goals import AttributeKind
+from ippon.guidance.language.goals.goal import AttributeKind
 from ippon.guidance.language.words import ADJECTIVES
 
 UNITS = frozenset(

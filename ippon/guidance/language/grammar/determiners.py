@@ -5,10 +5,10 @@ from typing import Final, Literal
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import NEGATIONS
+from ippon.guidance.language.goals.goal import ALL, Attribute, Reference
 from ippon.guidance.language.grammar.attributes import UNITS, listed_kind
 from ippon.guidance.language.grammar.phrases import OWNERS, PREPOSITIONS, STOP
 from ippon.guidance.language.grammar.utterance import Utterance
-from ippon.guidance.language.requests.goals import ALL, Attribute, Reference
 from ippon.guidance.language.words import word_set
 
 NUMBERS: Final = {

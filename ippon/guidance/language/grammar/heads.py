@@ -9,6 +9,7 @@ from typing import Final
 from rapidfuzz.distance import OSA
 
 from ippon.guidance.knowledge import Knowledge, load_knowledge
+from ippon.guidance.language.goals.goal import Attribute, AttributeKind
 from ippon.guidance.language.grammar.attributes import (
     UNITS,
     attribute_kind,
@@ -19,7 +20,6 @@ from ippon.guidance.language.grammar.attributes import (
 from ippon.guidance.language.grammar.determiners import NUMBERS
 from ippon.guidance.language.languages import ENGLISH
 from ippon.guidance.language.naming import resolve_object
-from ippon.guidance.language.requests.goals import Attribute, AttributeKind
 from ippon.guidance.language.words import singular_candidates
 
 _SIZES = ("a3", "a4", "a5", "aa", "aaa", "xs", "xl", "xxl")

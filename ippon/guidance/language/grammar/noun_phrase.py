@@ -5,6 +5,7 @@ from typing import Final, Literal
 
 from ippon.guidance.knowledge import Knowledge, load_knowledge
 from ippon.guidance.language.context_words import NEGATIONS
+from ippon.guidance.language.goals.goal import Attribute, AttributeKind, Reference
 from ippon.guidance.language.grammar.attributes import UNITS, listed_kind
 from ippon.guidance.language.grammar.determiners import (
     MEASURES,
@@ -16,7 +17,6 @@ from ippon.guidance.language.grammar.determiners import (
 from ippon.guidance.language.grammar.heads import name_head
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS, PRONOUNS, STOP
 from ippon.guidance.language.grammar.utterance import Utterance
-from ippon.guidance.language.requests.goals import Attribute, AttributeKind, Reference
 from ippon.guidance.language.words import singular_candidates, word_set
 
 MAX_WORDS: Final = 9
@@ -79,13 +79,9 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
     knowledge = load_knowledge()
     if said.word(start) in ("after", "before", "during", "until", "while"):
         return None
-    if said.word(start) in _POSSESSIVES:
-        return _possessive(_POSSESSIVES[said.word(start)], start + 1)
-    owner = start + (said.word(start) in ("my", "our", "his", "her", "their", "the"))
-    whose = said.word(owner).endswith("'s") and said.word(owner) not in NO_OWNERS
-    if whose and said.breaks(owner + 1):
-        said_of = owner if said.word(start) == "the" else start
-        return _possessive(said.said(said_of, owner + 1)[:-2], owner + 1)  # "My wife's".
+    owned = _read_possessive(said, start)
+    if owned is not None:
+        return owned
     begun = read_determiners(said, start)
     index = begun.index
     end = _end_of_nouns(said, index, knowledge)
@@ -129,6 +125,18 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
         crowded=named.crowded,
         end=end,
     )
+
+
+def _read_possessive(said: Utterance, start: int) -> NounPhrase | None:
+    """Read "mine" and "my wife's" without a noun behind it; None where there is one."""
+    if said.word(start) in _POSSESSIVES:
+        return _possessive(_POSSESSIVES[said.word(start)], start + 1)
+    owner = start + (said.word(start) in ("my", "our", "his", "her", "their", "the"))
+    whose = said.word(owner).endswith("'s") and said.word(owner) not in NO_OWNERS
+    if not whose or not said.breaks(owner + 1):
+        return None
+    said_of = owner if said.word(start) == "the" else start
+    return _possessive(said.said(said_of, owner + 1)[:-2], owner + 1)
 
 
 def _possessive(owner: str, end: int) -> NounPhrase:

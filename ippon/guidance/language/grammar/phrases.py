@@ -7,7 +7,7 @@ from typing import Final, cast
 import yaml
 
 from ippon.guidance.language.context_words import RELATIONS
-from ippon.guidance.language.requests.goals import Order
+from ippon.guidance.language.goals.goal import Order
 
 
 def _load() -> dict[str, list[str]]:

@@ -12,6 +12,7 @@ from ippon.guidance.language.context_words import (
     NEGATIONS,
     PARTS,
 )
+from ippon.guidance.language.goals.goal import ALL, Relation
 from ippon.guidance.language.grammar.determiners import NUMBERS
 from ippon.guidance.language.grammar.noun_phrase import (
     STANDS,
@@ -22,7 +23,6 @@ from ippon.guidance.language.grammar.noun_phrase import (
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS
 from ippon.guidance.language.grammar.places import holds_things, is_room, room_spelt
 from ippon.guidance.language.grammar.utterance import Utterance
-from ippon.guidance.language.requests.goals import ALL, Relation
 from ippon.guidance.language.words import DETERMINERS, word_set
 
 _STANDING = word_set(

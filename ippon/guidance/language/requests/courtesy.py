@@ -2,12 +2,12 @@
 
 from typing import Final
 
+from ippon.guidance.language.goals.drafts import Reading
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import listed_kind
 from ippon.guidance.language.grammar.determiners import NO_OWNERS, may_be_noun
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.places import is_room
-from ippon.guidance.language.requests.drafts import Reading
 from ippon.guidance.language.requests.lists import continues
 
 _LONGEST: Final = 9

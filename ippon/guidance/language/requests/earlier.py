@@ -1,12 +1,12 @@
 """Objects that come after others which are said later: "before the keys, find my wallet"."""
 
+from ippon.guidance.language.goals.drafts import Reading, draft
+from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.requests.courtesy import skip_asking
-from ippon.guidance.language.requests.drafts import Reading, draft
 from ippon.guidance.language.requests.lists import read_goals
-from ippon.guidance.language.requests.modifiers import read_modifier
 
 
 def read_before(reading: Reading, index: int) -> int:

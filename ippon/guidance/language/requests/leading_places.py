@@ -3,14 +3,14 @@
 import re
 from dataclasses import replace
 
+from ippon.guidance.language.goals.drafts import Reading
+from ippon.guidance.language.goals.goal import ALL, Relation
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.places import is_room, is_searched_inside
 from ippon.guidance.language.grammar.relation_phrase import read_relation
 from ippon.guidance.language.grammar.utterance import hear
 from ippon.guidance.language.requests.courtesy import skip_asking
-from ippon.guidance.language.requests.drafts import Reading
-from ippon.guidance.language.requests.goals import ALL, Relation
 from ippon.guidance.language.requests.lists import read_goals
 from ippon.guidance.language.words import word_set
 

@@ -4,20 +4,20 @@ from dataclasses import replace
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.goals.clauses import decline_place, state
+from ippon.guidance.language.goals.drafts import Reading, draft
+from ippon.guidance.language.goals.features import next_part
+from ippon.guidance.language.goals.goal import Attribute, Order, Relation
+from ippon.guidance.language.goals.list_end import settle
+from ippon.guidance.language.goals.modifiers import read_modifier
+from ippon.guidance.language.goals.pronouns import read_place_named
+from ippon.guidance.language.goals.references import complained, refer, replaced, selects
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PRONOUNS
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import read_relation
 from ippon.guidance.language.grammar.utterance import Utterance
-from ippon.guidance.language.requests.clauses import decline_place, state
-from ippon.guidance.language.requests.drafts import Reading, draft
-from ippon.guidance.language.requests.features import next_part
-from ippon.guidance.language.requests.goals import Attribute, Order, Relation
-from ippon.guidance.language.requests.list_end import settle
-from ippon.guidance.language.requests.modifiers import read_modifier
-from ippon.guidance.language.requests.pronouns import read_place_named
-from ippon.guidance.language.requests.references import complained, refer, replaced, selects
 from ippon.guidance.language.words import word_set
 
 MAX_DRAFTS: Final = 60

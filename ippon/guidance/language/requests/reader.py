@@ -3,26 +3,25 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ippon.guidance.knowledge import load_knowledge
-from ippon.guidance.language.context_words import NEGATIONS, RELATIONS
+from ippon.guidance.language.context_words import RELATIONS
+from ippon.guidance.language.goals import clauses
+from ippon.guidance.language.goals.drafts import Reading
+from ippon.guidance.language.goals.goal import Goal, Relation
+from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.grammar import phrases
-from ippon.guidance.language.grammar.attributes import listed_kind
-from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PRONOUNS
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import read_relation
 from ippon.guidance.language.grammar.utterance import Utterance
-from ippon.guidance.language.requests import clauses
+from ippon.guidance.language.requests.asked import read_asked
 from ippon.guidance.language.requests.corrections import read_correction
 from ippon.guidance.language.requests.courtesy import (
     skip_announcement,
     skip_asking,
     skip_courtesy,
 )
-from ippon.guidance.language.requests.drafts import Reading, draft
 from ippon.guidance.language.requests.earlier import read_before
-from ippon.guidance.language.requests.goals import Goal, Relation
 from ippon.guidance.language.requests.leading_places import read_place_first
 from ippon.guidance.language.requests.lists import (
     MAX_DRAFTS,
@@ -33,7 +32,6 @@ from ippon.guidance.language.requests.lists import (
     separator,
     stands_alone,
 )
-from ippon.guidance.language.requests.modifiers import read_modifier
 from ippon.guidance.language.words import word_set
 
 _SUBJECTS = word_set(
@@ -43,10 +41,6 @@ _SUBJECTS = word_set(
     "until for to with where what though although try check start look please "
     "left put fell was were must had took"
 )
-_REPEATING = ("it", "them", "him", "her", "some", "any", "one")
-_MISSED = word_set("find see seen found remember know")
-_LACKING = ("there", "i ", "we ", "i've", "we've")
-"""Beginnings of "there is no" and "we have no"."""
 """Words that begin what is told beside a request."""
 
 
@@ -162,66 +156,7 @@ class RequestReader:
         return skip_courtesy(self.reading, index)
 
     def _asked(self, index: int) -> int:
-        said = self._said
-        length = 2
-        name = load_knowledge().find(" ".join(said.words(index, index + length)))
-        if (
-            name is not None
-            and said.word(index) not in ("get", "bring")
-            and not said.breaks(index + 1)
-        ):
-            return index  # "Hand towel" is no order to hand something over.
-        end = self.reading.match(phrases.ASKED, index)
-        if end == index:
-            return index
-        start = end
-        while start < len(said) and (more := self.reading.match(phrases.PADDING, start)) > start:
-            if more == start + 1 and listed_kind(said.word(start)):
-                break
-            start = more
-        subject = self.reading.subject
-        if subject is not None and not self.reading.drafts and said.word(start) in ("it", "them"):
-            self.reading.drafts.append(draft(subject, "and", said.said(index, end)))
-            return start + 1  # "The phone is ringing, find it".
-        again = read_noun_phrase(said, start) if said.word(start) in _REPEATING else None
-        named = again is not None and bool(again.head)  # "Some paper".
-        if said.word(start) in _REPEATING and self.reading.drafts and not named:
-            placed = said.word(start) in ("some", "any", "one") and read_relation(said, start + 1)
-            if placed and said.word(start) == "one":
-                last = self.reading.drafts[-1]  # "The last chair is taken, is there one in".
-                last.attributes = [one for one in last.attributes if one.kind != "which"]
-            return start + 1 if said.breaks(start + 1) or placed else index
-        if self.reading.drafts and (length := count_again(said, start)):
-            self.reading.drafts[-1].count = NUMBERS[said.word(start)]
-            return start + length
-        asked = said.said(index, end)
-        told = self.reading.match(phrases.TOLD, start) if "where" in asked.lower() else start
-        owned = read_noun_phrase(said, told) if told > start else None
-        if owned is not None and owned.determined:
-            start = told  # "Where the kids have hidden the remote".
-        after = read_goals(self.reading, start, asked)
-        if after > start:
-            if " in " in asked:
-                self.reading.drafts[self.reading.list_start].note(asked)  # "The lady in room 12".
-            heard = set(said.words(index, end))
-            phrase = read_noun_phrase(said, start)
-            placed = read_relation(said, phrase.end) if phrase is not None else None
-            if NEGATIONS & heard and asked.lower().startswith(_LACKING) and placed is not None:
-                # "There is no soap in the bathroom", "I couldn't find it on the shelf".
-                absent = not _MISSED & heard or "couldn't" in heard
-                for goal in self.reading.drafts[self.reading.list_start :] if absent else ():
-                    goal.relations = [
-                        replace(one, negated=True) if one in placed.relations else one
-                        for one in goal.relations
-                    ]
-            if asked.lower().startswith(("how many", "count")):
-                self.reading.drafts[-1].count = "all"
-            return after
-        if start == len(said):
-            return index
-        nested = self.reading.drafts or self.reading.match(phrases.TOLD, start) == start
-        again = self.reading.match(phrases.ASKED, start)
-        return index if nested and again == start else start
+        return read_asked(self.reading, index)
 
     def _told(self, index: int) -> int:
         """Read "I left my phone in the kitchen" as a request for the phone."""

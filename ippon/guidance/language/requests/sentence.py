@@ -5,6 +5,8 @@ from dataclasses import replace
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.goals.drafts import Draft, draft
+from ippon.guidance.language.goals.goal import Goal, Request, unchecked
 from ippon.guidance.language.grammar.attributes import listed_kind
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.phrases import CODE, SAME
@@ -12,8 +14,6 @@ from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.utterance import hear, named_words
 from ippon.guidance.language.languages import ENGLISH, other_language
 from ippon.guidance.language.naming import TOYS, is_instance_of, resolve_object
-from ippon.guidance.language.requests.drafts import Draft, draft
-from ippon.guidance.language.requests.goals import Goal, Request, unchecked
 from ippon.guidance.language.requests.reader import RequestReader
 from ippon.guidance.language.requests.traces import lost_words
 from ippon.guidance.language.words import is_many

@@ -6,12 +6,12 @@ from typing import Final
 from rapidfuzz.distance import OSA
 
 from ippon.guidance.language.context_words import BELIEFS, DOUBTS, NEGATIONS, NEUTRAL
+from ippon.guidance.language.goals.drafts import Reading
+from ippon.guidance.language.goals.goal import ALL, Goal
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import listed_kind
 from ippon.guidance.language.grammar.determiners import COUNTS, MEASURES, NUMBERS
 from ippon.guidance.language.languages import ENGLISH
-from ippon.guidance.language.requests.drafts import Reading
-from ippon.guidance.language.requests.goals import ALL, Goal
 from ippon.guidance.language.words import singular_candidates, tokenize, word_set
 
 _EMPTY: Final = (

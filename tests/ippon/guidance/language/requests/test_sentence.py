@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ippon.guidance.language.requests.goals import Goal, Request
+from ippon.guidance.language.goals.goal import Goal, Request
 from ippon.guidance.language.requests.sentence import (
     MAX_GOALS,
     MAX_OBJECT_CHARS,

@@ -4,6 +4,22 @@ from dataclasses import replace
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import NEGATIONS
+from ippon.guidance.language.goals.absence import read_absence
+from ippon.guidance.language.goals.drafts import Draft
+from ippon.guidance.language.goals.features import (
+    BE,
+    SUBJECTS,
+    read_activity,
+    read_feature,
+    read_material,
+    read_owner,
+    read_purpose,
+    read_side,
+    read_topic,
+    without_article,
+)
+from ippon.guidance.language.goals.goal import Attribute, Relation
+from ippon.guidance.language.goals.placed import read_placed, read_spot
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import is_intensity, is_part, is_shade, listed_kind
 from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
@@ -16,22 +32,6 @@ from ippon.guidance.language.grammar.relation_phrase import (
 )
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.naming import same_object
-from ippon.guidance.language.requests.absence import read_absence
-from ippon.guidance.language.requests.drafts import Draft
-from ippon.guidance.language.requests.features import (
-    BE,
-    SUBJECTS,
-    read_activity,
-    read_feature,
-    read_material,
-    read_owner,
-    read_purpose,
-    read_side,
-    read_topic,
-    without_article,
-)
-from ippon.guidance.language.requests.goals import Attribute, Relation
-from ippon.guidance.language.requests.placed import read_placed, read_spot
 from ippon.guidance.language.words import is_mass, word_set
 
 _CONTRACTED = word_set("it's its they're he's she's that's")

@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 from ippon.guidance.language.context_words import NEGATIONS
+from ippon.guidance.language.goals.drafts import Draft
+from ippon.guidance.language.goals.features import SUBJECTS
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.relation_phrase import read_relation
 from ippon.guidance.language.grammar.utterance import Utterance
-from ippon.guidance.language.requests.drafts import Draft
-from ippon.guidance.language.requests.features import SUBJECTS
 
 
 def read_absence(said: Utterance, start: int, goal: Draft) -> int:

@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.goals.drafts import Draft, Reading
 from ippon.guidance.language.grammar.attributes import listed_kind
-from ippon.guidance.language.requests.drafts import Draft, Reading
 from ippon.guidance.language.words import word_set
 
 _POINTING = ("is that", "is this", "are those", "are these")

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
+from ippon.guidance.language.goals.goal import Attribute, Goal, Order, Reference, Relation
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase
 from ippon.guidance.language.grammar.utterance import Utterance
-from ippon.guidance.language.requests.goals import Attribute, Goal, Order, Reference, Relation
 
 
 @dataclass(slots=True)

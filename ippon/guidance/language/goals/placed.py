@@ -1,5 +1,8 @@
 """Where an object is, as what follows it says."""
 
+from ippon.guidance.language.goals.drafts import Draft
+from ippon.guidance.language.goals.features import BE, COVERED, SUBJECTS, is_maker
+from ippon.guidance.language.goals.goal import Attribute
 from ippon.guidance.language.grammar.noun_phrase import STANDS, read_noun_phrase
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import (
@@ -9,9 +12,6 @@ from ippon.guidance.language.grammar.relation_phrase import (
     read_relation,
 )
 from ippon.guidance.language.grammar.utterance import Utterance
-from ippon.guidance.language.requests.drafts import Draft
-from ippon.guidance.language.requests.features import BE, COVERED, SUBJECTS, is_maker
-from ippon.guidance.language.requests.goals import Attribute
 from ippon.guidance.language.words import word_set
 
 _COVERS = word_set("frame cover sleeve binding wrapping")

@@ -4,6 +4,9 @@ from dataclasses import replace
 from typing import Final
 
 from ippon.guidance.language.context import Claim, read_context
+from ippon.guidance.language.goals.drafts import Draft, Reading
+from ippon.guidance.language.goals.goal import Relation
+from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.places import is_room
@@ -11,9 +14,6 @@ from ippon.guidance.language.grammar.relation_phrase import read_relation
 from ippon.guidance.language.grammar.utterance import Utterance, hear
 from ippon.guidance.language.languages import ENGLISH
 from ippon.guidance.language.naming import resolve_object
-from ippon.guidance.language.requests.drafts import Draft, Reading
-from ippon.guidance.language.requests.goals import Relation
-from ippon.guidance.language.requests.modifiers import read_modifier
 from ippon.guidance.language.words import word_set
 
 _SOFT: Final = ("likes to", "like to", "used to", "supposed to", "should be", "not sure", "i think")

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.goals.drafts import Draft
+from ippon.guidance.language.goals.goal import Attribute, Relation
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import UNITS, is_part, listed_kind
 from ippon.guidance.language.grammar.determiners import NUMBERS, may_be_noun
@@ -13,8 +15,6 @@ from ippon.guidance.language.grammar.phrases import PREPOSITIONS, STOP
 from ippon.guidance.language.grammar.places import is_searched_inside
 from ippon.guidance.language.grammar.relation_phrase import ENTERING
 from ippon.guidance.language.grammar.utterance import Utterance
-from ippon.guidance.language.requests.drafts import Draft
-from ippon.guidance.language.requests.goals import Attribute, Relation
 from ippon.guidance.language.words import word_set
 
 SUBJECTS = word_set(
