@@ -11,6 +11,7 @@ from rich.console import Console
 
 from app.cli.exit_status import EXIT_NOT_FOUND, exit_status
 from app.cli.options.tools import Ask
+from app.cli.tools.feedback import feedback_of, give_feedback
 from app.cli.tools.levels import check_query
 from app.cli.tools.levels_table import as_json, print_levels, print_question, printable, said_by
 from app.cli.tools.navigator_address import find_navigator
@@ -59,7 +60,8 @@ def run_ask(command: Ask) -> int:
         raise UsageError(
             "--picture stands in place of the object; what you know of its place goes to --context"
         )
-    if command.picture is None and (command.add_label is None or command.object):
+    feedback = feedback_of(command)
+    if (feedback, command.picture) == (None, None) and (command.object or not command.add_label):
         check_query(command.object[:80], command.context)
     jpeg = None if command.picture is None else read_jpeg(command.picture)
     if command.show_prompt and not command.explain:
@@ -78,6 +80,9 @@ def run_ask(command: Ask) -> int:
             # A navigator that compiles is at its endpoint already, and takes no request yet. Where
             # it cannot be determined, the request itself fails.
             is_alive(session, f"{robot}/{keys.NAVIGATOR_ALIVE}", command.timeout_s)
+        if feedback is not None:
+            give_feedback(session, robot, command, feedback, NAME)
+            return 0
         if command.add_label is not None:
             _add_label(session, robot, command)
             if not command.object:
@@ -267,6 +272,7 @@ def _show_accepted(accepted: SearchAccepted, command: Ask) -> None:
 def _follow(updates: "queue.SimpleQueue[bytes]", goals: list[int], command: Ask) -> int:
     """Print how the searches go on until all are over; return the highest exit status."""
     left, shown, worst = set(goals), "", 0
+    counted: set[tuple[int, int]] = set()
     while left:
         try:
             status = decode(updates.get(timeout=SILENT_S), Status)
@@ -286,6 +292,8 @@ def _follow(updates: "queue.SimpleQueue[bytes]", goals: list[int], command: Ask)
         elif line != shown:
             print(f"{status.elapsed_s:7.1f} s  {line}", flush=True)
         shown = line
+        if not command.json:
+            _show_counted(begun, counted)
         for goal in ended:
             if len(goals) > 1 and not command.json:
                 print(_end_of(goal), flush=True)
@@ -294,12 +302,26 @@ def _follow(updates: "queue.SimpleQueue[bytes]", goals: list[int], command: Ask)
     return worst
 
 
+def _show_counted(goals: list[GoalStatus], shown: set[tuple[int, int]]) -> None:
+    """Print the number and the place of each find of several, once."""
+    for goal in goals:
+        for find in goal.counted:
+            if (goal.goal_id, find.number) not in shown:
+                shown.add((goal.goal_id, find.number))
+                name = goal.display or goal.object.replace("_", " ")
+                print(f"{name}: find {find.number} {_place(find.position_world)}", flush=True)
+
+
+def _place(position_world: tuple[float, float, float]) -> str:
+    x, y, z = position_world
+    return f"at ({x:.1f}, {y:.1f}) m, {z:.1f} m high"
+
+
 def _end_of(goal: GoalStatus) -> str:
     """Return how the search for one of several goals ended, in one line."""
     place = ""
     if goal.position_world is not None:
-        x, y, z = goal.position_world
-        place = f" at ({x:.1f}, {y:.1f}) m, {z:.1f} m high"
+        place = f" {_place(goal.position_world)}"
     before = f", and {len(goal.counted)} before" if goal.counted else ""
     return f"{goal.object.replace('_', ' ')}: {goal.outcome.replace('_', ' ')}{place}{before}"
 
@@ -318,7 +340,8 @@ def _as_dict(status: Status, goal: GoalStatus) -> dict[str, object]:
         "path_length_m": round(status.path_length_m, 3),
         "position_world": goal.position_world if find is None else find.position_world,
         "out_of_reach_m": None if find is None else find.out_of_reach_m,
-        "counted": goal.counted,
+        "find": None if find is None else find.number,
+        "counted": msgspec.to_builtins(goal.counted),
         "attributes": [] if find is None else msgspec.to_builtins(find.attributes),
     }
 
