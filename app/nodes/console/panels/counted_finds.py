@@ -56,6 +56,7 @@ class CountedFindsPanel:
             buttons.visible = is_listed and not self._actions.recorded
             if is_listed:
                 one = self._shown[n]
+                buttons.label = self._words("panel.counted.find", n=one.find.number)
                 text.content = counted_find(one.name, one.find.position_world, self._words)
 
     def _judge(self, n: int, word: str) -> str:

@@ -33,7 +33,7 @@ def counted_find(name: str, position_world: tuple[float, float, float], say: Wor
     """Return one find of several: its name, and where it is."""
     x, y, z = (say.number(v, 1) for v in position_world)
     where = escape(say("panel.counted.where", x=x, y=y, z=z))
-    return f"<p><b>{escape(name)}</b> <span>{where}</span></p>"
+    return muted(f"<b>{escape(name)}</b> {where}")
 
 
 def _attribute(one: FindAttribute, say: Words) -> str:

@@ -62,6 +62,7 @@ def test_each_find_that_waits_has_buttons_of_its_own(panel, stage):
     finds, gui, sent = panel
     finds.show(stage.status_of(goal=chairs((1, 3, 4), confirmed=(3,))))
     assert ["chairs 4" in shown(gui)[0], "chairs 1" in shown(gui)[1]] == [True, True]
+    assert [group.label for group in gui.groups[:2]] == ["Find 4", "Find 1"]
     assert [group.visible for group in gui.groups] == [True, True] + [False] * (LISTED - 2)
     assert "Confirmed: chairs 3" in gui.texts[0].content
     gui.press(1, 1)
