@@ -177,10 +177,20 @@ function show(position) {
 }
 
 // Shows a thing, and has the scene fly there and explain it.
-function lookAt(position, size) {
+function lookAt(position, size, thing, share) {
   show(position);
   const at_once = matchMedia("(prefers-reduced-motion: reduce)").matches;
-  send({ type: "look", position, size, at_once });
+  send({ type: "look", position, size, thing, share, at_once });
+}
+
+const frameMap = () => send({ type: "frame" });
+
+function onHomeKey(event) {
+  if (event.code !== "KeyH" || isTyping(event.target)) return;
+  if (event.ctrlKey || event.altKey || event.metaKey || document.querySelector("dialog[open]")) return;
+  event.preventDefault();
+  event.stopImmediatePropagation();
+  frameMap();
 }
 
 function shownState() {
@@ -280,6 +290,7 @@ function adoptView() {
   view.contentWindow.addEventListener("keydown", onCameraKey, true);
   view.contentWindow.addEventListener("keydown", onPlanKey, true);
   view.contentWindow.addEventListener("keydown", onSideKey, true);
+  view.contentWindow.addEventListener("keydown", onHomeKey, true);
   drive.listen(view.contentWindow);
   onHover(view.contentWindow);
   view.contentWindow.addEventListener("keydown", onExplanationKey);
@@ -294,9 +305,11 @@ window.addEventListener("keydown", onHelpKey, true);
 window.addEventListener("keydown", onCameraKey, true);
 window.addEventListener("keydown", onPlanKey, true);
 window.addEventListener("keydown", onSideKey, true);
+window.addEventListener("keydown", onHomeKey, true);
 window.addEventListener("keydown", onExplanationKey);
 view.addEventListener("load", adoptView);
 at("stop").addEventListener("click", stop);
+at("home").addEventListener("click", frameMap);
 at("resume").addEventListener("click", () => insist(command("resume")));
 setInterval(ping, PING_MS);
 tellTheme = installTheme(view, (theme) => send({ type: "theme", light: theme === "light" }));

@@ -28,6 +28,9 @@ def segmentation_rows(quick: bool) -> Iterator[Row]:
     """Measure all of it; `quick` leaves the second passes out."""
     yield from message_rows()
     yield from network_rows()
+    from tests.benchmarks.full_size_networks import full_size_rows
+
+    yield from full_size_rows()
     if not quick:
         from tests.benchmarks.segmentation_passes import pass_rows
 

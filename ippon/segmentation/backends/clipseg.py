@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import torch
@@ -25,8 +25,11 @@ from ippon.segmentation.model_registry import DEFAULT_MODELS
 from ippon.segmentation.prompts import PLAIN_TEMPLATES, words_of
 from ippon.segmentation.segmenter import checked_channels, heatmap_size, score_heatmap_of
 
-LABELS_AT_ONCE = 8
+LABELS_AT_ONCE: Final = 8
 """Labels per run of the decoder; more take more memory."""
+SIDE_PX: Final = 352
+"""Side of the training images, unless the model's files state another. The image encoder's own size
+in `config.json` is that of CLIP, 224."""
 
 
 class ClipSegSegmenter:
@@ -44,6 +47,9 @@ class ClipSegSegmenter:
         self._config = config
         self._tokenizer = files.tokenizer()
         self._normalisation = files.normalisation(IMAGENET_MEAN, IMAGENET_STD)
+        said = files.preprocessing().get("size", SIDE_PX)
+        sides = (said["height"], said["width"]) if isinstance(said, dict) else (said, said)
+        self._sides: tuple[int, int] = sides
         model: Any = files.load(CLIPSegForImageSegmentation)
         with memory_guard("moving CLIPSeg to its device"):
             self._model = model.to(self.device, self.dtype)
@@ -90,7 +96,5 @@ class ClipSegSegmenter:
 
     def _prepare(self, color: NDArray[np.uint8]) -> Tensor:
         """Stretch the image to the square of the model's training."""
-        side = self._model.config.vision_config.image_size
-        image = as_tensor(color, self.device)
-        square = resized(image, (side, side))
+        square = resized(as_tensor(color, self.device), self._sides)
         return normalised(square, *self._normalisation).to(self.dtype)

@@ -148,7 +148,8 @@ class MaskRecogniser(nn.Module):
         bias = attention.new_zeros(length, length)
         bias[:, :q] = NOT_LOOKED_AT
         bias[:q, q] = NOT_LOOKED_AT
-        bias[:q, :q].fill_diagonal_(0.0)
+        # Not fill_diagonal_, which torch.compile refuses on a part of a tensor.
+        bias[:q, :q] *= 1.0 - torch.eye(q, dtype=bias.dtype, device=bias.device)
         bias = bias.expand(*attention.shape[:2], -1, -1).clone()
         bias[:, :, :q, q + 1 :] = pooled
         return bias

@@ -3,8 +3,8 @@
 import json
 from contextlib import nullcontext
 
+import msgspec
 import pytest
-from msgspec import structs
 from PIL import Image
 
 from app.cli.main import run
@@ -195,7 +195,7 @@ def test_following_a_search_for_several_prints_the_number_of_each_find(
                 goal_id=1, object="chair", display="chairs", outcome=outcome, count=3,
                 counted=counted,
             )  # fmt: skip
-            receive(encode(structs.replace(status_of([("chair", "active")], 1), goal=goal)))
+            receive(encode(msgspec.structs.replace(status_of([("chair", "active")], 1), goal=goal)))
 
     monkeypatch.setattr(asking, "subscribe", publish)
     assert ask("three chairs", "--follow") == 1
@@ -203,6 +203,29 @@ def test_following_a_search_for_several_prints_the_number_of_each_find(
         "chairs: find 1 at (1.0, 2.0) m, 0.4 m high",
         "chairs: find 3 at (3.0, 2.0) m, 0.4 m high",
     ]
+
+
+def test_following_prints_changed_words_at_once_and_changed_numbers_every_five_seconds(
+    searches, monkeypatch, capsys
+):
+    said = [
+        (1.0, "viewpoint: gain 12, 3.1 s away"), (1.2, "viewpoint: gain 12, 2.9 s away"),
+        (1.4, "looking around"), (1.6, "viewpoint: gain 9, 1.0 s away"),
+        (6.5, "viewpoint: gain 9, 0.4 s away"), (6.7, "viewpoint: gain 9, 0.2 s away"),
+        (12.0, "viewpoint: gain 9, 0.2 s away"), (19.0, "viewpoint: gain 9, 0.2 s away"),
+    ]  # fmt: skip
+    going = status_of([("keys", "active")], 1)
+    statuses = [msgspec.structs.replace(going, elapsed_s=at_s, why=why) for at_s, why in said]
+    statuses.append(status_of([("keys", "found")], 1))
+
+    def publish(session, topic, receive):
+        for status in statuses if topic.endswith(keys.STATUS) else ():
+            receive(encode(status))
+
+    monkeypatch.setattr(asking, "subscribe", publish)
+    assert ask("my keys", "--follow") == 0
+    lines = [x for x in capsys.readouterr().out.splitlines() if " s  searching: " in x]
+    assert [line.split(" s  ")[0].strip() for line in lines] == ["1.0", "1.4", "1.6", "6.7", "3.0"]
 
 
 @pytest.mark.parametrize("yes", [(), ("--yes",)])

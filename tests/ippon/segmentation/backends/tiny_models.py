@@ -243,3 +243,37 @@ def save_sam(folder: Path) -> None:
     parts["prompt_encoder_config"] |= {"patch_size": 8, "image_embedding_size": 8}
     config = transformers.SamConfig(vision_config=vision, **parts)
     shake(transformers.SamModel(config)).save_pretrained(folder)
+
+
+_CLIP_VISION = {
+    "hidden_size": 16,
+    "intermediate_size": 32,
+    "num_hidden_layers": 3,
+    "num_attention_heads": 2,
+    "image_size": 32,
+    "patch_size": 8,
+}
+
+
+def save_clipseg(folder: Path) -> None:
+    """Save a CLIPSeg with its tokenizer."""
+    config = transformers.CLIPSegConfig(
+        text_config=CLIP_TEXT,
+        vision_config=_CLIP_VISION,
+        projection_dim=12,
+        extract_layers=[0, 1],
+        reduce_dim=8,
+        decoder_num_attention_heads=2,
+        decoder_intermediate_size=16,
+    )
+    shake(transformers.CLIPSegForImageSegmentation(config)).save_pretrained(folder)
+    save_clip_tokenizer(folder)
+
+
+def save_owlv2(folder: Path) -> None:
+    """Save an OWLv2 with its tokenizer."""
+    config = transformers.Owlv2Config(
+        text_config=CLIP_TEXT, vision_config=_CLIP_VISION, projection_dim=16
+    )
+    shake(transformers.Owlv2ForObjectDetection(config)).save_pretrained(folder)
+    save_clip_tokenizer(folder)

@@ -451,6 +451,31 @@ def test_the_name_of_a_kind_is_beside_the_pointer(page, shoot):
     expect(label).to_be_hidden()
 
 
+def test_driving_keys_leave_the_view_and_one_key_shows_the_whole_map(page):
+    """viser's client moves its camera as long as W is held, with the map soon out of sight."""
+    page.evaluate(
+        """() => {
+          window.sent = [];
+          const send = WebSocket.prototype.send;
+          WebSocket.prototype.send = function (data) { window.sent.push(data); send.call(this, data); };
+        }"""
+    )
+    inside = page.frame_locator("#view")
+    heard = """() => {
+      const seen = (document.heard = []);
+      document.addEventListener("keydown", (event) => seen.push(event.code));
+    }"""
+    inside.locator("body").evaluate(heard)
+    page.locator("#view").focus()
+    for key in ("w", "a", "s", "d", "q", "e", "ArrowUp", "h"):
+        page.keyboard.press(key)
+    assert inside.locator("body").evaluate("() => document.heard") == ["ArrowUp"]
+    page.locator("#home").click()
+    page.wait_for_function(
+        """() => window.sent.filter((data) => data === '{"type":"frame"}').length === 2"""
+    )
+
+
 def test_goals_are_ordered_edited_repeated_and_saved_by_keyboard(page, parts, shoot):
     noted = parts[0]
     tour = {"tour": 6, "outcome": "queued"}
