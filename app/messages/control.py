@@ -10,7 +10,7 @@ import msgspec
 from msgspec import Meta, Struct
 
 from app.messages.status import Count, MissionState
-from ippon.guidance.language.requests.goals import Attribute, Goal
+from ippon.guidance.language.goals.goal import Attribute, Goal
 from ippon.guidance.levels import LevelName
 
 M = TypeVar("M", bound=Struct)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ippon.command import Command
 from ippon.control.walking_guide import WalkingDirections
 from ippon.geometry import Float64Array
-from ippon.guidance.language.requests.goals import AttributeKind
+from ippon.guidance.language.goals.goal import AttributeKind
 from ippon.mission.goal import Goal
 from ippon.planning.plan import Plan
 

@@ -16,7 +16,7 @@ from app.messages.memory import MemoryNoteRequest, MemoryReply
 from app.nodes.console.web.browsers import Browser
 from app.view.words import Words
 from ippon.control.drive_mode import TeleopInput
-from ippon.guidance.language.requests.goals import Attribute
+from ippon.guidance.language.goals.goal import Attribute
 from ippon.guidance.levels import LevelName
 
 LeaseAction = Literal["request", "renew", "release", "grant", "deny", "take"]

@@ -38,7 +38,7 @@ from app.messages.plain_text import as_sentence
 from app.messages.recording import RecordingStatus, RecordRequest
 from app.nodes.console.link.commands import PaintAction, RecordAction
 from app.view.words import Words
-from ippon.guidance.language.requests.goals import Attribute
+from ippon.guidance.language.goals.goal import Attribute
 from ippon.guidance.levels import LevelName
 
 REQUESTER: Final = "console"

@@ -21,7 +21,7 @@ from app.view.colors import QUIET
 from app.view.drawing.viser_private import show_jpeg_in_panel
 from app.view.model.scene_model import Part, SceneModel
 from app.view.words import Words
-from ippon.guidance.language.requests.goals import Attribute, Goal
+from ippon.guidance.language.goals.goal import Attribute, Goal
 from ippon.guidance.language.requests.sentence import MAX_OBJECT_CHARS, is_name, search_name
 
 MAX_CONTEXT: Final = 2000

@@ -16,7 +16,7 @@ from app.nodes.navigator.services.queue_service import QueueService
 from app.nodes.navigator.services.request_services import declare_endpoints
 from app.nodes.navigator.services.sentence_service import SentenceService
 from app.nodes.navigator.state.goal_queue import GoalQueue
-from ippon.guidance.language.requests.goals import Goal, Request
+from ippon.guidance.language.goals.goal import Goal, Request
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.guidance.prior import PROVIDER
 from ippon.mapping.voxel_map import MapConfig

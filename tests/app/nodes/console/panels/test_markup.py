@@ -25,7 +25,7 @@ from app.view.model.picture_store import StoredPicture
 from app.view.model.voxel_pictures import VoxelPicture
 from app.view.words import ENGLISH
 from ippon.camera import PinholeCamera
-from ippon.guidance.language.requests.goals import Attribute, Goal, Relation, Request
+from ippon.guidance.language.goals.goal import Attribute, Goal, Relation, Request
 from ippon.guidance.language.requests.sentence import read_request
 
 ATTACKS = [

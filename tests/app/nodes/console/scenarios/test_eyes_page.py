@@ -457,7 +457,10 @@ def test_driving_keys_leave_the_view_and_one_key_shows_the_whole_map(page):
         """() => {
           window.sent = [];
           const send = WebSocket.prototype.send;
-          WebSocket.prototype.send = function (data) { window.sent.push(data); send.call(this, data); };
+          WebSocket.prototype.send = function (data) {
+            window.sent.push(data);
+            send.call(this, data);
+          };
         }"""
     )
     inside = page.frame_locator("#view")
