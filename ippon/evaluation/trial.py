@@ -23,8 +23,8 @@ from ippon.evaluation.metrics import Judge
 from ippon.evaluation.outcome import failure_cause, stood_still, touched_there
 from ippon.evaluation.row import EpisodeRow
 from ippon.geometry import Float64Array
+from ippon.guidance.language.goals.goal import Attribute
 from ippon.guidance.language.naming import is_instance_of, resolve_object
-from ippon.guidance.language.requests.goals import Attribute
 from ippon.guidance.levels import Guidance
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mission.config import MissionConfig
