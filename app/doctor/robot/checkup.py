@@ -43,7 +43,8 @@ def check_robot(
         findings += _check_profile(samples, camera, profile)
     elif not any(f.what == "depth" and f.verdict == "failed" for f in findings):
         findings += _check_depth_unit(samples, camera)
-    return [*findings, *check_commands(samples, profile)]
+    heard = not any(finding.verdict == "failed" for finding in findings)
+    return [*findings, *check_commands(samples, profile, expects_commands=heard)]
 
 
 def _check_depth_unit(samples: Samples, camera: CameraCheck) -> list[Finding]:

@@ -45,7 +45,7 @@ SPEAKING = [
             "ippon/guidance/context_rating.py",
             "ippon/guidance/language/context.py",
             "ippon/guidance/language/naming.py",
-            "ippon/guidance/language/requests/goals.py",
+            "ippon/guidance/language/goals/goal.py",
             "ippon/guidance/language/requests/sentence.py",
             "ippon/guidance/levels.py",
             "ippon/guidance/prior.py",

@@ -4,7 +4,7 @@ import dataclasses
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import Protocol
+from typing import Final, Protocol
 
 import msgspec
 
@@ -28,6 +28,8 @@ from ippon.guidance.language.requests.sentence import name_notes
 from ippon.memory.instance import Instance
 from ippon.memory.lookup import instance_named
 from ippon.mission.mission import Mission
+
+_NOT_HEARD: Final = "images or pose of the robot are missing: ippon doctor --robot says why"
 
 
 class StopLatch(Protocol):
@@ -93,6 +95,7 @@ class GoalService:
             position=place.position,
             notes=[
                 *filter(None, [place.note]),
+                *([_NOT_HEARD] if self.state == "lost" else ()),
                 *name_notes(request.object),
                 *search.guidance.notes,
             ],

@@ -198,6 +198,19 @@ def test_no_tf_and_a_frame_that_is_missing(samples, change):
     assert found(samples)["tf"].detail == "nothing comes on tf"
 
 
+def test_frames_with_a_slash_are_said_and_a_silent_navigator_is_no_news_then(samples, change):
+    def slashed(payload):
+        return encode_transforms(
+            [dataclasses.replace(t, child="/" + t.child) for t in decode_transforms(payload)]
+        )
+
+    change(keys.TF, slashed)
+    lines = found(samples)
+    assert lines["tf"].detail.startswith("no way from 'map' to 'base_link': nothing")
+    assert "must not begin with a slash" in lines["tf"].detail
+    assert "commands" not in lines
+
+
 def test_odometry_takes_the_place_of_tf(samples):
     stamps = [a.at_ns for a in samples.arrivals.pop(keys.TF)]
     for at_ns in stamps:

@@ -102,6 +102,13 @@ def test_a_search_over_the_wire(office):
     assert tuple(levels) == MATTERPORT_40
 
 
+def test_whoever_asks_a_robot_that_is_not_heard_is_told(office):
+    assert office.service.search(SearchRequest(object="hat")).notes == []
+    office.service.state = "lost"
+    (note,) = office.service.search(SearchRequest(object="plant")).notes
+    assert note.startswith("images or pose of the robot are missing: ippon doctor --robot")
+
+
 def test_an_empty_object_and_a_full_queue_are_refused(office):
     with pytest.raises(RequestRefusedError, match="the object is empty"):
         office.service.search(SearchRequest(object="  "))
