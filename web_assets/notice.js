@@ -35,8 +35,10 @@ export function notice(state, shown, notDelivered, mayJudge) {
 }
 
 function found(state, mayJudge) {
+  if (!state.find) return ["", ""];
   const judge = mayJudge ? say("notice.judge") : "";
-  if (state.out_of_reach_m === null) return [say("notice.found", { object: state.object }), judge];
-  const away = say("notice.unreachable.text", { n: decimal(state.out_of_reach_m, 1) });
-  return [say("notice.unreachable", { object: state.object }), `${away} ${judge}`];
+  const { name, out_of_reach_m } = state.find;
+  if (out_of_reach_m === null) return [say("notice.found", { object: name }), judge];
+  const away = say("notice.unreachable.text", { n: decimal(out_of_reach_m, 1) });
+  return [say("notice.unreachable", { object: name }), `${away} ${judge}`];
 }

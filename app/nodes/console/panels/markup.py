@@ -13,6 +13,7 @@ from app.messages.driving import DriveStatus
 from app.messages.status import Event, GoalStatus, LevelTable, Status, StreamStatus
 from app.view.colors import LEVEL_COLORS, Legend, Rgb, hex_of
 from app.view.model.candidates import Candidate
+from app.view.shown_state import shown_state
 from app.view.words import Words
 from ippon.guidance.language.requests.goals import Goal
 from ippon.guidance.language.words import with_article
@@ -65,12 +66,13 @@ def now(status: Status | None, say: Words) -> str:
     """Return the state of the robot and the reason for it."""
     if status is None:
         return f'<div class="ip-now">{muted(escape(say("panel.no_data")))}</div>'
-    state = say(f"panel.state.{status.state}")
+    shown = shown_state(status)
+    state = say(f"panel.state.{shown}")
     if status.find is not None and status.find.out_of_reach_m is not None:
-        state = say("panel.state.unreachable") if status.state == "found" else state
+        state = say("panel.state.unreachable") if shown == "found" else state
     goal = f" <b>{words(status.goal.object)}</b>" if status.goal is not None else ""
     return (
-        f'<div class="ip-now" data-state="{status.state}">'
+        f'<div class="ip-now" data-state="{shown}">'
         f'<p class="ip-state">{escape(state)}{goal}</p>'
         f'<p class="ip-why">{escape(status.why)}</p></div>'
     )

@@ -9,7 +9,7 @@ import viser
 
 from app.messages.control import SearchRequest
 from app.messages.plain_text import as_sentence
-from app.messages.status import FindReport, Status
+from app.messages.status import FindReport, Status, awaited_find
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.candidates import CandidatesPanel
@@ -37,6 +37,10 @@ class SearchPanel:
         self._actions = actions
         say = self._words = actions.say
         self._find: FindReport | None = None
+        self._find_waits = False
+        """Whether the find that is shown waits for a verdict."""
+        self._verdict: tuple[Any, ...] = ()
+        """The buttons for it; none for a recording."""
         self._judged: int | None = None
         """Number of the goal of a tour whose find is shown."""
         self._state = ""
@@ -100,6 +104,7 @@ class SearchPanel:
     def _build_verdict(self, gui: Any) -> None:
         confirm = gui.add_button(self._words("panel.search.confirm"), color=(0, 121, 90))
         reject = gui.add_button(self._words("panel.search.reject"), color=QUIET)
+        self._verdict = (confirm, reject)
         confirm.on_click(lambda _: self._try(lambda: self._actions.confirm_find(self._judged)))
         reject.on_click(lambda _: self._try(lambda: self._actions.reject_find(self._judged)))
 
@@ -203,15 +208,18 @@ class SearchPanel:
         self._camera.visible = (
             find is None and not self._candidates.is_shown and model.image is not None
         )
-        if find == self._find:
+        waits = awaited_find(status) is not None
+        if (find, waits) == (self._find, self._find_waits):
             return
-        self._find = find
+        self._find, self._find_waits = find, waits
         self._judged = find.goal_id if find is not None and status.tour else None
         in_tour = bool(status.tour)
         self._found.content = "" if find is None else find_card(find, self._words, in_tour=in_tour)
         if find is not None and model.image is not None:
             show_jpeg_in_panel(self._crop, outlined(model.image.encoded, find.box_px))
         self._find_box.visible = find is not None
+        for button in self._verdict:
+            button.visible = waits
 
     def _show_camera(self, jpeg: bytes) -> None:
         if jpeg.startswith(b"\xff\xd8"):

@@ -16,6 +16,7 @@ from app.messages.control import (
     ControlReply,
     ControlRequest,
     ErrorReply,
+    FeedbackRequest,
     SavedSearch,
     SavedSearches,
     SearchAccepted,
@@ -263,6 +264,9 @@ class PublishedHome:
         return encode(as_reading(SentenceAnswer(request, RULES, "", "", ""), 1.0))
 
     def _feedback(self, payload):
+        if decode(payload, FeedbackRequest).verdict == "confirm":
+            self.goal = msgspec.structs.replace(self.goal, confirmed=True)
+            return encode(Accepted())
         self.find = None
         self.state = "searching"
         return encode(Accepted())

@@ -1,0 +1,24 @@
+import msgspec
+import pytest
+
+from app.messages.status import GoalStatus
+from app.view.shown_state import shown_state
+from tests.app.nodes.console.drawn_home import find_of, status_of
+
+GOAL = GoalStatus(goal_id=1, object="hat", outcome="found")
+CONFIRMED = msgspec.structs.replace(GOAL, confirmed=True)
+
+
+@pytest.mark.parametrize(
+    ("state", "changes", "shown"),
+    [
+        ("searching", {}, "searching"),
+        ("found", {"goal": GOAL, "find": find_of()}, "found"),
+        ("found", {"goal": CONFIRMED, "find": find_of()}, "confirmed"),
+        # Of a tour the confirmed find is not reported any more.
+        ("found", {"goal": CONFIRMED}, "confirmed"),
+        ("stopped", {"goal": CONFIRMED, "find": find_of()}, "stopped"),
+    ],
+)
+def test_what_was_judged_is_told_from_what_waits(state, changes, shown):
+    assert shown_state(status_of(state, **changes)) == shown
