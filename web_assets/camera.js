@@ -3,7 +3,7 @@
 import { BASE } from "./base.js";
 import { decimal, say } from "./words.js";
 
-const OLD_MS = 500; // A drive command needs an image that is at most this old.
+export const OLD_MS = 500; // A drive command needs an image that is at most this old.
 const LOST_MS = 2000;
 const SIZES = ["corner", "full"];
 const KEPT = "ippon-camera";

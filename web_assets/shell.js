@@ -3,7 +3,7 @@
 import { BASE } from "./base.js";
 import { showAnswers } from "./answers.js";
 import { Calls } from "./calls.js";
-import { Camera } from "./camera.js";
+import { Camera, OLD_MS } from "./camera.js";
 import { Drive, isTyping } from "./drive.js";
 import { Explanation } from "./explain.js";
 import { installFold } from "./fold.js";
@@ -20,7 +20,7 @@ import { Things } from "./things.js";
 import { Robots } from "./robots.js";
 import { showWalk } from "./walk.js";
 import { followSceneArea } from "./scene_area.js";
-import { has, say } from "./words.js";
+import { decimal, has, say } from "./words.js";
 
 const PING_MS = 2000;
 const SILENT_MS = 5000;
@@ -150,7 +150,15 @@ function send(message) {
   if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
 }
 
-const drive = new Drive(send, (mode) => insist(request({ type: "drive", mode })));
+// Why the driving keys move nothing; a robot without control answers nothing.
+function obstacle() {
+  if (!lease.holds) return { kind: "control", text: say("pad.control") };
+  const age = camera.size === "off" ? null : camera.age();
+  if (age === null || age <= OLD_MS) return null;
+  return { kind: "picture", text: say("pad.old", { n: decimal(age / 1000, 1) }) };
+}
+
+const drive = new Drive(send, (mode) => insist(request({ type: "drive", mode })), obstacle);
 const lease = new Lease(send, (action) => insist(request({ type: "lease", action })), view);
 const explanation = new Explanation();
 const introduction = new Introduction(view);
