@@ -132,6 +132,8 @@ class Actions(Protocol):
     """Whether a recording is shown, without a robot."""
     say: Words
     """The words of the replies, and of the panels."""
+    last_goal: int | None
+    """Number of the goal that was accepted last; None before the first."""
 
     def search(
         self,

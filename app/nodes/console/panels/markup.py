@@ -141,12 +141,22 @@ def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus], say: Words
     rows = [
         f"<li><b>{words(goal.object)}</b> <span>{escape(outcome)}</span></li>"
         for goal in (*queue, *list(history)[::-1][:4])
-        for outcome in (say(f"panel.outcome.{goal.outcome}"),)
+        for outcome in (_outcome(goal, say),)
     ]
     if not rows:
         return ""
     hint = muted(escape(say("panel.goals.hint")))
     return f'<ul class="ip-goals">{"".join(rows)}</ul>{hint}'
+
+
+def _outcome(goal: GoalStatus, say: Words) -> str:
+    """Return how far a goal is, and how many are found where several are wanted."""
+    parts = [say(f"panel.outcome.{goal.outcome}")]
+    if goal.count != 1:
+        found = len(goal.counted) + (goal.outcome in ("found", "out_of_reach"))
+        key = "goals.count.all" if goal.count == "all" else "goals.count.some"
+        parts.append(say(key, found=found, count=goal.count))
+    return ", ".join(parts)
 
 
 def not_found(count: int, say: Words) -> str:

@@ -14,6 +14,7 @@ from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.candidates import CandidatesPanel
 from app.nodes.console.panels.find_card import find_card
+from app.nodes.console.panels.last_question import LastQuestion, Question
 from app.nodes.console.panels.proximity import ProximityPanel
 from app.nodes.console.scene.find_picture import outlined
 from app.view.colors import QUIET
@@ -48,6 +49,13 @@ class SearchPanel:
         """Whether the shown reply is removed when the search ends."""
         self._proposed = ("", "")
         """What stands in the fields beside an ambiguous reading that is shown for correction."""
+        self._last = LastQuestion()
+        self._answering: Question | None = None
+        """What is being answered: a second press of Search is no second question."""
+        self._accepted: set[int] = set()
+        """Goals of the question that is being answered."""
+        self._next = ""
+        """Names of the goals that come after the present ones; empty for none."""
         self._ready: list[Goal] = []
         """Goals of that reading; Search starts them if the fields are left as they are."""
         if not actions.recorded:
@@ -113,6 +121,21 @@ class SearchPanel:
         if len(typed) > MAX_TYPED:
             self._say(self._words("panel.search.long", most=MAX_TYPED, n=len(typed)), ok=False)
             return
+        question = (typed, context, self._scenario.value.strip())
+        if question == self._answering:
+            return
+        if self._last.repeats(question):
+            self._say(self._words("panel.search.repeats"), ok=False)
+            return
+        self._answering, self._accepted = question, set[int]()
+        try:
+            self._answer_question(typed, context)
+        finally:
+            self._answering = None
+        if self._accepted:
+            self._last.accepted(question, self._accepted)
+
+    def _answer_question(self, typed: str, context: str) -> None:
         self._understood.content = ""
         ready, self._ready = self._ready, []
         if ready and (typed, context) == self._proposed:
@@ -168,7 +191,7 @@ class SearchPanel:
         problem = _problem(wanted, context, scenario, self._words)
         if problem is not None:
             raise CommandError(problem)
-        return self._actions.search(
+        text = self._actions.search(
             wanted,
             context,
             scenario,
@@ -177,11 +200,20 @@ class SearchPanel:
             count=count,
             other=other,
         )
+        if self._actions.last_goal is not None:
+            self._accepted.add(self._actions.last_goal)
+        return text
 
     def _control(self, word: str) -> None:
         actions, say = self._actions, self._words
-        done = {"pause": actions.pause, "resume": actions.resume, "end": actions.cancel}
+        done = {"pause": actions.pause, "resume": actions.resume, "end": self._end}
         self._try({say(f"panel.search.{name}"): act for name, act in done.items()}[word])
+
+    def _end(self) -> str:
+        """End the search, and say what the robot goes on with."""
+        names = self._next
+        ended = self._actions.cancel()
+        return f"{ended} {self._words('panel.search.next', names=names)}" if names else ended
 
     def _try(self, command: Callable[[], str]) -> None:
         try:
@@ -194,6 +226,8 @@ class SearchPanel:
         self._fades = ok
 
     def _show_status(self, status: Status, model: SceneModel) -> None:
+        self._last.follow(status)
+        self._next = _next_names(status)
         self._now.content = markup.now(status, self._words)
         self._goals.content = markup.goals(
             [*status.tour, *status.queue], status.history, self._words
@@ -224,6 +258,14 @@ class SearchPanel:
     def _show_camera(self, jpeg: bytes) -> None:
         if jpeg.startswith(b"\xff\xd8"):
             show_jpeg_in_panel(self._camera, jpeg)
+
+
+def _next_names(status: Status) -> str:
+    first = status.queue[0] if status.queue else None
+    if first is None:
+        return ""
+    tour = [one for one in status.queue if one is first or (one.tour and one.tour == first.tour)]
+    return ", ".join(one.display or one.object.replace("_", " ") for one in tour)
 
 
 def _both(one: str, other: str) -> str:

@@ -4,7 +4,15 @@ import msgspec
 import pytest
 from playwright.sync_api import expect
 
-from tests.app.nodes.console.opened_page import PageParts, expect_state, open_tab, panels
+from app.messages import keys
+from app.messages.status import GoalStatus
+from tests.app.nodes.console.opened_page import (
+    PageParts,
+    expect_state,
+    open_tab,
+    panels,
+    text_field,
+)
 
 pytestmark = pytest.mark.browser
 
@@ -55,3 +63,34 @@ def test_after_confirm_nothing_asks_for_a_verdict_any_more(home, page, stage):
     expect(confirm).to_be_hidden()
     expect(panels(page).get_by_role("button", name="Not this: keep looking")).to_be_hidden()
     expect(panels(page).locator(".ip-now")).to_contain_text("Confirmed: hat")
+
+
+def test_search_pressed_twice_asks_before_it_searches_twice(home, page):
+    text_field(page, "Find").fill("all cups and two towels")
+    search = panels(page).get_by_role("button", name="Search", exact=True)
+    search.click()
+    expect(panels(page).locator(".ip-answer")).to_contain_text("Looking for: towel")
+    search.click()
+    expect(panels(page).locator(".ip-answer")).to_contain_text("This is searched for already.")
+    assert [key for key, _ in home.requests].count(keys.SEARCH) == 2, "cups and towels"
+    search.click()
+    expect(panels(page).locator(".ip-answer")).to_contain_text("Looking for: towel")
+    assert [key for key, _ in home.requests].count(keys.SEARCH) == 4
+    text_field(page, "Find").fill("")
+
+
+def test_end_names_the_goal_that_goes_on(home, page):
+    wait = [GoalStatus(goal_id=n, object="cup", display=name, tour=3) for n, name in
+            ((3, "cups"), (4, "towels"))]  # fmt: skip
+    home.status_changes = {"queue": [*wait, GoalStatus(goal_id=5, object="mug")]}
+    expect(panels(page).locator(".ip-goals")).to_contain_text("mug")
+    panels(page).get_by_role("button", name="End", exact=True).click()
+    expect(panels(page).locator(".ip-answer")).to_have_text(
+        "The search is ended; the map is kept. The next goal goes on: cups, towels."
+    )
+
+
+def test_the_list_says_how_many_of_several_were_found(home, page):
+    ended = GoalStatus(goal_id=9, object="towel", outcome="cancelled", count=2)
+    home.status_changes = {"history": [ended]}
+    expect(panels(page).locator(".ip-goals")).to_contain_text("cancelled, 0 of 2 found")
