@@ -12,8 +12,9 @@ import { installHover } from "./hover.js";
 import { Introduction } from "./introduction.js";
 import { clock, Goals } from "./goals.js";
 import { Lease, logInAgainIfAsked } from "./lease.js";
-import { notice } from "./notice.js";
+import { Notice } from "./notice.js";
 import { nameFields } from "./panel_names.js";
+import { openSearchAt } from "./panel_tabs.js";
 import { Plan } from "./plan.js";
 import { Sides } from "./side.js";
 import { Things } from "./things.js";
@@ -160,6 +161,7 @@ function obstacle() {
 
 const drive = new Drive(send, (mode) => insist(request({ type: "drive", mode })), obstacle);
 const lease = new Lease(send, (action) => insist(request({ type: "lease", action })), view);
+const notice = new Notice({ places: () => openSearchAt(view, ".ip-not-found") });
 const explanation = new Explanation();
 const introduction = new Introduction(view);
 const onHelpKey = installHelp(isTyping);
@@ -229,15 +231,8 @@ function render() {
   camera.drive(live && state.link === "live" ? state.drive.mode : camera.mode);
   // Stopping releases all keys: after Resume the operator must press one again.
   if (shown === "stopped") drive.release();
-  renderNotice(shown);
+  notice.render(state, shown, notDelivered, lease.watching === "");
   renderVeil(shown);
-}
-
-function renderNotice(shown) {
-  const [title, text] = notice(state, shown, notDelivered, lease.watching === "");
-  at("notice").hidden = title === "";
-  at("notice-title").textContent = title;
-  at("notice-text").textContent = text;
 }
 
 function renderVeil(shown) {

@@ -159,10 +159,18 @@ def _outcome(goal: GoalStatus, say: Words) -> str:
     return ", ".join(parts)
 
 
-def not_found(count: int, say: Words) -> str:
-    """Return the heading of the candidate list after a search without a find."""
-    text = say("panel.places.some" if count else "panel.places.none")
-    return f'<p class="ip-not-found">{escape(text)}</p>'
+def not_found(name: str, count: int | None, say: Words) -> str:
+    """Return the heading of the candidate list after a search without a find.
+
+    Args:
+        name: What was not found.
+        count: Number of places that are listed below; None if they are not known.
+        say: The words.
+    """
+    title = escape(say("panel.places.title", name=name))
+    text = escape(say("panel.places.some" if count else "panel.places.none"))
+    more = "" if count is None else f"<br>{text}"
+    return f'<p class="ip-not-found"><b>{title}</b>{more}</p>'
 
 
 def candidate(

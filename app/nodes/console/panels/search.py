@@ -237,7 +237,7 @@ class SearchPanel:
         if status.state != self._state and status.state in _ENDS and self._fades:
             self._answer.content = ""
         self._state = status.state
-        self._candidates.show(model, status)
+        self._candidates.show(model)
         find = status.find
         self._camera.visible = (
             find is None and not self._candidates.is_shown and model.image is not None

@@ -277,6 +277,7 @@ class SceneThread:
         return shell_state(
             status,
             link,
+            self.model.unfound.latest,
             instance=self._instance,
             has_map=self.model.voxels.count > 0,
             explanation=self._explanation,

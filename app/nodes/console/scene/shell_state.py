@@ -10,6 +10,7 @@ from app.messages.status import GoalStatus, Status, awaited_find, goal_of
 from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.link.versions import difference
 from app.nodes.console.scene.click_explanation import ClickExplanation
+from app.view.model.unfound_goals import UnfoundGoal
 from app.view.shown_state import ShownState, shown_state
 
 LIVE_S = 2.0
@@ -24,6 +25,15 @@ class ShownFind(msgspec.Struct, frozen=True, kw_only=True):
     size: tuple[float, float, float]
     out_of_reach_m: float | None
     """Distance from the nearest reachable place; None when it is reachable."""
+
+
+class ShownUnfound(msgspec.Struct, frozen=True, kw_only=True):
+    """The goal that ended last without a find."""
+
+    goal_id: int
+    name: str
+    places: int
+    """Number of the likeliest places that the Search tab lists."""
 
 
 class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
@@ -42,6 +52,8 @@ class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
     elapsed_s: float = 0.0
     frame_age_ms: float | None = None
     best_ooi: float = 0.0
+    unfound: ShownUnfound | None = None
+    """None once the object is searched for again."""
     drive: DriveStatus = DriveStatus()
     walk: WalkStatus | None = None
     """Directions for the person who carries the camera; None for none."""
@@ -69,6 +81,7 @@ def waiting_state(instance: str, link: NavigatorLink, unread: str) -> ShellState
 def shell_state(
     status: Status,
     link: NavigatorLink,
+    lost: UnfoundGoal | None,
     *,
     instance: str,
     has_map: bool,
@@ -76,7 +89,18 @@ def shell_state(
     goals: int,
     calls: int,
 ) -> ShellState:
-    """Return the state of a status; the other arguments are the fields of their names."""
+    """Return the state of a status.
+
+    Args:
+        status: The latest status.
+        link: Tells how long the navigator was silent.
+        lost: The goal that ended last without a find.
+        instance: And the other fields by their names.
+        has_map: See `ShellState`.
+        explanation: See `ShellState`.
+        goals: See `ShellState`.
+        calls: See `ShellState`.
+    """
     silence, goal = link.silence_s(), status.goal
     return ShellState(
         instance=instance,
@@ -92,6 +116,7 @@ def shell_state(
         best_ooi=round(status.best_ooi, 2),
         has_map=has_map,
         find=_find(status),
+        unfound=_unfound(lost),
         drive=status.drive,
         walk=status.walk,
         lease=link.lease_in(status),
@@ -115,6 +140,12 @@ def _find(status: Status) -> ShownFind | None:
         size=find.size_m,
         out_of_reach_m=find.out_of_reach_m,
     )
+
+
+def _unfound(lost: UnfoundGoal | None) -> ShownUnfound | None:
+    if lost is None:
+        return None
+    return ShownUnfound(goal_id=lost.goal.goal_id, name=lost.name, places=len(lost.places or ()))
 
 
 def _name(goal: GoalStatus) -> str:

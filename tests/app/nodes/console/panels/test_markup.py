@@ -87,7 +87,7 @@ def test_no_text_from_outside_becomes_markup(text, stage):
         markup.warnings([text]),
         markup.figures(status, 3, ENGLISH),
         markup.streams([StreamStatus(name=text, age_s=None, rate_hz=0.0)], ENGLISH),
-        markup.not_found(3, ENGLISH),
+        markup.not_found(text, 3, ENGLISH),
         markup.candidate(1, PLACE, None, text, 0, ENGLISH),
         markup.event_log([Event(stamp_ns=1, kind="error", text=text)], 0, ENGLISH),
     ):

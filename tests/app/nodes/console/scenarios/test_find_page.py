@@ -19,7 +19,7 @@ pytestmark = pytest.mark.browser
 
 @pytest.fixture(scope="module")
 def parts(stage, browser):
-    parts = PageParts(stage, browser, most_voxels=2_000)
+    parts = PageParts(stage, browser, most_voxels=12_000)
     yield parts
     parts.close()
 
@@ -94,3 +94,26 @@ def test_the_list_says_how_many_of_several_were_found(home, page):
     ended = GoalStatus(goal_id=9, object="towel", outcome="cancelled", count=2)
     home.status_changes = {"history": [ended]}
     expect(panels(page).locator(".ip-goals")).to_contain_text("cancelled, 0 of 2 found")
+
+
+def test_what_was_not_found_is_said_also_when_the_next_goal_has_started(home, page):
+    gone = msgspec.structs.replace(home.goal, outcome="exhausted")
+    home.goal, home.state = gone, "exhausted"
+    expect_state(page, "Not found")
+    home.goal = GoalStatus(goal_id=2, object="mug", outcome="active")
+    home.state, home.status_changes = "searching", {"history": [gone]}
+    expect_state(page, "Searching")
+    notice = page.locator("#notice")
+    expect(notice).to_contain_text("Not found: hat")
+    open_tab(page, "Session")
+    notice.get_by_role("button", name="Likely places").click()
+    listed = panels(page).get_by_text("Not found: hat.")
+    expect(listed).to_be_visible()
+    expect(panels(page).get_by_text("Most likely places, best first:")).to_be_visible()
+    expect(panels(page).get_by_text("Place 1")).to_be_visible()
+    expect(panels(page).locator(".ip-goals")).to_contain_text("not found")
+    page.locator("#notice-close").click()
+    expect(notice).to_be_hidden()
+    panels(page).get_by_role("button", name="Close this list").click()
+    expect(listed).to_be_hidden()
+    expect(panels(page).get_by_text("Place 1")).to_be_hidden()
