@@ -57,6 +57,7 @@ function told(state, shown, notDelivered, mayJudge) {
     case "stopped":
       return { title: say("notice.stopped"), text: say("notice.stopped.text") };
     case "found":
+    case "perhaps":
       return found(state.find, mayJudge);
     case "lost":
       return { title: say("notice.lost"), text: state.why };
@@ -74,7 +75,8 @@ function found(find, mayJudge) {
   if (!find) return { title: "" };
   const judge = mayJudge ? say("notice.judge") : "";
   if (find.out_of_reach_m === null) {
-    return { title: say("notice.found", { object: find.name }), text: judge };
+    const title = say(find.perhaps ? "notice.perhaps" : "notice.found", { object: find.name });
+    return { title, text: judge };
   }
   const away = say("notice.unreachable.text", { n: decimal(find.out_of_reach_m, 1) });
   return { title: say("notice.unreachable", { object: find.name }), text: `${away} ${judge}` };

@@ -1,20 +1,20 @@
 """The state of the robot as people read it, which tells more than the navigator's."""
 
-from typing import Final, Literal
+from typing import Literal
 
 from app.messages.status import MissionState, Status, awaited_find
 
-ShownState = MissionState | Literal["confirmed"]
-
-JUDGED: Final[ShownState] = "confirmed"
+ShownState = MissionState | Literal["confirmed", "perhaps"]
 
 
 def shown_state(status: Status) -> ShownState:
-    """Return the state of a status; a find that was confirmed is told from one that waits."""
-    if status.state == "found" and awaited_find(status) is None and _is_confirmed(status):
-        return JUDGED
-    return status.state
+    """Return the state of a status.
 
-
-def _is_confirmed(status: Status) -> bool:
-    return status.goal is not None and status.goal.confirmed
+    Of finds, what was confirmed is told from what waits, and what is doubtful from what is not.
+    """
+    if status.state != "found":
+        return status.state
+    find = awaited_find(status)
+    if find is not None:
+        return "perhaps" if find.perhaps else "found"
+    return "confirmed" if status.goal is not None and status.goal.confirmed else "found"

@@ -8,13 +8,16 @@ from tests.app.nodes.console.drawn_home import find_of, status_of
 GOAL = GoalStatus(goal_id=1, object="hat", outcome="found")
 CONFIRMED = msgspec.structs.replace(GOAL, confirmed=True)
 
+PERHAPS = msgspec.structs.replace(find_of(), perhaps=True)
+
 
 @pytest.mark.parametrize(
     ("state", "changes", "shown"),
     [
         ("searching", {}, "searching"),
         ("found", {"goal": GOAL, "find": find_of()}, "found"),
-        ("found", {"goal": CONFIRMED, "find": find_of()}, "confirmed"),
+        ("found", {"goal": GOAL, "find": PERHAPS}, "perhaps"),
+        ("found", {"goal": CONFIRMED, "find": PERHAPS}, "confirmed"),
         # Of a tour the confirmed find is not reported any more.
         ("found", {"goal": CONFIRMED}, "confirmed"),
         ("stopped", {"goal": CONFIRMED, "find": find_of()}, "stopped"),

@@ -24,6 +24,9 @@ LEVEL_ORDER: tuple[Level, ...] = (Level.CERTAIN, Level.NEAR, Level.AVERAGE, Leve
 NAMED = 12
 """Labels of one level that are listed in full."""
 
+FINDS = ("found", "perhaps")
+"""States with a find that waits for a verdict."""
+
 GOALS_SHOWN = 8
 """Goals of a sentence that are shown in full."""
 
@@ -69,8 +72,8 @@ def now(status: Status | None, say: Words) -> str:
     shown = shown_state(status)
     state = say(f"panel.state.{shown}")
     if status.find is not None and status.find.out_of_reach_m is not None:
-        state = say("panel.state.unreachable") if shown == "found" else state
-    goal = f" <b>{words(status.goal.object)}</b>" if status.goal is not None else ""
+        state = say("panel.state.unreachable") if shown in FINDS else state
+    goal = f" <b>{_goal_name(status.goal)}</b>" if status.goal is not None else ""
     return (
         f'<div class="ip-now" data-state="{shown}">'
         f'<p class="ip-state">{escape(state)}{goal}</p>'
@@ -139,7 +142,7 @@ def intervention(drive: DriveStatus, say: Words) -> str:
 def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus], say: Words) -> str:
     """List the goals of a tour and the waiting ones, and the last four finished ones."""
     rows = [
-        f"<li><b>{words(goal.object)}</b> <span>{escape(outcome)}</span></li>"
+        f"<li><b>{_goal_name(goal)}</b> <span>{escape(outcome)}</span></li>"
         for goal in (*queue, *list(history)[::-1][:4])
         for outcome in (_outcome(goal, say),)
     ]
@@ -149,11 +152,19 @@ def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus], say: Words
     return f'<ul class="ip-goals">{"".join(rows)}</ul>{hint}'
 
 
+def _goal_name(goal: GoalStatus) -> str:
+    """Return what is searched for as the requester named it, escaped."""
+    return escape(goal.display) if goal.display else words(goal.object)
+
+
 def _outcome(goal: GoalStatus, say: Words) -> str:
     """Return how far a goal is, and how many are found where several are wanted."""
+    is_find = goal.outcome in ("found", "out_of_reach")
     parts = [say(f"panel.outcome.{goal.outcome}")]
+    if is_find:
+        parts.append(say(f"panel.outcome.{'confirmed' if goal.confirmed else 'unconfirmed'}"))
     if goal.count != 1:
-        found = len(goal.counted) + (goal.outcome in ("found", "out_of_reach"))
+        found = len(goal.counted) + is_find
         key = "goals.count.all" if goal.count == "all" else "goals.count.some"
         parts.append(say(key, found=found, count=goal.count))
     return ", ".join(parts)

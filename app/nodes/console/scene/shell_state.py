@@ -23,6 +23,8 @@ class ShownFind(msgspec.Struct, frozen=True, kw_only=True):
     name: str
     position: tuple[float, float, float]
     size: tuple[float, float, float]
+    perhaps: bool
+    """It was doubted before."""
     out_of_reach_m: float | None
     """Distance from the nearest reachable place; None when it is reachable."""
 
@@ -109,7 +111,7 @@ def shell_state(
         silent_s=round(silence) if silence >= LIVE_S else 0.0,
         state=shown_state(status),
         why=status.why,
-        object=_words(goal.object) if goal is not None else "",
+        object=_name(goal) if goal is not None else "",
         context=goal.context if goal is not None else "",
         elapsed_s=float(int(status.elapsed_s)),
         frame_age_ms=round(status.timings.frame_age_ms),
@@ -138,6 +140,7 @@ def _find(status: Status) -> ShownFind | None:
         name=_words(find.object) if goal is None else _name(goal),
         position=find.position_world,
         size=find.size_m,
+        perhaps=find.perhaps,
         out_of_reach_m=find.out_of_reach_m,
     )
 

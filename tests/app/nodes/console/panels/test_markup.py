@@ -183,7 +183,9 @@ def test_a_find_that_no_way_leads_to_says_so(stage):
     assert "Found <b>hat</b>" in markup.now(
         stage.status_of(state="found", goal=goal, find=near), ENGLISH
     )
-    assert "<span>out of reach</span>" in markup.goals([], [goal], ENGLISH)
+    assert "<span>out of reach, not confirmed</span>" in markup.goals([], [goal], ENGLISH)
+    judged = msgspec.structs.replace(goal, confirmed=True)
+    assert "<span>out of reach, confirmed</span>" in markup.goals([], [judged], ENGLISH)
 
 
 def test_a_place_says_how_likely_where_when_and_what_else_it_may_be():

@@ -117,3 +117,17 @@ def test_what_was_not_found_is_said_also_when_the_next_goal_has_started(home, pa
     panels(page).get_by_role("button", name="Close this list").click()
     expect(listed).to_be_hidden()
     expect(panels(page).get_by_text("Place 1")).to_be_hidden()
+
+
+def test_a_doubtful_find_is_perhaps_everywhere(home, page, stage):
+    home.status_changes = {"history": [GoalStatus(goal_id=9, object="tv", outcome="found")]}
+    home.goal = msgspec.structs.replace(home.goal, display="red hat")
+    _find(home, stage, perhaps=True)
+    expect_state(page, "Perhaps found")
+    expect(page.locator("#goal")).to_have_text("red hat")
+    expect(page.locator("#notice")).to_contain_text("Perhaps found: red hat")
+    expect(panels(page).locator(".ip-now")).to_contain_text("Perhaps found red hat")
+    expect(panels(page).locator(".ip-goals")).to_contain_text("found, not confirmed")
+    page.keyboard.press("g")
+    expect(page.locator("#goals-ended")).to_contain_text("found, not confirmed")
+    page.keyboard.press("g")
