@@ -9,6 +9,7 @@ const at = (id) => document.getElementById(id);
 export class Notice {
   // acts: what its buttons do, by name.
   constructor(acts) {
+    this.state = null;
     this.acts = acts;
     this.shown = "";
     at("notice-close").addEventListener("click", () => this.close());
@@ -27,6 +28,7 @@ export class Notice {
   // state: of the navigator, null without one; shown: word of the page's state; notDelivered: why a
   // command was not delivered; mayJudge: whether this page has control.
   render(state, shown, notDelivered, mayJudge) {
+    this.state = state;
     const { key = "", title, text = "", acts = [] } = told(state, shown, notDelivered, mayJudge);
     this.key = key && `${state.instance} ${key}`;
     at("notice").hidden = !title || (key !== "" && this.closed().includes(this.key));
@@ -36,7 +38,7 @@ export class Notice {
     const now = JSON.stringify([key, acts]);
     if (now === this.shown) return;
     this.shown = now;
-    const buttons = acts.map((name) => button(say(`notice.${name}`), say(`notice.${name}`), () => this.acts[name]()));
+    const buttons = acts.map((name) => button(say(`notice.${name}`), say(`notice.${name}`), () => this.acts[name](this.state)));
     at("notice-acts").replaceChildren(...buttons);
   }
 }
@@ -74,12 +76,15 @@ function told(state, shown, notDelivered, mayJudge) {
 function found(find, mayJudge) {
   if (!find) return { title: "" };
   const judge = mayJudge ? say("notice.judge") : "";
+  const acts = mayJudge ? ["show", "confirm", "reject"] : ["show"];
+  const key = `find ${find.goal_id} ${find.position.map((part) => part.toFixed(2))}`;
   if (find.out_of_reach_m === null) {
     const title = say(find.perhaps ? "notice.perhaps" : "notice.found", { object: find.name });
-    return { title, text: judge };
+    return { key, title, text: judge, acts };
   }
   const away = say("notice.unreachable.text", { n: decimal(find.out_of_reach_m, 1) });
-  return { title: say("notice.unreachable", { object: find.name }), text: `${away} ${judge}` };
+  const title = say("notice.unreachable", { object: find.name });
+  return { key, title, text: `${away} ${judge}`, acts };
 }
 
 // What was not found last, also while the robot goes on with the next goal.

@@ -161,7 +161,17 @@ function obstacle() {
 
 const drive = new Drive(send, (mode) => insist(request({ type: "drive", mode })), obstacle);
 const lease = new Lease(send, (action) => insist(request({ type: "lease", action })), view);
-const notice = new Notice({ places: () => openSearchAt(view, ".ip-not-found") });
+const verdict = (word) => ({ find }) =>
+  insist(request({ type: "verdict", verdict: word, goal_id: find.goal_id }));
+const notice = new Notice({
+  places: () => openSearchAt(view, ".ip-not-found"),
+  show: ({ find }) => {
+    openSearchAt(view, ".ip-now");
+    lookAt(find.position, find.size);
+  },
+  confirm: verdict("confirm"),
+  reject: verdict("reject"),
+});
 const explanation = new Explanation();
 const introduction = new Introduction(view);
 const onHelpKey = installHelp(isTyping);
@@ -170,7 +180,7 @@ const camera = new Camera(isTyping, () => plan.besideCamera());
 const sides = new Sides(isTyping);
 const isRecorded = () => document.body.classList.contains("review");
 const mayChange = () => !isRecorded() && lease.watching === "";
-const calls = new Calls(sides);
+const calls = new Calls(sides, request, mayChange, lookAt);
 const goals = new Goals(sides, request, mayChange, (position) => show(position));
 new Things(sides, lookAt, request);
 new Robots(sides, stateWord);
@@ -231,7 +241,7 @@ function render() {
   camera.drive(live && state.link === "live" ? state.drive.mode : camera.mode);
   // Stopping releases all keys: after Resume the operator must press one again.
   if (shown === "stopped") drive.release();
-  notice.render(state, shown, notDelivered, lease.watching === "");
+  notice.render(state, shown, notDelivered, mayChange());
   renderVeil(shown);
 }
 

@@ -131,3 +131,52 @@ def test_a_doubtful_find_is_perhaps_everywhere(home, page, stage):
     page.keyboard.press("g")
     expect(page.locator("#goals-ended")).to_contain_text("found, not confirmed")
     page.keyboard.press("g")
+
+
+def test_the_notice_leads_to_the_find_and_judges_it(home, page, stage):
+    open_tab(page, "Session")
+    _find(home, stage)
+    notice = page.locator("#notice")
+    expect(notice).to_contain_text("Found: hat Is this it?")
+    notice.get_by_role("button", name="Show").click()
+    tab = panels(page).get_by_role("tab", name="Search", exact=True)
+    expect(tab).to_have_attribute("aria-selected", "true")
+    expect(page.locator("#explanation")).to_be_visible()
+    page.locator("#explanation-close").click()
+    notice.get_by_role("button", name="Not this").click()
+    expect_state(page, "Searching")
+    assert home.requests[-1][0] == keys.FEEDBACK
+    _find(home, stage, position_world=(1.0, 1.0, 0.5))
+    notice.get_by_role("button", name="Confirm").click()
+    expect_state(page, "Confirmed")
+    expect(notice).to_be_hidden()
+
+
+def test_a_notice_can_be_closed_on_a_phone_and_comes_back_for_another_find(home, page, stage):
+    page.set_viewport_size({"width": 390, "height": 844})
+    _find(home, stage, position_world=(2.0, 1.0, 0.5))
+    notice = page.locator("#notice")
+    expect(notice).to_be_visible()
+    page.locator("#notice-close").click()
+    expect(notice).to_be_hidden()
+    expect_state(page, "Found")
+    expect(notice).to_be_hidden()
+    _find(home, stage, position_world=(3.0, 1.0, 0.5))
+    expect(notice).to_be_visible()
+
+
+def test_calls_lead_to_their_find_and_repeat_what_was_not_found(home, page, stage):
+    _find(home, stage, position_world=(4.0, 1.0, 0.5))
+    expect_state(page, "Found")
+    page.locator(".scene-tools [data-opens=calls]").click()
+    page.locator("#calls-list").get_by_role("button", name="Show where hat").first.click()
+    expect(page.locator("#explanation")).to_be_visible()
+    home.begin_again()
+    home.goal = msgspec.structs.replace(home.goal, goal_id=8, outcome="exhausted")
+    home.state = "exhausted"
+    page.locator("#calls-list").get_by_role("button", name="Search for hat again").first.click()
+    expect(page.locator("#calls-answer")).not_to_be_empty()
+    key, payload = home.requests[-1]
+    assert key == keys.QUEUE
+    assert b'"action":"repeat"' in payload
+    page.locator("#calls-close").click()
