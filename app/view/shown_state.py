@@ -4,14 +4,17 @@ from typing import Literal
 
 from app.messages.status import MissionState, Status, awaited_find
 
-ShownState = MissionState | Literal["confirmed", "perhaps"]
+ShownState = MissionState | Literal["confirmed", "perhaps", "going"]
 
 
 def shown_state(status: Status) -> ShownState:
     """Return the state of a status.
 
-    Of finds, what was confirmed is told from what waits, and what is doubtful from what is not.
+    Of finds, what was confirmed is told from what waits, and what is doubtful from what is not. A
+    robot that drives to a point is not driven by hand.
     """
+    if status.state == "manual" and status.drive.waypoint is not None:
+        return "going"
     if status.state != "found":
         return status.state
     find = awaited_find(status)

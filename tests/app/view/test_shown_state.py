@@ -1,6 +1,7 @@
 import msgspec
 import pytest
 
+from app.messages.driving import DriveStatus
 from app.messages.status import GoalStatus
 from app.view.shown_state import shown_state
 from tests.app.nodes.console.drawn_home import find_of, status_of
@@ -20,6 +21,8 @@ PERHAPS = msgspec.structs.replace(find_of(), perhaps=True)
         ("found", {"goal": CONFIRMED, "find": PERHAPS}, "confirmed"),
         # Of a tour the confirmed find is not reported any more.
         ("found", {"goal": CONFIRMED}, "confirmed"),
+        ("manual", {"drive": DriveStatus(mode="manual")}, "manual"),
+        ("manual", {"drive": DriveStatus(waypoint=(1.0, 2.0))}, "going"),
         ("stopped", {"goal": CONFIRMED, "find": find_of()}, "stopped"),
     ],
 )

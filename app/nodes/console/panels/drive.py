@@ -93,6 +93,9 @@ class DrivePanel:
     def _show(self, drive: DriveStatus) -> None:
         if drive == self._drive and self._mode_text.content:
             return
+        if drive.mode != self._drive.mode:
+            # What was answered about another mode holds no more.
+            self._answer.content = ""
         self._drive = drive
         mode_text = self._words(f"panel.drive.{drive.mode}.text")
         self._mode_text.content = markup.choice(drive.mode, mode_text)

@@ -87,6 +87,7 @@ class PublishedHome:
             keys.SENTENCE: self._sentence,
             keys.VOCABULARY: self._accept,
             keys.GOTO: self._accept,
+            keys.DRIVE: lambda _: encode(Accepted(detail="manual")),
             keys.PAINT: self._accept,
             keys.QUEUE: self._accept,
             keys.SEARCHES: self._accept,

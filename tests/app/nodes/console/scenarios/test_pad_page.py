@@ -4,7 +4,7 @@ import pytest
 from playwright.sync_api import expect
 
 from app.messages.driving import DriveStatus
-from tests.app.nodes.console.opened_page import PageParts, expect_state
+from tests.app.nodes.console.opened_page import PageParts, expect_state, open_tab, panels
 
 pytestmark = pytest.mark.browser
 
@@ -59,3 +59,16 @@ def test_an_old_picture_is_said_on_the_pad(page, parts):
     reason = "stopped: no picture for 0.8 s"
     parts.home.status_changes = {"drive": DriveStatus(mode="manual", intervention=reason)}
     expect(page.locator("#pad-note")).to_have_text(reason)
+
+
+def test_a_robot_that_drives_to_a_point_is_not_said_to_be_in_manual(page, parts):
+    open_tab(page, "Drive")
+    panels(page).get_by_role("button", name="Manual", exact=True).click()
+    answer = panels(page).locator(".ip-answer")
+    expect(answer).not_to_have_count(0)
+    parts.home.status_changes = {"drive": DriveStatus(waypoint=(1.0, 2.0))}
+    expect_state(page, "Driving to a point")
+    expect(page.locator("#mode")).to_have_text("Auto")
+    expect(page.locator("#notice")).to_contain_text("Driving to the point that you clicked")
+    parts.home.status_changes = {"drive": DriveStatus()}
+    expect(answer).to_have_count(0)
