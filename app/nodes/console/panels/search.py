@@ -9,7 +9,7 @@ import viser
 
 from app.messages.control import SearchRequest
 from app.messages.plain_text import as_sentence
-from app.messages.status import FindReport, Status, awaited_find
+from app.messages.status import FindReport, MissionState, Status, awaited_find
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.candidates import CandidatesPanel
@@ -29,6 +29,10 @@ MAX_SCENARIO: Final = 200
 MAX_TYPED: Final = 2100
 USUAL_SCENARIO: Final = SearchRequest(object="hat").scenario
 _ENDS: Final = ("found", "exhausted")
+_GOING: Final = ("pause", "end")
+_HELD: Final = ("resume", "end")
+_STOPPED: Final = ("end",)
+"""After a stop the bar has Resume."""
 
 
 class SearchPanel:
@@ -63,12 +67,7 @@ class SearchPanel:
         self._understood = gui.add_html("")
         self._answer = gui.add_html("")
         self._now = gui.add_html(markup.now(None, say))
-        self._steer = gui.add_button_group(
-            say("panel.search.steer"),
-            tuple(say(f"panel.search.{word}") for word in ("pause", "resume", "end")),
-            visible=False,
-        )
-        self._steer.on_click(lambda event: self._control(event.target.value))
+        self._steer = {words: self._build_steer(gui, words) for words in (_GOING, _HELD, _STOPPED)}
         self._build_find(gui)
         self._candidates = CandidatesPanel(gui, actions, self._try, self._search)
         self._camera = gui.add_image(np.zeros((2, 2, 3), np.uint8), format="jpeg", visible=False)
@@ -101,6 +100,14 @@ class SearchPanel:
             search = gui.add_button(say("panel.search.search"), icon=viser.Icon.SEARCH)
         search.on_click(lambda _: form.submit())
         form.on_submit(lambda _: self._ask())
+
+    def _build_steer(self, gui: Any, words: tuple[str, ...]) -> Any:
+        """Build the buttons that steer a search in one state; one group is visible at a time."""
+        say = self._words
+        labels = tuple(say(f"panel.search.{word}") for word in words)
+        group = gui.add_button_group(say("panel.search.steer"), labels, visible=False)
+        group.on_click(lambda event: self._control(event.target.value))
+        return group
 
     def _build_find(self, gui: Any) -> None:
         with gui.add_folder(None, visible=False) as self._find_box:
@@ -233,7 +240,9 @@ class SearchPanel:
             [*status.tour, *status.queue], status.history, self._words
         )
         has_search = status.goal is not None and status.state != "exhausted"
-        self._steer.visible = has_search and not self._actions.recorded
+        is_steered = has_search and not self._actions.recorded
+        for words, group in self._steer.items():
+            group.visible = is_steered and words == _steering(status.state)
         if status.state != self._state and status.state in _ENDS and self._fades:
             self._answer.content = ""
         self._state = status.state
@@ -258,6 +267,10 @@ class SearchPanel:
     def _show_camera(self, jpeg: bytes) -> None:
         if jpeg.startswith(b"\xff\xd8"):
             show_jpeg_in_panel(self._camera, jpeg)
+
+
+def _steering(state: MissionState) -> tuple[str, ...]:
+    return {"paused": _HELD, "stopped": _STOPPED}.get(state, _GOING)
 
 
 def _next_names(status: Status) -> str:
