@@ -5,6 +5,7 @@ from playwright.sync_api import expect
 
 from app.messages.driving import DriveStatus
 from tests.app.nodes.console.opened_page import PageParts, expect_state, open_tab, panels
+from tests.chromium import box_at_rest
 
 pytestmark = pytest.mark.browser
 
@@ -72,3 +73,37 @@ def test_a_robot_that_drives_to_a_point_is_not_said_to_be_in_manual(page, parts)
     expect(page.locator("#notice")).to_contain_text("Driving to the point that you clicked")
     parts.home.status_changes = {"drive": DriveStatus()}
     expect(answer).to_have_count(0)
+
+
+def _meet(one, other):
+    return (
+        one["x"] < other["x"] + other["width"]
+        and other["x"] < one["x"] + one["width"]
+        and one["y"] < other["y"] + other["height"]
+        and other["y"] < one["y"] + one["height"]
+    )
+
+
+def test_on_a_phone_the_camera_is_free_of_pad_and_plan(page):
+    page.set_viewport_size({"width": 390, "height": 844})
+    expect(page.locator("#plan")).to_be_hidden()
+    camera, pad = (box_at_rest(page.locator(name)) for name in ("#camera-picture", "#pad"))
+    assert not _meet(camera, pad)
+    assert camera["height"] > 200, "and it is not small"
+    panel = box_at_rest(panels(page).locator("[data-dock-region='right']"))
+    assert not _meet(panel, pad)
+
+
+def test_on_a_phone_the_plan_is_free_of_notice_camera_and_tools(page, parts, stage):
+    parts.home.begin_again()
+    parts.home.find, parts.home.state = stage.find_of(), "found"
+    page.set_viewport_size({"width": 390, "height": 844})
+    expect(page.locator("#notice")).to_be_visible()
+    page.locator("#plan-open").click()
+    expect(page.locator("#notice")).to_be_hidden()
+    expect(page.locator("#camera")).to_be_hidden()
+    drawn, tools = (box_at_rest(page.locator(n)) for n in ("#plan-picture", ".plan-tools"))
+    assert not _meet(drawn, tools)
+    assert tools["height"] < 60, "one row"
+    page.locator("#plan-close").click()
+    expect(page.locator("#notice")).to_be_visible()
