@@ -42,7 +42,11 @@ export class Introduction {
     const one = STEPS[this.step];
     localStorage.setItem(KEY, one ? String(this.step) : DONE);
     this.box.hidden = one === undefined;
-    if (one === undefined) return;
+    if (one === undefined) {
+      // The next thing to do is there: type what to find, or judge a find.
+      openTab(this.view, "search");
+      return;
+    }
     const [name, tab] = one;
     at("introduction-title").textContent = say(`introduction.${name}`);
     at("introduction-text").textContent = say(`introduction.${name}.text`);

@@ -29,6 +29,15 @@ class LastQuestion:
         self._was_told = True
         return True
 
+    def is_outdated(self) -> bool:
+        """Return whether the question is over and another goal runs; once for each question."""
+        goal = None if self._status is None else self._status.goal
+        is_other = goal is not None and goal.outcome == "active" and goal.goal_id not in self._goals
+        if self._asked is None or not is_other or self._goes_on():
+            return False
+        self._asked = None
+        return True
+
     def accepted(self, question: Question, goals: set[int]) -> None:
         """Note the goals of a question."""
         self._asked, self._goals, self._was_told = question, goals, False

@@ -56,6 +56,8 @@ class SearchPanel:
         self._last = LastQuestion()
         self._answering: Question | None = None
         """What is being answered: a second press of Search is no second question."""
+        self._shown_question = ("", "")
+        """What stood in the fields when its search was accepted."""
         self._accepted: set[int] = set()
         """Goals of the question that is being answered."""
         self._next = ""
@@ -86,9 +88,7 @@ class SearchPanel:
     def _build_query(self, gui: Any) -> None:
         say = self._words
         with gui.add_form(None) as form:
-            self._wanted = gui.add_text(
-                say("panel.search.find"), "", hint=say("panel.search.find.hint")
-            )
+            self._wanted = gui.add_text(say("field.find"), "", hint=say("panel.search.find.hint"))
             self._context = gui.add_text(
                 say("panel.search.context"), "", hint=say("panel.search.context.hint")
             )
@@ -141,6 +141,11 @@ class SearchPanel:
             self._answering = None
         if self._accepted:
             self._last.accepted(question, self._accepted)
+            self._shown_question = self._fields()
+
+    def _fields(self) -> tuple[str, str]:
+        """Return what stands in the fields for object and context."""
+        return self._wanted.value.strip(), self._context.value.strip()
 
     def _answer_question(self, typed: str, context: str) -> None:
         self._understood.content = ""
@@ -234,6 +239,9 @@ class SearchPanel:
 
     def _show_status(self, status: Status, model: SceneModel) -> None:
         self._last.follow(status)
+        if self._last.is_outdated() and self._fields() == self._shown_question:
+            # The words of a search that is over do not stand beside another one.
+            self._wanted.value = self._context.value = self._understood.content = ""
         self._next = _next_names(status)
         self._now.content = markup.now(status, self._words)
         self._goals.content = markup.goals(

@@ -27,3 +27,16 @@ def test_a_question_that_is_over_may_be_asked_again():
     last.follow(status_of(goal=over[0], history=[over[1]]))
     assert not last.repeats(HAT)
     assert not LastQuestion().repeats(HAT)
+
+
+def test_a_question_that_is_over_is_outdated_by_the_next_goal():
+    last = _asked([1])
+    found = GoalStatus(goal_id=1, object="hat", outcome="found")
+    mug = GoalStatus(goal_id=2, object="mug", outcome="active")
+    last.follow(status_of("found", goal=found))
+    assert not last.is_outdated(), "it may be asked again"
+    last.follow(status_of(goal=mug, queue=[GoalStatus(goal_id=1, object="hat")]))
+    assert not last.is_outdated(), "it waits"
+    last.follow(status_of(goal=mug, history=[found]))
+    assert last.is_outdated()
+    assert not last.is_outdated(), "said once"

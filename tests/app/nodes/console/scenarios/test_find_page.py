@@ -180,3 +180,17 @@ def test_calls_lead_to_their_find_and_repeat_what_was_not_found(home, page, stag
     assert key == keys.QUEUE
     assert b'"action":"repeat"' in payload
     page.locator("#calls-close").click()
+
+
+def test_the_words_of_a_search_that_is_over_do_not_stand_beside_another_one(home, page):
+    field = text_field(page, "Find")
+    expect(field).to_have_attribute("placeholder", "my hat, I think it is on the sofa")
+    assert field.bounding_box()["width"] > 330, "a sentence fits"
+    field.fill("find my hat, I left it on the sofa")
+    panels(page).get_by_role("button", name="Search", exact=True).click()
+    expect(panels(page).locator(".ip-answer")).to_contain_text("Looking for: hat")
+    expect(field).to_have_value("find my hat, I left it on the sofa")
+    over = GoalStatus(goal_id=2, object="hat", outcome="found")
+    home.goal = GoalStatus(goal_id=7, object="mug", outcome="active")
+    home.status_changes = {"history": [over]}
+    expect(field).to_have_value("")

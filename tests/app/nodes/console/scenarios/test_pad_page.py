@@ -107,3 +107,13 @@ def test_on_a_phone_the_plan_is_free_of_notice_camera_and_tools(page, parts, sta
     assert tools["height"] < 60, "one row"
     page.locator("#plan-close").click()
     expect(page.locator("#notice")).to_be_visible()
+
+
+def test_the_camera_of_a_paused_recording_is_not_said_to_be_old(page, parts):
+    parts.home.frozen = True
+    camera = page.locator("#camera")
+    expect(camera).to_have_attribute("data-state", "lost")
+    page.evaluate("document.body.toggleAttribute('data-paused', true)")
+    expect(camera).to_have_attribute("data-state", "paused")
+    expect(page.locator("#camera-age")).to_have_text("paused")
+    page.evaluate("document.body.toggleAttribute('data-paused', false)")

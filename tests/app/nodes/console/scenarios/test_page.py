@@ -249,6 +249,9 @@ def test_a_first_visit_is_introduced_and_the_next_one_is_not(shared, browser, ho
     page.reload()
     expect(card).to_contain_text("5 of 5")
     page.get_by_role("button", name="Done").click()
+    expect(panels(page).get_by_role("tab", name="Search")).to_have_attribute(
+        "aria-selected", "true"
+    )
     page.reload()
     expect(page.locator("#state")).not_to_have_text("Connecting")
     expect(card).to_be_hidden()
