@@ -7,6 +7,7 @@ from app.messages.driving import DriveModeName, DriveStatus
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.view.colors import QUIET
+from app.view.model.painted_area import mapped_m2
 from app.view.model.scene_model import Part, SceneModel
 
 Tool = Literal["explain", "go", "look_here", "not_here"]
@@ -52,6 +53,7 @@ class DrivePanel:
             self._undo = gui.add_button_group(
                 say("panel.drive.painted"), (say("panel.drive.undo"), say("panel.drive.clear"))
             )
+            self._regions = gui.add_html("")
         self._answer = gui.add_html("")
         self._mode.on_click(lambda event: self._set_mode(modes[event.target.value]))
         self._limit.on_update(lambda _: self._set_mode(self._drive.mode))
@@ -70,6 +72,14 @@ class DrivePanel:
         """Show what changed."""
         if "status" in changed and model.status is not None:
             self._show(model.status.drive)
+        if "painted" in changed:
+            self._list_painted(model)
+
+    def _list_painted(self, model: SceneModel) -> None:
+        """List what is painted, with how much of the map it covers."""
+        size_m = model.voxel_size_m or 0.0
+        regions = [(one.kind, mapped_m2(one, model.voxels, size_m)) for one in model.painted]
+        self._regions.content = markup.painted(regions, self._words)
 
     def attempt(self, command: Callable[[], str]) -> None:
         """Run a command and show its result."""

@@ -139,6 +139,20 @@ def intervention(drive: DriveStatus, say: Words) -> str:
     return ""
 
 
+def painted(regions: Sequence[tuple[str, float]], say: Words) -> str:
+    """List painted regions, the latest first: what each does, and the area of the map in it."""
+    rows = [
+        f"<li><b>{escape(say(f'panel.drive.{kind}'))}</b> <span>{escape(covered)}</span></li>"
+        for kind, area_m2 in reversed(regions)
+        for covered in (
+            say("panel.painted.area", n=say.number(area_m2, 1))
+            if area_m2 > 0.0
+            else say("panel.painted.unmapped"),
+        )
+    ]
+    return f'<ul class="ip-goals">{"".join(rows)}</ul>' if rows else ""
+
+
 def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus], say: Words) -> str:
     """List the goals of a tour and the waiting ones, and the last four finished ones."""
     rows = [

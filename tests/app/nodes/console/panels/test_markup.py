@@ -204,3 +204,10 @@ def test_a_place_says_how_likely_where_when_and_what_else_it_may_be():
     assert "data:image/jpeg;base64,anBlZw==" in html
     assert "before this search" in markup.candidate(2, seen, b"jpeg", "", 60_000_000_000, ENGLISH)
     assert "no image available" in markup.candidate(1, PLACE, None, "", 0, ENGLISH)
+
+
+def test_what_is_painted_is_listed_with_its_area_the_latest_first():
+    html = markup.painted([("look_here", 3.24), ("not_here", 0.0)], ENGLISH)
+    text = " ".join(re.sub(r"<[^>]+>", " ", html).split())
+    assert text == "Not here nothing of it is mapped yet Look here 3.2 m² of the map"
+    assert markup.painted([], ENGLISH) == ""
