@@ -93,8 +93,14 @@ export class Drive {
   }
 
   onKey(event) {
-    if (!(event.code in KEYS) || this.mode === "auto" || isTyping(event.target)) return;
+    if (!(event.code in KEYS) || isTyping(event.target)) return;
     if (event.ctrlKey || event.altKey || event.metaKey) return;
+    // viser's client moves the view with the same keys, as long as they are held: a key that is
+    // still down when the mode ends would carry the map out of sight.
+    if (this.mode === "auto") {
+      if (event.view !== window) event.stopImmediatePropagation();
+      return;
+    }
     event.preventDefault();
     event.stopImmediatePropagation();
     // Ignore a repeat without a press: the key was already down when the input was released.

@@ -26,6 +26,8 @@ export class Explanation {
   update(explanation) {
     const key = JSON.stringify(explanation ?? null);
     if (key === this.shown) return;
+    // What was explained before this page was opened is not this person's question.
+    if (this.shown === "") this.closed = key;
     this.shown = key;
     at("explanation").hidden = !explanation || key === this.closed;
     if (!explanation) return;

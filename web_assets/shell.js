@@ -21,6 +21,7 @@ import { Things } from "./things.js";
 import { Robots } from "./robots.js";
 import { showWalk } from "./walk.js";
 import { followSceneArea } from "./scene_area.js";
+import { Waiting } from "./waiting.js";
 import { decimal, has, say } from "./words.js";
 
 const PING_MS = 2000;
@@ -184,6 +185,7 @@ const calls = new Calls(sides, request, mayChange, lookAt);
 const goals = new Goals(sides, request, mayChange, (position) => show(position));
 new Things(sides, lookAt, request);
 new Robots(sides, stateWord);
+const waiting = new Waiting();
 const onHover = installHover(view, request);
 const onSideKey = (event) => sides.onKey(event);
 const onPlanKey = (event) => plan.onKey(event);
@@ -197,10 +199,20 @@ function show(position) {
 }
 
 // Shows a thing, and has the scene fly there and explain it.
-function lookAt(position, size) {
+function lookAt(position, size, thing, share) {
   show(position);
   const at_once = matchMedia("(prefers-reduced-motion: reduce)").matches;
-  send({ type: "look", position, size, at_once });
+  send({ type: "look", position, size, thing, share, at_once });
+}
+
+const frameMap = () => send({ type: "frame" });
+
+function onHomeKey(event) {
+  if (event.code !== "KeyH" || isTyping(event.target)) return;
+  if (event.ctrlKey || event.altKey || event.metaKey || document.querySelector("dialog[open]")) return;
+  event.preventDefault();
+  event.stopImmediatePropagation();
+  frameMap();
 }
 
 function shownState() {
@@ -253,6 +265,7 @@ function renderVeil(shown) {
   };
   const text = texts[shown];
   at("veil").hidden = text === undefined || (shown === "waiting" && state?.has_map);
+  waiting.update(shown === "waiting" && !at("veil").hidden);
   if (text === undefined) {
     if (!document.body.classList.contains("review")) introduction.begin();
     return;
@@ -293,6 +306,7 @@ function adoptView() {
   view.contentWindow.addEventListener("keydown", onCameraKey, true);
   view.contentWindow.addEventListener("keydown", onPlanKey, true);
   view.contentWindow.addEventListener("keydown", onSideKey, true);
+  view.contentWindow.addEventListener("keydown", onHomeKey, true);
   drive.listen(view.contentWindow);
   onHover(view.contentWindow);
   view.contentWindow.addEventListener("keydown", onExplanationKey);
@@ -307,9 +321,11 @@ window.addEventListener("keydown", onHelpKey, true);
 window.addEventListener("keydown", onCameraKey, true);
 window.addEventListener("keydown", onPlanKey, true);
 window.addEventListener("keydown", onSideKey, true);
+window.addEventListener("keydown", onHomeKey, true);
 window.addEventListener("keydown", onExplanationKey);
 view.addEventListener("load", adoptView);
 at("stop").addEventListener("click", stop);
+at("home").addEventListener("click", frameMap);
 at("resume").addEventListener("click", () => insist(command("resume")));
 setInterval(ping, PING_MS);
 tellTheme = installTheme(view, (theme) => send({ type: "theme", light: theme === "light" }));

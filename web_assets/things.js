@@ -42,8 +42,8 @@ function age(nanoseconds, nowMs) {
 }
 
 export class Things {
-  // sides: the panels; show: shows a place with the size of what is there; request: sends a message
-  // and returns the reply.
+  // sides: the panels; show: shows a place with the size, the title and the probability of what is
+  // there; request: sends a message and returns the reply.
   constructor(sides, show, request) {
     this.showPlace = show;
     this.request = request;
@@ -165,7 +165,8 @@ export class Things {
       this.endEdit(before);
     }
     this.mark(row);
-    this.showPlace(row.thing.position_world, row.thing.size_m);
+    const { position_world, size_m, label, probability } = row.thing;
+    this.showPlace(position_world, size_m, titleOf(row.thing), label ? probability : null);
   }
 
   // Only the chosen row has the buttons that are seldom needed: a list of thousands stays light.

@@ -35,18 +35,26 @@ SLOW_SEGMENTATION_S: Final = 0.5
 """Two images per second suffice for a robot in motion."""
 
 
-def check_machine() -> list[Finding]:
-    """Run every check except that of the segmentation, which loads a network."""
-    checks: tuple[Callable[[], list[Finding]], ...] = (
-        _python,
-        _libraries,
-        _packages,
-        _browser,
-        _disk,
-        _speed,
-        _navigators,
+def check_machine(tell: Callable[[str], None]) -> list[Finding]:
+    """Run every check except that of the segmentation, which loads a network.
+
+    Args:
+        tell: Called with what is checked next, before it is.
+    """
+    checks: tuple[tuple[str, Callable[[], list[Finding]]], ...] = (
+        ("Python", _python),
+        ("system libraries", _libraries),
+        ("packages", _packages),
+        ("browser", _browser),
+        ("disk", _disk),
+        ("speed; the first time on a machine its code is compiled, up to a minute", _speed),
+        ("navigators", _navigators),
     )
-    return [finding for check in checks for finding in check()]
+    findings: list[Finding] = []
+    for what, check in checks:
+        tell(what)
+        findings += check()
+    return findings
 
 
 def check_segmentation(config: SegmentationConfig, models: Path) -> Finding:
@@ -162,7 +170,10 @@ def _speed() -> list[Finding]:
 def _navigators() -> list[Finding]:
     running = running_navigators()
     if not running:
-        detail = "none on this machine; start one with `ippon demo`"
+        detail = (
+            "none on this machine (one that still prepares is not listed); start one with "
+            "`ippon navigate`, or everything with `ippon demo`"
+        )
         return [Finding(what="navigators", verdict="ok", detail=detail)]
     return [
         Finding(what="navigator", verdict="ok", detail=f"{n.robot} at {n.endpoint} (pid {n.pid})")

@@ -22,7 +22,12 @@ _MARGIN: Final = 0.25
 _LEAST_PX: Final = 24
 """Shorter side of what a picture shows."""
 _LEAST_SCORE: Final = 1e-3
-_BEHIND_M: Final = 0.2
+_EDGE_M: Final = 0.05
+"""Depth that lies this far outside a thing's box may still be the thing's."""
+_SAMPLES: Final = 8
+"""Pixels along each side of the image's box at which depth is looked at."""
+_LEAST_SHOWN: Final = 0.15
+"""Share of them that lie in the thing's box; what is thin fills little of it."""
 _CORNERS: Final = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * 0.5
 
 
@@ -62,7 +67,7 @@ def better_views(
             continue
         score = _score(frame, box)
         if score >= max(_LEAST_SCORE, BETTER * one.view_score) and _is_visible(
-            frame, T_camera_world, one
+            frame, T_camera_world, one, box
         ):
             found.append((score, one, box))
     found.sort(key=lambda view: view[1].view_score - view[0])
@@ -97,15 +102,28 @@ def _score(frame: Frame, box: tuple[float, float, float, float]) -> float:
     return wide * high / (width * height) * (1.0 - off) * whole if whole >= _LEAST_WHOLE else 0.0
 
 
-def _is_visible(frame: Frame, T_camera_world: Float64Array, one: Instance) -> bool:
-    """Return whether depth shows the thing where its centre is, and nothing before it."""
-    centre = transform_points(T_camera_world, np.array([one.position_world]))
-    u, v = frame.camera.project(centre)
-    row = min(max(int(v[0]), 0), frame.camera.height - 1)
-    column = min(max(int(u[0]), 0), frame.camera.width - 1)
-    depth = float(frame.depth[row, column])
-    within_m = 0.5 * float(np.linalg.norm(one.size_m)) + _BEHIND_M
-    return depth > 0.0 and abs(depth - float(centre[0, 2])) <= within_m
+def _is_visible(
+    frame: Frame,
+    T_camera_world: Float64Array,
+    one: Instance,
+    box: tuple[float, float, float, float],
+) -> bool:
+    """Return whether depth shows enough of the thing's box, and not what is before or behind it."""
+    width, height = frame.camera.width, frame.camera.height
+    shares = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+    u0, v0 = max(box[0], 0.0), max(box[1], 0.0)
+    u, v = np.meshgrid(
+        u0 + shares * (min(box[2], width) - u0), v0 + shares * (min(box[3], height) - v0)
+    )
+    u, v = u.ravel(), v.ravel()
+    depth = frame.depth[v.astype(np.intp), u.astype(np.intp)].astype(np.float64)
+    camera = frame.camera
+    seen = np.stack(
+        [(u - camera.cx) / camera.fx * depth, (v - camera.cy) / camera.fy * depth, depth], axis=1
+    )
+    off = transform_points(invert_transform(T_camera_world), seen) - np.array(one.position_world)
+    inside = (np.abs(off) <= 0.5 * np.array(one.size_m) + _EDGE_M).all(axis=1) & (depth > 0.0)
+    return float(inside.mean()) >= _LEAST_SHOWN
 
 
 def _crop(frame: Frame, box: tuple[float, float, float, float]) -> NDArray[np.uint8]:

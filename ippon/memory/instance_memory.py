@@ -324,6 +324,9 @@ class InstanceMemory:
 def _seen_now(known: Instance, sighting: Sighting, now_ns: int) -> Instance:
     seen = {f.name: getattr(sighting, f.name) for f in dataclasses.fields(Sighting)}
     seen["attributes"] = sighting.attributes or known.attributes
+    if sighting.label != known.label:
+        # The picture was chosen for what it was taken for before.
+        seen["view_score"] = 0.0
     return dataclasses.replace(known, **seen, last_seen_ns=now_ns, gone_ns=0)
 
 

@@ -1,12 +1,17 @@
 """Where is, or was last, what somebody names?"""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
 from ippon.guidance.language.naming import is_instance_of, resolve_object
-from ippon.memory.instance import Instance
+from ippon.memory.instance import Instance, box_overlap
 
+_REPEATED: Final = 0.5
+"""Common part of two boxes, as a share of the smaller, from which both are of one thing."""
+_ALIKE: Final = 6.0
+"""Ratio of the volumes of two boxes up to which both may be of one thing."""
 _BEFORE_NAMES: Final = ("the ", "my ", "our ")
 
 
@@ -24,7 +29,8 @@ def find_instances(
 ) -> tuple[Match, ...]:
     """Return the things that a text names, best first.
 
-    A name that a person has given stands for that thing alone. Of other things, those that are
+    A name that a person has given stands for that thing alone. Among everything, what a search
+    has found is listed once, without what the map takes it for. Of other things, those that are
     still there come before those that are gone. Then the surer ones come first, in steps of a
     tenth, and among these what was seen last.
 
@@ -41,7 +47,7 @@ def find_instances(
     if named is not None:
         return (Match(instance=named, probability=1.0),)
     if not text.strip():
-        found = [match_of(one) for one in instances]
+        found = [match_of(one) for one in _without_repeats(instances)]
     else:
         wanted = resolve_object(text, tuple(vocabulary)).canonical
         answers: dict[str, bool] = {}
@@ -76,6 +82,28 @@ def plain_name(text: str) -> str:
 def match_of(one: Instance) -> Match:
     """Return a thing as an answer to a question about everything."""
     return Match(instance=one, probability=one.beliefs[0][1] if one.beliefs else 0.0)
+
+
+def _without_repeats(instances: tuple[Instance, ...]) -> list[Instance]:
+    """Leave out what the map shows of a thing that a search has found, by a label of its own.
+
+    A hat is found as a hat, and is clothes among the common objects; what it lies on is larger.
+    """
+    finds = [one for one in instances if one.source == "search" and not one.is_gone]
+
+    def repeats(one: Instance, find: Instance) -> bool:
+        reach_m = sum(one.size_m) + sum(find.size_m)
+        if math.dist(one.position_world, find.position_world) > reach_m:
+            return False
+        large, small = math.prod(one.size_m), math.prod(find.size_m)
+        alike = max(large, small) <= _ALIKE * min(large, small)
+        return alike and box_overlap(one, find) >= _REPEATED
+
+    return [
+        one
+        for one in instances
+        if one.source == "search" or one.name or not any(repeats(one, find) for find in finds)
+    ]
 
 
 def _probability(one: Instance, wanted: str, answers: dict[str, bool]) -> float:

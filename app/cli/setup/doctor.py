@@ -1,6 +1,7 @@
 """`ippon doctor`: checks the installation, connections, speed, or a recording."""
 
 import json
+import sys
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -18,7 +19,7 @@ from app.doctor.checks import check_machine, check_segmentation
 from app.doctor.finding import Finding, Verdict
 from app.doctor.robot.checkup import check_robot
 from app.doctor.robot.ros_graph import RosGraph
-from app.doctor.robot.samples import listen
+from app.doctor.robot.samples import SECONDS, listen
 from app.errors import UsageError
 from app.links.network.session import open_client
 from app.recording.errors import RecordingError
@@ -45,8 +46,9 @@ def run_doctor(command: Doctor) -> int:
         return _run_file_doctor(command.recording, as_json=command.json)
     if command.robot is not None or command.connect is not None:
         return _report(_robot_findings(command), as_json=command.json)
-    findings = check_machine()
+    findings = check_machine(_tell)
     if command.segmentation:
+        _tell("segmentation network")
         network = command.network
         try:
             config = config_of(network)
@@ -54,6 +56,11 @@ def run_doctor(command: Doctor) -> int:
             raise UsageError(str(error)) from error
         findings.append(check_segmentation(config, network.models or models_folder()))
     return _report(findings, as_json=command.json)
+
+
+def _tell(what: str) -> None:
+    """Print what is checked next, on standard error: the table comes when all is done."""
+    print(f"checking {what} …", file=sys.stderr, flush=True)
 
 
 def _report(findings: Sequence[Finding], *, as_json: bool) -> int:
@@ -83,6 +90,7 @@ def _robot_findings(command: Doctor) -> list[Finding]:
     session = open_client(endpoint)
     graph = None if ros2 is None else RosGraph(session, ros2)
     try:
+        _tell(f"{robot} at {endpoint}, {SECONDS:g} s of its messages")
         samples = listen(session, robot)
         found = [] if graph is None else graph.check()
         return [*found, *check_robot(samples, profile, offset_s)]

@@ -250,8 +250,9 @@ class SceneModel:
     def on_event(self, event: Event) -> None:
         """Append to the log, and store rejected finds."""
         self.events.append(event)
-        if event.kind == "rejected" and self._last_find is not None:
-            self.rejected += (self._last_find,)
+        last = self._last_find
+        if event.kind == "rejected" and last is not None and event.find in (None, last.number):
+            self.rejected += (last,)
             self._last_find = None
             self._changed.add("detections")
         self._changed.add("events")

@@ -46,6 +46,7 @@ def test_a_nearer_view_is_better_and_a_little_better_is_not_enough(frame, make_i
     ("what", "at"),
     [
         ("hidden by the wall", (4.0, 0.0, 1.0)),
+        ("on the other side of a thin wall", (2.3, 0.0, 1.0)),
         ("behind the camera", (-2.0, 0.0, 1.0)),
         ("out of view", (2.0, 3.0, 1.0)),
         ("mostly cut off", (2.0, 1.35, 1.0)),

@@ -39,6 +39,8 @@ class ClickExplanation(msgspec.Struct, frozen=True, kw_only=True):
     """Content of the explanation card; all texts are plain text."""
 
     title: str = ""
+    thing: str = ""
+    """The remembered thing that is explained; empty for a surface or viewpoint."""
     rows: list[tuple[str, str]] = []
     pictures: list[ShownPicture] = []
     note: str = ""
@@ -159,12 +161,31 @@ class ExplanationBuilder:
         return shown
 
 
+def of_thing(
+    explanation: ClickExplanation, thing: str, share: float | None, say: Words
+) -> ClickExplanation:
+    """Put what is remembered of a thing before what the map says of its surface.
+
+    Args:
+        explanation: Of the surface.
+        thing: What the page calls the thing; empty changes nothing.
+        share: Probability that it is of its kind; None for a thing of no kind.
+        say: Words of the page.
+    """
+    if not thing:
+        return explanation
+    known = [] if share is None else [(thing, say.percent(share, 1))]
+    return msgspec.structs.replace(
+        explanation, title=thing.capitalize(), thing=thing, rows=[*known, *explanation.rows]
+    )
+
+
 def with_labels(
     explanation: ClickExplanation, reply: InspectReply, wanted: str, say: Words
 ) -> ClickExplanation:
     """Add the navigator's reply about a voxel."""
     rows: list[tuple[str, str]] = []
-    if reply.ooi is not None and wanted:
+    if reply.ooi is not None and wanted and wanted != explanation.thing:
         rows.append((wanted, say.percent(reply.ooi, 1)))
     rows += [
         (share.label.replace("_", " "), say.percent(share.probability, 1)) for share in reply.labels
@@ -173,10 +194,16 @@ def with_labels(
     level = [] if reply.level is None else [(say("click.level"), say(f"panel.level.{reply.level}"))]
     room = [(say("click.room"), reply.room)] if reply.room else []
     unknown = [] if rows else [(say("click.labels"), say("click.unclassified"))]
+    first: list[tuple[str, str]] = []
+    if explanation.thing:
+        # What is remembered of the thing stays first; the surface's labels follow.
+        title = explanation.thing
+        first = [row for row in explanation.rows[:1] if row[0] == title]
+        rows = [row for row in rows if row[0] != title]
     return msgspec.structs.replace(
         explanation,
         title=title.capitalize(),
-        rows=[*rows, *unknown, *level, *room, *explanation.rows],
+        rows=[*first, *rows, *unknown, *level, *room, *explanation.rows[len(first) :]],
     )
 
 

@@ -25,6 +25,10 @@ class Look:
     size_m: Point
     at_once: bool = False
     """Without a flight."""
+    thing: str = ""
+    """What the page calls it; empty for a place."""
+    share: float | None = None
+    """Probability that it is of its kind."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,12 +47,18 @@ class SceneRequests:
 
     def __init__(self) -> None:
         self._looks: queue.SimpleQueue[Look] = queue.SimpleQueue()
+        self._framings: queue.SimpleQueue[Browser] = queue.SimpleQueue()
         self._hovers: queue.SimpleQueue[tuple[Hover, Future[str]]] = queue.SimpleQueue()
 
     def look(self, look: Look) -> None:
         """Have the cameras of a browser fly to a thing, from any thread."""
         if self._looks.qsize() < MAX_WAITING:
             self._looks.put(look)
+
+    def frame(self, browser: Browser) -> None:
+        """Show the whole map again in a browser, from any thread."""
+        if self._framings.qsize() < MAX_WAITING:
+            self._framings.put(browser)
 
     async def name_under(self, hover: Hover) -> str:
         """Return the name of what is under the pointer; empty for nothing that is named."""
@@ -67,6 +77,13 @@ class SceneRequests:
         taken: list[Look] = []
         while not self._looks.empty():
             taken.append(self._looks.get())
+        return taken
+
+    def framings(self) -> list[Browser]:
+        """Take the browsers that want to see the whole map. Called by the scene thread."""
+        taken: list[Browser] = []
+        while not self._framings.empty():
+            taken.append(self._framings.get())
         return taken
 
     def answer_hovers(self, name_of: Callable[[Hover], str]) -> None:

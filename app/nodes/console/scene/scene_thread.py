@@ -1,7 +1,6 @@
 """The thread that owns the scene model: reads messages, draws, and publishes the page's state."""
 
 import logging
-import queue
 import secrets
 import threading
 import time
@@ -14,25 +13,19 @@ import viser
 
 from app.links.network.inbox import Inbox
 from app.messages import keys
-from app.messages.control import InspectReply
 from app.nodes.console.calls.call_detection import CallDetection
 from app.nodes.console.calls.call_log import CallLog
 from app.nodes.console.camera.camera_scene import CAMERA_PARTS, camera_scene
 from app.nodes.console.critical_thread import OnFailure, critical_thread
-from app.nodes.console.link.commands import CommandError
 from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.link.versions import not_understood
 from app.nodes.console.panels.tabs import Tabs
 from app.nodes.console.scene.browser_views import BrowserViews
-from app.nodes.console.scene.click_explanation import (
-    ClickExplanation,
-    ExplanationBuilder,
-    with_labels,
-)
-from app.nodes.console.scene.clicks import NOBODY, Clicks, Question
+from app.nodes.console.scene.clicks import Clicks
+from app.nodes.console.scene.explanations import Explanations
 from app.nodes.console.scene.goal_list import goal_list
 from app.nodes.console.scene.place_requests import PlaceRequests
-from app.nodes.console.scene.pointed_places import name_under, ray_onto
+from app.nodes.console.scene.pointed_places import name_under
 from app.nodes.console.scene.scene_requests import Hover
 from app.nodes.console.scene.shell_state import ShellState, shell_state, waiting_state
 from app.nodes.console.scene.state_feed import StateFeed
@@ -94,10 +87,9 @@ class SceneThread:
             viser_server.server, self._tabs.map, self.follow, inbox.wake, link.say
         )
         self._clicks = Clicks(viser_server.server, self._tabs.drive, link)
-        self._explanations = ExplanationBuilder(self.model, state_feed.show, link.say)
-        self._explanation: ClickExplanation | None = None
-        self._answers: queue.SimpleQueue[tuple[int, InspectReply]] = queue.SimpleQueue()
-        self._asked = 0
+        self._explanations = Explanations(
+            self.model, link, self._browser_views, self.follow, state_feed.show
+        )
         self._changed: set[Part] = set()
         self._fetching = False
         self._fetched_at = -FETCH_S
@@ -130,8 +122,12 @@ class SceneThread:
             for key, payload in self._inbox.drain(DRAW_S):
                 self._take(key, payload)
             self._fetch_if_needed()
-            self._explain()
-            self._state_feed.scene.answer_hovers(self._name)
+            pointed = self._state_feed.scene
+            self._explanations.step(self._clicks.questions(), pointed.looks(), self._fetcher)
+            for browser in pointed.framings():
+                for view in self._browser_views.of(browser):
+                    self.follow.frame_map(view.client)
+            pointed.answer_hovers(self._name)
             exports = self._state_feed.exports
             self._places.step(self.model, exports.plan_asked_s, again=exports.take_names_changed())
             exports.fill(self.model)
@@ -194,42 +190,8 @@ class SceneThread:
         finally:
             self._fetching = False
 
-    def _explain(self) -> None:
-        for origin, direction, client_id in [*self._clicks.questions(), *self._looks()]:
-            self._explanation, highlight, voxel = self._explanations.explain(
-                origin, direction, self._browser_views.options_of(client_id).ceiling_m
-            )
-            self._browser_views.highlight_for_all(highlight)
-            self._asked += 1
-            if voxel is not None:
-                self._fetcher.submit(self._inspect, self._asked, voxel)
-        while not self._answers.empty():
-            number, reply = self._answers.get()
-            if number == self._asked and self._explanation is not None:
-                goal = self.model.status.goal if self.model.status is not None else None
-                wanted = goal.object.replace("_", " ") if goal is not None else ""
-                self._explanation = with_labels(self._explanation, reply, wanted, self._link.say)
-
-    def _looks(self) -> list[Question]:
-        """Fly to the things that pages want to see, and return what to explain."""
-        asked: list[Question] = []
-        for look in self._state_feed.scene.looks():
-            views = self._browser_views.of(look.browser)
-            for view in views:
-                at_once = look.at_once
-                self.follow.fly(view.client, look.centre_world, look.size_m, at_once=at_once)
-            client_id = views[0].client.client_id if views else NOBODY
-            asked.append((*ray_onto(look, self.model.voxel_size_m or 0.0), client_id))
-        return asked
-
     def _name(self, hover: Hover) -> str:
         return name_under(self.model, self._browser_views.of(hover.browser), hover)
-
-    def _inspect(self, number: int, voxel: tuple[float, float, float]) -> None:
-        try:
-            self._answers.put((number, self._link.inspect(voxel)))
-        except CommandError as error:
-            logger.info("a voxel could not be inspected: %s", error)
 
     def _draw(self) -> None:
         changed = self.model.take_changes() | self._changed
@@ -280,7 +242,7 @@ class SceneThread:
             self.model.unfound.latest,
             instance=self._instance,
             has_map=self.model.voxels.count > 0,
-            explanation=self._explanation,
+            explanation=self._explanations.now,
             goals=zlib.crc32(feed.goals),
             calls=zlib.crc32(feed.calls),
         )

@@ -101,8 +101,16 @@ class ShellLook(msgspec.Struct, tag="look", forbid_unknown_fields=True):
 
     position: tuple[Metres, Metres, Metres]
     size: tuple[Metres, Metres, Metres] = (0.5, 0.5, 0.5)
+    thing: Annotated[str, msgspec.Meta(max_length=80)] = ""
+    """What the page calls it."""
+    share: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] | None = None
+    """Probability that it is of its kind."""
     at_once: bool = False
     """Without a flight, for people who want less motion."""
+
+
+class ShellFrame(msgspec.Struct, tag="frame", forbid_unknown_fields=True):
+    """Show the whole map again in this browser."""
 
 
 class ShellHover(msgspec.Struct, tag="hover", forbid_unknown_fields=True):
@@ -159,8 +167,8 @@ class ShellReply(msgspec.Struct, tag="reply"):
 
 ShellMessage = (
     ShellPing | ShellCommand | ShellDrive | ShellInput | ShellAlive | ShellLease | ShellRoom
-    | ShellLook | ShellHover | ShellSearch | ShellNote | ShellTheme | ShellQueue | ShellSaved
-    | ShellVerdict
+    | ShellLook | ShellFrame | ShellHover | ShellSearch | ShellNote | ShellTheme | ShellQueue
+    | ShellSaved | ShellVerdict
 )  # fmt: skip
 
 

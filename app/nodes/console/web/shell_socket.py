@@ -18,6 +18,7 @@ from app.nodes.console.web.page_messages import (
     ShellAlive,
     ShellCommand,
     ShellDrive,
+    ShellFrame,
     ShellHover,
     ShellInput,
     ShellLease,
@@ -111,8 +112,13 @@ async def _listen(
                         centre_world=message.position,
                         size_m=message.size,
                         at_once=message.at_once,
+                        thing=message.thing,
+                        share=message.share,
                     )
                 )
+                continue
+            if isinstance(message, ShellFrame):
+                state_feed.scene.frame(standing.browser)
                 continue
             if isinstance(message, ShellLease):
                 task = asyncio.create_task(standing.act(message))

@@ -40,7 +40,9 @@ def test_a_silent_robot_fails_with_a_line_for_each_stream(listened, capsys):
 def test_the_table_says_what_to_do(listened, capsys):
     assert listened == []
     assert doctor.run_doctor(Doctor(robot="scout", connect="tcp/127.0.0.1:1", profile="zed")) == 1
-    out = " ".join(capsys.readouterr().out.split())
+    printed = capsys.readouterr()
+    assert printed.err == "checking scout at tcp/127.0.0.1:1, 5 s of its messages …\n"
+    out = " ".join(printed.out.split())
     assert "nothing comes on camera/color" in out
     assert "start the driver and the bridge" in out
 

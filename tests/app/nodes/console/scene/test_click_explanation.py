@@ -13,7 +13,12 @@ from app.messages.images import CompressedColor, StampedCamera
 from app.messages.motion import StampedTransform
 from app.nodes.console.link.commands import CommandError
 from app.nodes.console.panels import markup
-from app.nodes.console.scene.click_explanation import ExplanationBuilder, marked, with_labels
+from app.nodes.console.scene.click_explanation import (
+    ExplanationBuilder,
+    marked,
+    of_thing,
+    with_labels,
+)
 from app.nodes.console.scene.clicks import Clicks
 from app.view.model.picture_store import StoredPicture
 from app.view.model.scene_model import SceneModel
@@ -81,6 +86,26 @@ def test_a_surface_is_explained_with_the_picture_that_shows_it(model):
         ("bed", "10.0%"),
         ("Level", "certain"),
     ]
+
+
+def test_a_remembered_thing_stays_what_it_is_when_its_surface_is_called_something_else(model):
+    explanations = ExplanationBuilder(model, lambda *_: None)
+    surface, _, _ = explanations.explain(np.array([2.05, 5.05, 3.0]), DOWN, 1.4)
+    reply = InspectReply(
+        labels=[
+            LabelShare(label="clothes", probability=0.9),
+            LabelShare(label="hat", probability=0.1),
+        ],
+        ooi=0.0,
+        level=None,
+    )
+    full = with_labels(of_thing(surface, "hat", 0.99, ENGLISH), reply, "plant", ENGLISH)
+    assert full.title == "Hat"
+    assert full.rows[:3] == [("hat", "99.0%"), ("plant", "0.0%"), ("clothes", "90.0%")]
+    named = with_labels(of_thing(surface, "Anna's mug", None, ENGLISH), reply, "", ENGLISH)
+    assert named.title == "Anna's mug"
+    assert named.rows[:2] == [("clothes", "90.0%"), ("hat", "10.0%")]
+    assert of_thing(surface, "", None, ENGLISH) is surface
 
 
 def test_a_bead_is_explained_by_gain_cost_level_and_what_it_sees(model):

@@ -67,7 +67,8 @@ def test_what_a_person_says_of_a_thing_is_passed_on_and_the_plan_asks_again(
 def test_the_scene_is_asked_what_a_page_points_at(client, state_feed):
     with client.socket("/api/ws") as shell:
         hear(shell)
-        shell.send('{"type":"look","position":[1,2,0.5]}')
+        shell.send('{"type":"look","position":[1,2,0.5],"thing":"Anna\'s mug","share":0.9}')
+        shell.send('{"type":"frame"}')
         shell.send('{"type":"hover","id":6,"u":0.25,"v":0.5}')
         asked = []
         deadline = time.monotonic() + 10.0
@@ -79,6 +80,9 @@ def test_the_scene_is_asked_what_a_page_points_at(client, state_feed):
         assert (asked[0].u, asked[0].v) == (0.25, 0.5)
         (look,) = state_feed.scene.looks()
         assert (look.centre_world, look.browser) == ((1, 2, 0.5), asked[0].browser)
+        assert (look.thing, look.share) == ("Anna's mug", 0.9)
+        assert state_feed.scene.framings() == [asked[0].browser]
+        assert state_feed.scene.framings() == []
 
 
 def test_goals_are_changed_cancelled_and_saved_by_number(client, navigator):
