@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from app.nodes.console.link.commands import Actions, CommandError
-from app.nodes.console.panels import markup
+from app.nodes.console.panels.places_markup import candidate, not_found
 from app.nodes.console.scene.find_picture import crop
 from app.view.colors import QUIET
 from app.view.model.candidates import LISTED
@@ -56,7 +56,7 @@ class CandidatesPanel:
         self._head.visible = self._close.visible = lost is not None
         if lost is not None:
             count = None if lost.places is None else len(places)
-            self._head.content = markup.not_found(lost.name, count, self._words)
+            self._head.content = not_found(lost.name, count, self._words)
         labels = [row.label for row in model.proximity.rows] if model.proximity is not None else []
         for n, (text, buttons) in enumerate(self._rows):
             is_listed = n < len(places)
@@ -66,9 +66,7 @@ class CandidatesPanel:
                 place = places[n]
                 picture = None if place.picture is None else crop(place.picture)
                 label = labels[place.label] if place.label < len(labels) else ""
-                text.content = markup.candidate(
-                    n + 1, place, picture, label, lost.start_ns, self._words
-                )
+                text.content = candidate(n + 1, place, picture, label, lost.start_ns, self._words)
 
     def _hide(self) -> None:
         """Close the list; the next goal that is not found opens it again."""

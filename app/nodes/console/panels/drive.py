@@ -6,6 +6,7 @@ from typing import Any, Final, Literal, get_args
 from app.messages.driving import DriveModeName, DriveStatus
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
+from app.nodes.console.panels.drive_markup import intervention, painted
 from app.view.colors import QUIET
 from app.view.model.painted_area import mapped_m2
 from app.view.model.scene_model import Part, SceneModel
@@ -79,7 +80,7 @@ class DrivePanel:
         """List what is painted, with how much of the map it covers."""
         size_m = model.voxel_size_m or 0.0
         regions = [(one.kind, mapped_m2(one, model.voxels, size_m)) for one in model.painted]
-        self._regions.content = markup.painted(regions, self._words)
+        self._regions.content = painted(regions, self._words)
 
     def attempt(self, command: Callable[[], str]) -> None:
         """Run a command and show its result."""
@@ -109,5 +110,5 @@ class DrivePanel:
         self._drive = drive
         mode_text = self._words(f"panel.drive.{drive.mode}.text")
         self._mode_text.content = markup.choice(drive.mode, mode_text)
-        self._filter.content = markup.intervention(drive, self._words)
+        self._filter.content = intervention(drive, self._words)
         self._cancel.visible = drive.waypoint is not None

@@ -3,16 +3,13 @@
 viser inserts HTML into the page unchanged, handlers included, so no other module builds HTML.
 """
 
-import base64
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from html import escape as _escape
 
 from app.messages.control import SentenceReading
-from app.messages.driving import DriveStatus
 from app.messages.status import Event, GoalStatus, LevelTable, Status, StreamStatus
 from app.view.colors import LEVEL_COLORS, Legend, Rgb, hex_of
-from app.view.model.candidates import Candidate
 from app.view.shown_state import shown_state
 from app.view.words import Words
 from ippon.guidance.language.goals.goal import Goal
@@ -129,30 +126,6 @@ def choice(chosen: str, text: str) -> str:
     return f'<p class="ip-choice" data-choice="{escape(chosen)}">{escape(text)}</p>'
 
 
-def intervention(drive: DriveStatus, say: Words) -> str:
-    """Return the safety filter's intervention, or the waypoint that the robot drives to."""
-    if drive.intervention:
-        return f'<p class="ip-answer ip-bad">{escape(drive.intervention)}</p>'
-    if drive.waypoint is not None:
-        x, y = (say.number(v, 1) for v in drive.waypoint)
-        return answer(say("panel.drive.waypoint", x=x, y=y), ok=True)
-    return ""
-
-
-def painted(regions: Sequence[tuple[str, float]], say: Words) -> str:
-    """List painted regions, the latest first: what each does, and the area of the map in it."""
-    rows = [
-        f"<li><b>{escape(say(f'panel.drive.{kind}'))}</b> <span>{escape(covered)}</span></li>"
-        for kind, area_m2 in reversed(regions)
-        for covered in (
-            say("panel.painted.area", n=say.number(area_m2, 1))
-            if area_m2 > 0.0
-            else say("panel.painted.unmapped"),
-        )
-    ]
-    return f'<ul class="ip-goals">{"".join(rows)}</ul>' if rows else ""
-
-
 def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus], say: Words) -> str:
     """List the goals of a tour and the waiting ones, and the last four finished ones."""
     rows = [
@@ -182,48 +155,6 @@ def _outcome(goal: GoalStatus, say: Words) -> str:
         key = "goals.count.all" if goal.count == "all" else "goals.count.some"
         parts.append(say(key, found=found, count=goal.count))
     return ", ".join(parts)
-
-
-def not_found(name: str, count: int | None, say: Words) -> str:
-    """Return the heading of the candidate list after a search without a find.
-
-    Args:
-        name: What was not found.
-        count: Number of places that are listed below; None if they are not known.
-        say: The words.
-    """
-    title = escape(say("panel.places.title", name=name))
-    text = escape(say("panel.places.some" if count else "panel.places.none"))
-    more = "" if count is None else f"<br>{text}"
-    return f'<p class="ip-not-found"><b>{title}</b>{more}</p>'
-
-
-def candidate(
-    number: int,
-    place: Candidate,
-    picture: bytes | None,
-    label: str,
-    start_ns: int,
-    say: Words,
-) -> str:
-    """Return one candidate: image, probability, position, and when it was seen."""
-    x, y, z = (say.number(v, 1) for v in place.point_world)
-    image = f'<span class="ip-no-picture">{escape(say("panel.places.no_image"))}</span>'
-    seen = say("panel.places.unseen")
-    if picture is not None and place.picture is not None:
-        data = base64.b64encode(picture).decode()
-        image = f'<img alt="" src="data:image/jpeg;base64,{data}">'
-        since_ns = place.picture.picture.stamp_ns - start_ns
-        key = "panel.places.before" if since_ns < 0 else "panel.places.seen"
-        seen = say(key, time=_clock(since_ns), m=say.number(place.picture.depth_m, 1))
-    likely = escape(say("panel.places.likely", share=say.percent(place.probability)))
-    taken_for = say("panel.places.classified", label=label.replace("_", " "))
-    line = f"{escape(taken_for)}<br>" if label else ""
-    where = escape(say("panel.places.where", x=x, y=y, z=z))
-    return (
-        f'<div class="ip-candidate">{image}<p><b>{number}</b> {likely}<br>'
-        f"{line}<span>{where}<br>{escape(seen)}</span></p></div>"
-    )
 
 
 def levels(table: LevelTable | None, say: Words) -> str:
@@ -369,7 +300,7 @@ def streams(rows: Iterable[StreamStatus], say: Words) -> str:
 def event_log(events: Iterable[Event], start_ns: int, say: Words) -> str:
     """List the latest events, the newest first."""
     rows = "".join(
-        f'<li data-kind="{event.kind}"><time>{_clock(event.stamp_ns - start_ns)}</time>'
+        f'<li data-kind="{event.kind}"><time>{clock(event.stamp_ns - start_ns)}</time>'
         f"<span>{escape(event.text)}</span></li>"
         for event in list(events)[-14:][::-1]
     )
@@ -384,6 +315,7 @@ def _age(age_s: float | None, say: Words) -> str:
     return escape(say("panel.streams.never")) if age_s is None else f"{say.number(age_s, 1)} s"
 
 
-def _clock(nanoseconds: int) -> str:
+def clock(nanoseconds: int) -> str:
+    """Return a time as minutes and seconds."""
     seconds = max(0, nanoseconds // 1_000_000_000)
     return f"{seconds // 60}:{seconds % 60:02d}"
