@@ -38,6 +38,8 @@ def run_calibrate(command: Calibrate) -> int:
         raise UsageError(f"--out: the folder {command.out.parent} does not exist")
     try:
         sources = [open_source(path, command.floor_m) for path in command.recordings]
+        for note in filter(None, (source.note for source in sources)):
+            print(f"ippon: {note}", file=sys.stderr)
         files = [command.known or path / KNOWN_OBJECTS for path in command.recordings]
         known = [read_known_objects(path) for path in files]
         every = tuple(dict.fromkeys(label for one in known for label in one.labels))

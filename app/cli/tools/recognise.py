@@ -41,6 +41,8 @@ def run_recognise(command: Recognise) -> int:
         raise UsageError("--find takes comma-separated objects, such as cup,tv")
     try:
         source = open_source(command.path, command.floor_m, track=command.track)
+        if source.note:
+            print(f"ippon: {source.note}", file=sys.stderr)
         own = command.observation_model
         models = ObservationModels([] if own is None else [read_observation_model(own)])
         recognition = Recognition(objects, models, voxel_size_m=command.voxel_size_m)

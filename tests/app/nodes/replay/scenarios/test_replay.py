@@ -15,11 +15,12 @@ from app.links.robot_streams.assembler import FrameAssembler
 from app.messages import keys
 from app.messages.cdr import typestore
 from app.messages.images import decode_camera, decode_color, decode_depth
-from app.messages.motion import decode_transforms
+from app.messages.motion import decode_transforms, encode_transforms
 from app.nodes.replay.datasets import DatasetError, open_dataset
 from app.nodes.replay.floor_alignment import align_to_floor
 from app.nodes.replay.messages import RobotMessage, bag_messages
-from app.nodes.replay.node import ReplayConfig, messages_of, play
+from app.nodes.replay.node import ReplayConfig, messages_of, play, world_of
+from app.recognition.frames import open_source
 from app.recording.writing.writer import SessionWriter
 from ippon.geometry import invert_transform, make_transform, rotation_z
 from ippon.mapping.objects.surface_changes import SurfaceTracker
@@ -164,6 +165,74 @@ def test_a_bag_of_ros_2_in_sqlite_is_replayed(tmp_path):
     got = [(s.key, s.payload) for s in bag_messages(tmp_path / "bag", 0.0, heatmaps=True)]
     assert got == [(k, p) for _, k, p in all_messages() if k in kinds]
     assert isinstance(next(bag_messages(tmp_path / "bag", 0.0, heatmaps=True)), RobotMessage)
+
+
+def _bag(folder, *, root="map", camera=True, late_s=0.0):
+    """Write a session whose tf has another root, no camera, or stamps of its own."""
+    writer = SessionWriter(folder, "r")
+    for time_ns, key, payload in all_messages():
+        if key == keys.TF:
+            base, mount = decode_transforms(payload)
+            base = dataclasses.replace(base, parent=root)
+            links = [base, mount] if camera else [base]
+            moved = [
+                dataclasses.replace(t, stamp_ns=t.stamp_ns + round(late_s * 1e9)) for t in links
+            ]
+            writer.add(key, encode_transforms(moved), time_ns, 0.0)
+        else:
+            writer.add(key, payload, time_ns, 0.0)
+    writer.close()
+    return folder
+
+
+def test_the_root_of_tf_is_the_world_of_a_bag_without_map(tmp_path):
+    bag, mapped = _bag(tmp_path / "a", root="odom"), _bag(tmp_path / "b")
+    source = open_source(bag)
+    assert source.note == f"{bag} has no frame 'map': 'odom' is taken as the world"
+    assert open_source(mapped).note == ""
+    poses = [frame.T_world_camera for frame in source.frames()]
+    assert len(poses) > 5
+    np.testing.assert_allclose(poses, [f.T_world_camera for f in open_source(mapped).frames()])
+    config = ReplayConfig(path=bag, start_s=1.0)
+    first = next(messages_of(config, 0, world_of(config)))
+    (same,) = decode_transforms(first.payload)
+    assert (first.at_s, first.key, same.parent, same.child) == (0.0, keys.TF_STATIC, "map", "odom")
+    np.testing.assert_array_equal(same.T_parent_child, np.eye(4))
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["replay"],
+        ["recognise", "--find", "cup"],
+        ["calibrate", "--out", "model.json", "--known", "objects.json"],
+    ],
+)
+def test_a_bag_whose_images_cannot_have_a_pose_is_refused(command, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "objects.json").write_text('{"objects": [], "absent": ["cup"]}')
+    bag = _bag(tmp_path / "s", root="odom", camera=False)
+    assert run([command[0], str(bag), *command[1:]]) == 2
+    error = capsys.readouterr().err
+    assert (
+        "no image has a pose: no way from 'odom' to 'camera_color_optical_frame': nothing names "
+        "'camera_color_optical_frame'; tf has base_link, odom, and there is no tf_static"
+    ) in error
+    assert "ippon replay --no-poses" in error
+
+
+def test_a_bag_whose_poses_are_of_another_time_is_refused(tmp_path):
+    with pytest.raises(DatasetError, match=r"no image can be mapped; .* lacks tf from map to cam"):
+        list(open_source(_bag(tmp_path / "s", late_s=100.0)).frames())
+
+
+def test_the_doctor_says_that_images_cannot_have_a_pose(tmp_path, capsys):
+    assert run(["doctor", str(_bag(tmp_path / "a", camera=False))]) == 0
+    out = capsys.readouterr().out
+    assert "no image has a pose: no way from 'map' to 'camera_color_optical_frame'" in out
+    assert "whole" not in out
+    assert run(["doctor", str(_bag(tmp_path / "b", root="odom"))]) == 0
+    assert "no image has a pose" not in capsys.readouterr().out
 
 
 def test_a_bag_without_depth_is_refused_by_name(tmp_path, capsys):
