@@ -3,7 +3,7 @@
 import logging
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
@@ -21,6 +21,7 @@ from app.nodes.replay.messages import (
     world_note,
 )
 from app.process.stop_signal import ProcessStopSignal, StopSignal
+from app.recording.channels import USUAL, Names
 from app.recording.frame_tree import WORLD
 
 logger = logging.getLogger(__name__)
@@ -46,6 +47,8 @@ class ReplayConfig:
     """Send the recorded poses; without, the navigator must track the camera."""
     floor_m: float | None = None
     """Height of a dataset's floor along up; None estimates it."""
+    names: Names = field(default_factory=lambda: USUAL)
+    """Topics of a bag of a robot that has names of its own."""
 
     def __post_init__(self) -> None:
         """Refuse an invalid prefix, rate or start."""
@@ -64,7 +67,7 @@ def world_of(config: ReplayConfig) -> str:
     """
     if not config.poses or not is_bag(config.path):
         return WORLD
-    return bag_world(config.path)
+    return bag_world(config.path, config.names)
 
 
 def messages_of(
@@ -85,7 +88,12 @@ def messages_of(
         raise DatasetError(f"there is no {path}")
     if is_bag(path):
         return bag_messages(
-            path, config.start_s, heatmaps=config.heatmaps, poses=config.poses, world=world
+            path,
+            config.start_s,
+            heatmaps=config.heatmaps,
+            poses=config.poses,
+            world=world,
+            names=config.names,
         )
     dataset = open_dataset(path, poses=config.poses)
     return dataset_messages(

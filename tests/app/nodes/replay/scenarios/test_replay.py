@@ -13,13 +13,21 @@ from scipy.spatial.transform import Rotation
 from app.cli.main import run
 from app.links.robot_streams.assembler import FrameAssembler
 from app.messages import keys
-from app.messages.cdr import typestore
-from app.messages.images import decode_camera, decode_color, decode_depth
+from app.messages.cdr import encode, header, typestore
+from app.messages.images import (
+    decode_camera,
+    decode_color,
+    decode_depth,
+    decompress_color,
+    encode_color,
+    encode_depth_raw,
+)
 from app.messages.motion import decode_transforms, encode_transforms
 from app.nodes.replay.datasets import DatasetError, open_dataset
 from app.nodes.replay.floor_alignment import align_to_floor
 from app.nodes.replay.messages import RobotMessage, bag_messages
 from app.nodes.replay.node import ReplayConfig, messages_of, play, world_of
+from app.nodes.replay.robot_names import read_names
 from app.recognition.frames import open_source
 from app.recording.writing.writer import SessionWriter
 from ippon.geometry import invert_transform, make_transform, rotation_z
@@ -233,6 +241,93 @@ def test_the_doctor_says_that_images_cannot_have_a_pose(tmp_path, capsys):
     assert "whole" not in out
     assert run(["doctor", str(_bag(tmp_path / "b", root="odom"))]) == 0
     assert "no image has a pose" not in capsys.readouterr().out
+
+
+ROBOT = """
+name: own
+body: {radius_m: 0.3, height_m: 1.0, clearance_m: 0.05}
+motion: {max_speed_m_s: 0.5, max_turn_deg_s: 40}
+camera: {height_m: 1.0, horizontal_fov_deg: 70, width_over_height: 1.6, tilt: 0}
+ros2: {namespace: /own, color: front/rgb, depth: front/range, camera_info: front/info}
+"""
+
+
+@pytest.fixture(scope="module")
+def own_bag(tmp_path_factory):
+    """A bag with raw images on topics of a robot's own names, and another camera's images."""
+    folder = tmp_path_factory.mktemp("own")
+    topics = {
+        keys.COLOR: ("/own/front/rgb", keys.ROS_TYPES[keys.COLOR_RAW]),
+        keys.DEPTH: ("/own/front/range", keys.ROS_TYPES[keys.DEPTH_RAW]),
+        keys.CAMERA_INFO: ("/own/front/info", keys.ROS_TYPES[keys.CAMERA_INFO]),
+        keys.TF: ("/tf", keys.ROS_TYPES[keys.TF]),
+    }
+    other = ("/rear/camera/color/image_raw/compressed", keys.ROS_TYPES[keys.COLOR])
+    with Writer(folder / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        to = {
+            topic: writer.add_connection(*topic, typestore=typestore())
+            for topic in (*topics.values(), other)
+        }
+        for time_ns, key, payload in all_messages():
+            if key == keys.COLOR:
+                writer.write(to[other], time_ns, encode_color(np.zeros((8, 8, 3), "u1"), 0, "rear"))
+            if key in topics:
+                writer.write(to[topics[key]], time_ns, _raw(key, payload))
+    (folder / "own.yaml").write_text(ROBOT)
+    return folder / "bag", folder / "own.yaml"
+
+
+def _raw(key, payload):
+    if key == keys.DEPTH:
+        depth = decode_depth(payload)
+        return encode_depth_raw(depth.depth, depth.stamp_ns, "front")
+    if key == keys.COLOR:
+        color = decode_color(payload)
+        pixels = decompress_color(color.encoded)
+        height, width = pixels.shape[:2]
+        return encode(
+            "sensor_msgs/msg/Image", header=header(color.stamp_ns, "front"), height=height,
+            width=width, encoding="rgb8", is_bigendian=0, step=3 * width, data=pixels.reshape(-1),
+        )  # fmt: skip
+    return payload
+
+
+def test_a_bag_is_read_with_the_names_of_its_robot(own_bag):
+    bag, profile = own_bag
+    frames = list(open_source(bag, names=read_names(str(profile))).frames())
+    assert len(frames) > 5
+    for frame in frames:
+        assert frame.color.shape == (40, 64, 3)
+        np.testing.assert_allclose(frame.depth, 2.0, atol=1e-3)
+    config = ReplayConfig(path=bag, names=read_names(str(profile)))
+    assert {m.key for m in messages_of(config, 0)} == {
+        keys.COLOR, keys.DEPTH_RAW, keys.CAMERA_INFO, keys.TF,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["replay"],
+        ["recognise", "--find", "cup"],
+        ["calibrate", "--out", "model.json", "--known", "objects.json"],
+    ],
+)
+def test_topics_that_a_bag_has_under_other_names_are_listed(command, own_bag, capsys, monkeypatch):
+    bag, profile = own_bag
+    monkeypatch.chdir(bag.parent)
+    assert run([command[0], str(bag), *command[1:]]) == 2
+    error = capsys.readouterr().err
+    assert (
+        "has no topic that ends in camera/depth/image_raw/compressedDepth or "
+        "camera/depth/image_raw, camera/color/camera_info: "
+    ) in error
+    assert "It has /own/front/info (sensor_msgs/msg/CameraInfo), /own/front/range (" in error
+    assert "--profile FILE" in error
+    profile.with_name("none.yaml").write_text(ROBOT.replace("front/range", "front/deep"))
+    assert run([command[0], str(bag), *command[1:], "--profile", "none.yaml"]) == 2
+    error = capsys.readouterr().err
+    assert "image_raw/compressedDepth or camera/depth/image_raw: " in error
 
 
 def test_a_bag_without_depth_is_refused_by_name(tmp_path, capsys):
