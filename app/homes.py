@@ -4,10 +4,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
+import numpy as np
+
 from app.errors import UsageError
 from ippon import extensions
 from ippon.errors import SceneError
-from ippon.simulation.homes.config import HomeConfig
+from ippon.simulation.homes.config import MUG_COLORS, HomeConfig
 from ippon.simulation.homes.generator import generate_home
 from ippon.simulation.scene import Scene
 from ippon.simulation.scene_reader import load_scene
@@ -17,6 +19,8 @@ _MAX_SEED: Final = 2**31 - 1
 _LARGE_FLOOR: Final = "floor:"
 """Prefix of the seed of a large building's floor."""
 _FLOOR_START_POSES: Final = 24
+_MUGS: Final = 3
+_MUG_DRAW: Final = 0x3A6
 
 
 def check_home(text: str) -> None:
@@ -43,8 +47,12 @@ def check_home(text: str) -> None:
         raise UsageError(f"the folder {text} holds no {' and no '.join(missing)}")
 
 
-def load_home(text: str) -> Scene:
+def load_home(text: str, *, coloured_mugs: bool = False) -> Scene:
     """Generate or load a home.
+
+    Args:
+        text: Name of the home.
+        coloured_mugs: A generated home has three more mugs, of different colours by its seed.
 
     Raises:
         UsageError: There is no such home, or its files are damaged.
@@ -53,10 +61,11 @@ def load_home(text: str) -> Scene:
     try:
         seed = _seed_of(text)
         if seed is not None:
+            mugs = _mugs(seed) if coloured_mugs else ()
             if text.startswith(_LARGE_FLOOR):
-                large = HomeConfig(layout="floor", start_count=_FLOOR_START_POSES)
+                large = HomeConfig(layout="floor", start_count=_FLOOR_START_POSES, mugs=mugs)
                 return generate_home(seed, config=large)
-            return generate_home(seed)
+            return generate_home(seed, config=HomeConfig(mugs=mugs))
         source = _source_of(text)
         if source is not None:
             return extensions.load(extensions.SCENES, source)(text.partition(":")[2])
@@ -107,6 +116,11 @@ def _source_of(text: str) -> str | None:
 def _seed_of(text: str) -> int | None:
     """Return the seed of a generated home, None for a folder."""
     return _number(text.removeprefix(_LARGE_FLOOR))
+
+
+def _mugs(seed: int) -> tuple[str, ...]:
+    rng = np.random.Generator(np.random.PCG64([seed, _MUG_DRAW]))
+    return tuple(rng.permutation(list(MUG_COLORS))[:_MUGS].tolist())
 
 
 def _number(digits: str) -> int | None:

@@ -291,10 +291,25 @@ export class Plan {
     for (const [n, point] of points.entries()) context[n ? "lineTo" : "moveTo"](...point);
     context.stroke();
     for (const [u, v] of points) context.fillRect(u - 4, v - 4, 8, 8);
+    if (points.length === 2) this.drawLength(context, ...points);
     const [u, v] = [box.width / 2, box.height / 2];
     context.lineWidth = 1;
     context.strokeRect(u - 10, v, 20, 0.5);
     context.strokeRect(u, v - 10, 0.5, 20);
+  }
+
+  // Beside the middle of the measured line, readable on any ground.
+  drawLength(context, [u0, v0], [u1, v1]) {
+    context.font = "600 14px system-ui, sans-serif";
+    context.textAlign = "center";
+    context.textBaseline = "bottom";
+    const [u, v] = [(u0 + u1) / 2, (v0 + v1) / 2 - 8];
+    context.lineWidth = 4;
+    context.strokeStyle = "rgb(255 255 255 / 90%)";
+    const text = at("plan-answer").textContent;
+    context.strokeText(text, u, v);
+    context.fillText(text, u, v);
+    context.strokeStyle = "#c2185b";
   }
 
   placeRooms(place) {

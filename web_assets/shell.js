@@ -20,6 +20,7 @@ import { Things } from "./things.js";
 import { Robots } from "./robots.js";
 import { showWalk } from "./walk.js";
 import { followSceneArea } from "./scene_area.js";
+import { Waiting } from "./waiting.js";
 import { has, say } from "./words.js";
 
 const PING_MS = 2000;
@@ -164,6 +165,7 @@ const calls = new Calls(sides);
 const goals = new Goals(sides, request, mayChange, (position) => show(position));
 new Things(sides, lookAt, request);
 new Robots(sides, stateWord);
+const waiting = new Waiting();
 const onHover = installHover(view, request);
 const onSideKey = (event) => sides.onKey(event);
 const onPlanKey = (event) => plan.onKey(event);
@@ -250,6 +252,7 @@ function renderVeil(shown) {
   };
   const text = texts[shown];
   at("veil").hidden = text === undefined || (shown === "waiting" && state?.has_map);
+  waiting.update(shown === "waiting" && !at("veil").hidden);
   if (text === undefined) {
     if (!document.body.classList.contains("review")) introduction.begin();
     return;

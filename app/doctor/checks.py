@@ -170,7 +170,10 @@ def _speed() -> list[Finding]:
 def _navigators() -> list[Finding]:
     running = running_navigators()
     if not running:
-        detail = "none on this machine; start one with `ippon demo`"
+        detail = (
+            "none on this machine (one that still prepares is not listed); start one with "
+            "`ippon navigate`, or everything with `ippon demo`"
+        )
         return [Finding(what="navigators", verdict="ok", detail=detail)]
     return [
         Finding(what="navigator", verdict="ok", detail=f"{n.robot} at {n.endpoint} (pid {n.pid})")

@@ -34,6 +34,14 @@ class EvaluationConfig:
     """detector: the simulated network gives boxes with scores, with the error rates of a real
     detector on real images; paper: it gives label probabilities per pixel, with the errors that the
     paper describes."""
+    attributes: bool = False
+    """Search for each object by the colours that tell it from others of its kind in the home, such
+    as the red one of several mugs (`--objects mug`); generated homes get three mugs more, of
+    different colours. Success only at an object of the colour; the method no_colour_check takes
+    the first of its kind."""
+    attribute_error_rate: float = 0.1
+    """With --attributes: share of objects and views in which the simulated camera shows an object
+    in another colour; half of the variance is constant over the views of an object."""
     second_object: bool = False
     """After each search, search for a second object from the final pose: once with the existing
     map, once with an empty one. For `ippon` and its ablations, nearest_frontier and greedy_nbv."""

@@ -61,7 +61,7 @@ def rerun_episode(
     present = config_hash(trial, method_named(row.method))
     if present != row.config_hash:
         tell(f"the row was made with configuration {row.config_hash}, this is {present}")
-    scene = load_home(row.home)
+    scene = load_home(row.home, coloured_mugs=bool(row.colour))
     spec = _spec(row, scene)
     prior, method, version = EmbeddedPrior(), method_named(row.method), version_text()
     clocks = Clocks(wall=time.perf_counter, cpu=time.process_time)
@@ -106,6 +106,8 @@ def trial_of_row(settings: dict[str, Any], row: EpisodeRow) -> TrialConfig:
         voxel_size_m=float(fixed.get("voxel_size_m", 0.1)),
         max_time_s=fixed.get("max_time_s"),
         segmentation_errors=fixed.get("segmentation_errors", "paper"),
+        attributes="attribute_error_rate" in fixed,
+        attribute_error_rate=float(fixed.get("attribute_error_rate", 0.0)),
     )
     try:
         return trial_of(config, _profile(settings, row), fixed.get("mission"))
@@ -146,6 +148,7 @@ def _spec(row: EpisodeRow, scene: Scene) -> EpisodeSpec:
         start=start,
         goal=row.goal,
         context=row.context,
+        colour=row.colour,
         seed=row.seed,
         shortest_path_m=row.shortest_path_m,
     )

@@ -106,7 +106,7 @@ def _list(
         observer.advance()
     for home, error in failed.items():
         observer.tell(f"{home}: {error}", error=True)
-    left_out = [d for d in dropped if d.reason != "absent"]
+    left_out = [d for d in dropped if d.reason not in ("absent", "one colour")]
     if left_out:
         observer.tell(
             f"{len(left_out)} start poses left out: too close to a viewpoint of the object, no "
@@ -125,7 +125,9 @@ def _why_no_episodes(
         home, error = next(iter(failed.items()))
         return f"no home could be searched; the first, {home}: {error}"
     absent = sorted({d.goal for d in dropped if d.reason == "absent"})
+    alike = sorted({d.goal for d in dropped if d.reason == "one colour"})
     why = f"; absent: {', '.join(absent)}" if absent else ""
+    why += f"; of one colour: {', '.join(alike)}" if alike else ""
     return f"these homes have none of these objects within reach{why}"
 
 

@@ -15,6 +15,7 @@ from ippon.evaluation.trial import TrialConfig, config_hash, habitat_trial
 from ippon.mapping.config import MapConfig
 from ippon.mission.config import MissionConfig
 from ippon.robot import HABITAT, RobotProfile
+from ippon.simulation.segmentation.attribute_errors import AttributeErrorConfig
 
 ZED_IMAGE_WIDTH: Final = 320
 HABITAT_IMAGE_WIDTH: Final = 240
@@ -73,6 +74,9 @@ def trial_of(
         voxels = map_config(robot, config.voxel_size_m)
     mission = changed(MissionConfig(map=voxels), mission_changes or {}, ("mission",))
     world = dataclasses.replace(trial.world, segmentation_errors=config.segmentation_errors)
+    if config.attributes:
+        errors = AttributeErrorConfig(rate=config.attribute_error_rate)
+        world = dataclasses.replace(world, attribute_errors=errors)
     return dataclasses.replace(trial, mission=mission, world=world)
 
 
@@ -83,6 +87,7 @@ def catalogue_of(config: EvaluationConfig) -> EpisodeGenerationConfig:
         starts_per_goal=config.starts,
         small_per_home=config.small_per_home,
         context=config.context,
+        colours=config.attributes,
         second_object=config.second_object,
         min_shortest_path_m=config.min_path_m,
         seed=config.seed,
@@ -121,6 +126,7 @@ def settings_of(
                 if config.segmentation_errors != "paper"
                 else {}
             ),
+            **({"attribute_error_rate": config.attribute_error_rate} if config.attributes else {}),
             "seed": config.seed,
             "robot": config.robot,
             "image_width": trial.image_width,

@@ -10,7 +10,7 @@ import msgspec
 from msgspec import Meta, Struct
 
 from app.messages.status import Count, MissionState
-from ippon.guidance.language.requests.goals import Attribute, Goal
+from ippon.guidance.language.goals.goal import Attribute, Goal
 from ippon.guidance.levels import LevelName
 
 M = TypeVar("M", bound=Struct)
@@ -156,6 +156,9 @@ class FeedbackRequest(_Message, frozen=True, omit_defaults=True):
     verdict: Literal["confirm", "reject"]
     goal_id: int | None = None
     """Number of the goal; None for the find that was announced last."""
+    find: int | None = None
+    """Number of one of its finds, also of one that was counted; None for the find that ended the
+    search."""
 
 
 class QueueRequest(_Message, frozen=True, omit_defaults=True):

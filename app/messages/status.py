@@ -63,6 +63,17 @@ GoalOutcome = Literal["queued", "active", "found", "out_of_reach", "exhausted", 
 """`out_of_reach`: found, but no path leads close to it; the state is `found`."""
 
 
+class CountedFind(_Message, frozen=True):
+    """One of several that are wanted, while the search goes on for the others."""
+
+    number: int
+    """Its number among the finds of the goal, from 1, also of those that were rejected."""
+    position_world: tuple[float, float, float]
+    """Metres."""
+    confirmed: bool = False
+    """The operator confirmed it."""
+
+
 class GoalStatus(_Message, frozen=True):
     """A goal and its outcome."""
 
@@ -84,8 +95,8 @@ class GoalStatus(_Message, frozen=True):
     """Robot time that its search took; None while it goes on, or if it never began."""
     count: Count = 1
     """How many are wanted."""
-    counted: list[tuple[float, float, float]] = []
-    """Where those were found that came before the present find, metres."""
+    counted: list[CountedFind] = []
+    """Those that were found before the present find and not rejected."""
 
 
 class FindAttribute(_Message, frozen=True):
@@ -118,6 +129,8 @@ class FindReport(_Message, frozen=True):
     no path leads close to."""
     attributes: list[FindAttribute] = []
     """What was said of the object, judged on the find."""
+    number: int = 0
+    """Number among the finds of the goal, from 1, also of those that were rejected."""
     perhaps: bool = False
     """It was doubted before, and nothing else looks more like the object."""
 
@@ -231,6 +244,8 @@ class Event(_Message, frozen=True):
     ]
     text: str
     goal_id: int | None = None
+    find: int | None = None
+    """Number of the find that was confirmed or rejected."""
 
 
 class FarEvidenceCells(_Message, frozen=True):

@@ -7,6 +7,7 @@ from typing import Final, Literal
 
 import numpy as np
 
+from ippon.evaluation.goal_colours import telling_colours
 from ippon.evaluation.goal_objects import matching_instances
 from ippon.evaluation.metrics import SUCCESS_DISTANCE_M, Judge
 from ippon.evaluation.supports import context_sentence, room_sentence
@@ -37,6 +38,9 @@ class EpisodeGenerationConfig:
     context: ContextMode = "none"
     """"support": a true sentence for small goals; "both": each small goal with and without it;
     "room": each small goal with and without the room that it is in."""
+    colours: bool = False
+    """Search for objects of a colour that tells them from others of their kind in the home, such as
+    the red one of several mugs; goals without such a colour are left out."""
     second_object: bool = False
     """Search for another object of the home at the end of each search, on its map."""
     min_shortest_path_m: float = 1.0
@@ -76,6 +80,8 @@ class EpisodeSpec:
     """Seed of camera noise, segmentation errors and planner samples."""
     shortest_path_m: float
     """d0, metres."""
+    colour: str = ""
+    """Colour that tells the object from others of its kind; empty for none."""
     then: str = ""
     """Goal of the second search; empty for none."""
 
@@ -90,7 +96,8 @@ class EpisodeSpec:
         return self._named("untold")
 
     def _named(self, told: str) -> str:
-        return f"{home_file_name(self.home)}.{self.goal}.{self.start_index}.{told}"
+        wanted = "_".join(filter(None, (self.colour, self.goal)))
+        return f"{home_file_name(self.home)}.{wanted}.{self.start_index}.{told}"
 
     @property
     def row_ids(self) -> tuple[str, ...]:
@@ -108,7 +115,9 @@ class ExcludedEpisode:
     home: str
     goal: str
     start_index: int | None
-    reason: Literal["absent", "starts too near", "no way", "another floor", "no start left"]
+    reason: Literal[
+        "absent", "one colour", "starts too near", "no way", "another floor", "no start left"
+    ]
 
 
 def list_episodes(
@@ -133,10 +142,10 @@ def list_episodes(
     episodes: list[EpisodeSpec] = []
     dropped: list[ExcludedEpisode] = []
     goals = _drawn_goals(scene, home, config, dropped)
-    for goal in goals:
+    for goal, colour in _with_colours(scene, home, goals, config, dropped):
         then = _next_goal(home, goal, goals, config) if config.second_object else ""
-        judge = Judge(scene, robot, goal, grid=grid)
-        rng = _rng(config.seed, home_name(home), goal)
+        judge = Judge(scene, robot, goal, colour=colour, grid=grid)
+        rng = _rng(config.seed, home_name(home), *filter(None, (colour, goal)))
         taken = 0
         for index in rng.permutation(len(scene.start_poses)).tolist():
             if taken == config.starts_per_goal:
@@ -167,6 +176,27 @@ def list_episodes(
                 ExcludedEpisode(home=home, goal=goal, start_index=None, reason="no start left")
             )
     return tuple(episodes), tuple(dropped)
+
+
+def _with_colours(
+    scene: Scene,
+    home: str,
+    goals: Sequence[str],
+    config: EpisodeGenerationConfig,
+    dropped: list[ExcludedEpisode],
+) -> list[tuple[str, str]]:
+    """Return the goals, each with every colour that tells it from others of its kind, or none."""
+    if not config.colours:
+        return [(goal, "") for goal in goals]
+    pairs: list[tuple[str, str]] = []
+    for goal in goals:
+        colours = telling_colours(scene, matching_instances(scene, goal))
+        pairs += [(goal, colour) for colour in colours]
+        if not colours:
+            dropped.append(
+                ExcludedEpisode(home=home, goal=goal, start_index=None, reason="one colour")
+            )
+    return pairs
 
 
 def _drawn_goals(
@@ -212,7 +242,8 @@ def _specs(
         told = None if meant is None else sentence_of(scene, meant)
         if told is not None:
             sentences = [told] if config.context == "support" else ["", told]
-    seed = int(_rng(config.seed, home_name(home), goal, str(index)).integers(2**31))
+    names = [*filter(None, (judge.colour, goal)), str(index)]
+    seed = int(_rng(config.seed, home_name(home), *names).integers(2**31))
     return [
         EpisodeSpec(
             home=home,
@@ -220,6 +251,7 @@ def _specs(
             start=start,
             goal=goal,
             context=sentence,
+            colour=judge.colour,
             seed=seed,
             shortest_path_m=d0,
         )

@@ -10,7 +10,7 @@ from ippon.command import Command
 from ippon.evaluation.episode import EpisodeLimits, run_episode
 from ippon.evaluation.methods.method_table import PlannerSetup
 from ippon.evaluation.metrics import Judge
-from ippon.evaluation.outcome import Ending, is_at_instance, shows_object
+from ippon.evaluation.outcome import Ending, is_at_instance, is_wrong_instance, shows_object
 from ippon.frame import Frame
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
@@ -108,6 +108,8 @@ class SearchRecord:
     ending: Ending
     recognised: bool
     """Whether the map holds a cluster of voxels at the object at the end."""
+    wrong_instance: bool
+    """Whether the find is of the goal's kind and has another colour."""
     planner_s: tuple[float, ...]
     step_s: tuple[float, ...]
     """Processor time of each planner step, and of each mission step."""
@@ -169,7 +171,10 @@ def search(
             observer(frame, result, setup.mission)
     last = notes.last
     assert last is not None, "an episode has at least one frame"
-    instances = [world.scene.instances[k] for k in judge.instances]
+    instances, wrong = (
+        [world.scene.instances[k] for k in rows]
+        for rows in (judge.instances, judge.wrong_instances)
+    )
     return SearchRecord(
         trajectory=world.trajectory[began_points:],
         positions=np.array(notes.positions),
@@ -181,6 +186,7 @@ def search(
         last=last,
         ending=last.outcome or "time",
         recognised=any(is_at_instance(c, instances) for c in last.candidates),
+        wrong_instance=last.find is not None and is_wrong_instance(last.find, instances, wrong),
         planner_s=tuple(planner.seconds[began_plans:]),
         step_s=tuple(notes.step_s),
     )

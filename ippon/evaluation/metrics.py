@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ippon.evaluation.geodesic import GeodesicField
+from ippon.evaluation.goal_colours import has_colour
 from ippon.evaluation.goal_objects import goal_viewpoints, matching_instances
 from ippon.robot import RobotProfile
 from ippon.simulation.camera.line_of_sight import LineOfSight
@@ -71,7 +72,13 @@ class Judge:
     """Scores searches for one goal in one home by one robot, from ground truth."""
 
     def __init__(
-        self, scene: Scene, robot: RobotProfile, goal: str, *, grid: NavigationGrid | None = None
+        self,
+        scene: Scene,
+        robot: RobotProfile,
+        goal: str,
+        *,
+        colour: str = "",
+        grid: NavigationGrid | None = None,
     ) -> None:
         """Find the goal's instances, their viewpoints, and the paths to them.
 
@@ -79,12 +86,17 @@ class Judge:
             scene: The home.
             robot: Body and camera.
             goal: Label or category; see `matching_instances`.
+            colour: Colour of the instances that count; empty for all.
             grid: Navigation grid of this home and robot, if already computed.
         """
         grid = robot_grid(scene, robot) if grid is None else grid
         sight = LineOfSight(scene)
-        self.instances = matching_instances(scene, goal)
+        alike = matching_instances(scene, goal)
+        self.colour = colour
+        self.instances = tuple(k for k in alike if not colour or has_colour(scene, k, colour))
         """Rows of `scene.instances` that match the goal."""
+        self.wrong_instances = tuple(k for k in alike if k not in self.instances)
+        """Rows of its kind in another colour."""
         found = [goal_viewpoints(scene, grid, robot, k, sight) for k in self.instances]
         self.viewpoints: NDArray[np.float64] = np.concatenate(found) if found else np.empty((0, 2))
         """(N, 2) positions in metres from which one of them is visible."""

@@ -13,11 +13,12 @@ from ippon.simulation.scene import Instance
 
 Ending = Literal["found", "out_of_reach", "exhausted", "time"]
 Failure = Literal[
-    "none", "false_stop", "out_of_reach", "collision", "stuck", "never_seen", "seen_and_missed",
-    "time",
+    "none", "wrong_instance", "false_stop", "out_of_reach", "collision", "stuck", "never_seen",
+    "seen_and_missed", "time",
 ]  # fmt: skip
 FAILURES: Final[tuple[Failure, ...]] = (
-    "never_seen", "seen_and_missed", "false_stop", "out_of_reach", "collision", "stuck", "time",
+    "never_seen", "seen_and_missed", "false_stop", "wrong_instance", "out_of_reach", "collision",
+    "stuck", "time",
 )  # fmt: skip
 
 STUCK_AFTER_S: Final = 60.0
@@ -38,14 +39,22 @@ def shows_object(rendering: Rendering, instances: Sequence[int], max_range_m: fl
 
 def is_at_instance(find: Find, instances: Sequence[Instance]) -> bool:
     """Tell whether a cluster of voxels lies on an instance, or within 0.4 m of one."""
+    return any(_outside_m(find, one) <= _FIND_TOLERANCE_M for one in instances)
+
+
+def is_wrong_instance(find: Find, right: Sequence[Instance], wrong: Sequence[Instance]) -> bool:
+    """Tell whether a find lies on an instance of another colour, and no right one is nearer."""
+    away = min((_outside_m(find, one) for one in wrong), default=math.inf)
+    return away <= _FIND_TOLERANCE_M and away < min(
+        (_outside_m(find, one) for one in right), default=math.inf
+    )
+
+
+def _outside_m(find: Find, instance: Instance) -> float:
+    """Return the distance of a find's centre from the box of an instance."""
     p = np.array(find.position_world)
-    for instance in instances:
-        outside = np.maximum(
-            np.maximum(np.array(instance.aabb_min) - p, p - np.array(instance.aabb_max)), 0.0
-        )
-        if float(np.linalg.norm(outside)) <= _FIND_TOLERANCE_M:
-            return True
-    return False
+    outside = np.maximum(np.array(instance.aabb_min) - p, p - np.array(instance.aabb_max))
+    return float(np.linalg.norm(np.maximum(outside, 0.0)))
 
 
 def stood_still(positions: NDArray[np.float64], step_s: float) -> bool:
@@ -78,7 +87,14 @@ def touched_there(
 
 
 def failure_cause(
-    *, success: bool, ending: Ending, seen: bool, recognised: bool, stuck: bool, touched: bool
+    *,
+    success: bool,
+    ending: Ending,
+    seen: bool,
+    recognised: bool,
+    stuck: bool,
+    touched: bool,
+    wrong_instance: bool = False,
 ) -> Failure:
     """Return the cause of a failure; the first that applies.
 
@@ -89,18 +105,19 @@ def failure_cause(
         recognised: Whether the map holds a cluster of voxels at the object at the end.
         stuck: Whether the robot stood still for the last minute until time ran out.
         touched: Whether it was in contact where it stands.
+        wrong_instance: Whether its find is of the goal's kind and has another colour.
 
     Returns:
-        `false_stop`: the robot stopped where the object is not. `out_of_reach`: it reported the
-        object without a path to it. `collision`: it was in contact and did not get away.
-        `stuck`: it did not move, without contact. `never_seen`: the object never came into view.
-        `time`: the map holds the object, and time ran out. `seen_and_missed`: the object came into
-        view, and the search passed it.
+        `wrong_instance`: the robot stopped at one of another colour. `false_stop`: the robot
+        stopped where the object is not. `out_of_reach`: it reported the object without a path to
+        it. `collision`: it was in contact and did not get away. `stuck`: it did not move, without
+        contact. `never_seen`: the object never came into view. `time`: the map holds the object,
+        and time ran out. `seen_and_missed`: the object came into view, and the search passed it.
     """
     if success:
         return "none"
     if ending == "found":
-        return "false_stop"
+        return "wrong_instance" if wrong_instance else "false_stop"
     if ending == "out_of_reach":
         return "out_of_reach"
     if stuck:

@@ -64,6 +64,8 @@ class EpisodeRow:
     realtime_factor: float
     """Simulated time over processor time."""
     kind: SearchKind = "single"
+    colour: str = ""
+    """Colour that tells the object from others of its kind; empty for none."""
     after: str = ""
     """Goal of the previous search, at whose end this search starts; empty for none."""
 

@@ -23,6 +23,7 @@ from ippon.evaluation.metrics import Judge
 from ippon.evaluation.outcome import failure_cause, stood_still, touched_there
 from ippon.evaluation.row import EpisodeRow
 from ippon.geometry import Float64Array
+from ippon.guidance.language.goals.goal import Attribute
 from ippon.guidance.language.naming import is_instance_of, resolve_object
 from ippon.guidance.levels import Guidance
 from ippon.guidance.prior import EmbeddedPrior
@@ -78,6 +79,8 @@ def config_hash(config: TrialConfig, method: Method) -> str:
     if config.world.segmentation_errors == "paper":
         # Omitted at its earlier value, for the same reason.
         del trial["world"]["segmentation_errors"], trial["world"]["detector"]
+    if config.world.attribute_errors.rate == 0.0:
+        del trial["world"]["attribute_errors"]
     shown = {"trial": trial, "method": method.name}
     return hashlib.sha256(json.dumps(shown, sort_keys=True).encode()).hexdigest()[:12]
 
@@ -110,7 +113,7 @@ class Trial:
         self._clocks = clocks
         self._prior = prior
         self._witness = observer
-        self._judges: dict[str, Judge] = {}
+        self._judges: dict[tuple[str, str], Judge] = {}
 
     def run(self, spec: EpisodeSpec, method: Method) -> EpisodeRow:
         """Run one search; `spec.then` is ignored."""
@@ -135,7 +138,9 @@ class Trial:
         began = self._clocks.wall(), self._clocks.cpu()
         base = setup.world.base
         start = StartPose(x=base.x_m, y=base.y_m, z=base.z_m, yaw=base.yaw_rad)
-        later = dataclasses.replace(spec, goal=spec.then, start=start, context="", then="")
+        later = dataclasses.replace(
+            spec, goal=spec.then, start=start, context="", colour="", then=""
+        )
         setup.mission.goals.set_goal(*self._goal(later, method, goal_id=2))
         second = self._row(second_id, later, method, self._search(setup, later), began)
         began = self._clocks.wall(), self._clocks.cpu()
@@ -153,14 +158,15 @@ class Trial:
 
     def _run_first(self, spec: EpisodeSpec, method: Method) -> tuple[EpisodeRow, EpisodeSetup]:
         began = self._clocks.wall(), self._clocks.cpu()
-        self._judge(spec.goal)
         setup = self._setup(spec, method)
         return self._row(spec.episode_id, spec, method, self._search(setup, spec), began), setup
 
-    def _judge(self, goal: str) -> Judge:
-        if goal not in self._judges:
-            self._judges[goal] = Judge(self._scene, self._config.robot, goal)
-        return self._judges[goal]
+    def _judge(self, spec: EpisodeSpec) -> Judge:
+        key = spec.goal, spec.colour
+        if key not in self._judges:
+            robot = self._config.robot
+            self._judges[key] = Judge(self._scene, robot, spec.goal, colour=spec.colour)
+        return self._judges[key]
 
     def _goal(self, spec: EpisodeSpec, method: Method, goal_id: int = 1) -> tuple[Goal, Guidance]:
         resolved = resolve_object(spec.goal.replace("_", " "), self._config.labels)
@@ -171,6 +177,7 @@ class Trial:
             display=resolved.display,
             context=spec.context,
             category=resolved.category,
+            attributes=(Attribute(kind="colour", value=spec.colour),) if spec.colour else (),
         )
         return goal, guidance
 
@@ -186,7 +193,7 @@ class Trial:
                 guidance=guidance,
                 seed=spec.seed,
                 scene=self._scene,
-                judge=self._judge(spec.goal),
+                judge=self._judge(spec),
                 goal=spec.goal,
             )
         )
@@ -206,7 +213,7 @@ class Trial:
         reach = min(config.mission.map.ooi_max_range_m, config.robot.max_depth_m)
         return search(
             setup,
-            self._judge(spec.goal),
+            self._judge(spec),
             config.limits,
             self._clocks.cpu,
             seen_within_m=reach,
@@ -223,8 +230,8 @@ class Trial:
     ) -> EpisodeRow:
         config, last = self._config, record.last
         wall_s, cpu_s = self._clocks.wall() - began[0], self._clocks.cpu() - began[1]
-        metrics = self._judge(spec.goal).metrics(
-            record.trajectory, stopped=record.ending == "found"
+        metrics = self._judge(spec).metrics(
+            record.trajectory, stopped=record.ending == "found" and not record.wrong_instance
         )
         frame_s = config.limits.time_step_s * config.limits.steps_per_frame
         failure = failure_cause(
@@ -234,6 +241,7 @@ class Trial:
             recognised=record.recognised,
             stuck=record.ending == "time" and stood_still(record.positions, frame_s),
             touched=touched_there(record.positions, record.contacts, frame_s),
+            wrong_instance=record.wrong_instance,
         )
         path = _thinned(record.trajectory[:, :2])
         planner_ms = 1e3 * np.array(record.planner_s or [0.0])
@@ -247,6 +255,7 @@ class Trial:
             start_yaw_rad=spec.start.yaw,
             goal=spec.goal,
             context=spec.context,
+            colour=spec.colour,
             seed=spec.seed,
             robot=config.robot.name,
             image_width=config.camera.width,

@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.goals.goal import Goal
 from ippon.guidance.language.naming import resolve_object
-from ippon.guidance.language.requests.goals import Goal
 from ippon.memory.instance import Instance
 from ippon.memory.lookup import instance_named, plain_name
 from ippon.vocabulary import canonical_label

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from ippon.guidance.language.requests.goals import Attribute
+from ippon.guidance.language.goals.goal import Attribute
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,6 +16,7 @@ from ippon.mission.finds.rejection import (
     count_known,
     exclude_only,
     reject_find,
+    reject_known,
     update_candidates,
 )
 from ippon.mission.goal import Goal
@@ -146,8 +147,7 @@ class GoalControl:
         """Keep the finds of the searches that end now, for whoever asks for another one."""
         for search in (self._search,) if self.tour is None else self.tour.searches:
             if search is not None:
-                finds = [*search.counted, *filter(None, (search.find,))]
-                self._found_before += [(search.goal.object, find) for find in finds]
+                self._found_before += [(search.goal.object, find) for find in search.finds]
 
     def _exclude_found_before(self, search: Search) -> None:
         if search.goal.other:
@@ -200,12 +200,15 @@ class GoalControl:
         else:
             self.tour.replan()
 
-    def count_again(self, goal_id: int, finds: Sequence[Find]) -> None:
+    def count_again(
+        self, goal_id: int, finds: Sequence[Find], rejected: Sequence[Find] = ()
+    ) -> None:
         """Count what an earlier run of the search has found, which it then does not find again.
 
         Args:
             goal_id: Number of a goal that has just been set.
             finds: What counts.
+            rejected: What the operator rejected: it is not found again either.
 
         Raises:
             ValueError: There is no such goal.
@@ -213,6 +216,8 @@ class GoalControl:
         search = self._of(goal_id)
         if search is None:
             raise ValueError(_NO_GOAL)
+        for find in rejected:
+            reject_known(search, self._voxel_map, find)
         for find in finds:
             count_known(search, self._voxel_map, find)
 
@@ -266,21 +271,26 @@ class GoalControl:
         self._planner.set_far_evidence(None)
         self._journal.why = WAITING
 
-    def reject_find(self, goal_id: int | None = None) -> bool:
-        """Exclude the find that ended a search, and continue the search.
+    def reject_find(self, goal_id: int | None = None, number: int | None = None) -> bool:
+        """Exclude a find, and continue the search for what is missing.
 
         Args:
             goal_id: Number of a goal of a tour; None for the find that was announced last.
+            number: Number of a find of the goal, also of one that was counted; None for the one
+                that ended the search.
 
         Returns:
             Whether there was a find to reject.
         """
-        search = self._found(goal_id)
+        search = self._found(goal_id, number)
         if search is None:
             return False
-        reject_find(search, self._voxel_map, self.frame)
-        self._journal.note("rejected", f"not the {search.goal.display}: searching on")
-        search.state = MissionState.SEARCHING
+        find = search.find_numbered(number)
+        reject_find(search, self._voxel_map, self.frame, find)
+        name = search.name_of(find)
+        self._journal.note("rejected", f"not the {name}: searching on", find and find.number)
+        if search.over:
+            search.state = MissionState.SEARCHING
         if self.tour is None:
             self._planner.set_termination_min(search.termination_min)
         else:
@@ -288,30 +298,39 @@ class GoalControl:
         self._journal.why = f"searching on for {search.goal.display}"
         return True
 
-    def confirm_find(self, goal_id: int | None = None) -> bool:
+    def confirm_find(self, goal_id: int | None = None, number: int | None = None) -> bool:
         """Note that the operator confirms a find.
 
         Args:
             goal_id: Number of a goal of a tour; None for the find that was announced last.
+            number: See `reject_find`.
 
         Returns:
             Whether there was a find to confirm.
         """
-        search = self._found(goal_id)
+        search = self._found(goal_id, number)
         if search is None:
             return False
-        if self.tour is not None:
+        find = search.find_numbered(number)
+        if find is not None:
+            search.confirm(find)
+        if self.tour is not None and search.over and all(one.confirmed for one in search.finds):
             self.tour.dismiss(search)
-        self._journal.note("confirmed", f"{search.goal.display}: confirmed by the operator")
+        text = f"{search.name_of(find)}: confirmed by the operator"
+        self._journal.note("confirmed", text, find and find.number)
         return True
 
-    def _found(self, goal_id: int | None) -> Search | None:
+    def _found(self, goal_id: int | None, number: int | None) -> Search | None:
         """Return the search with a find that waits to be judged; see `reject_find`."""
         search = self._of(goal_id)
         if self.tour is not None and goal_id is None:
             search = self.tour.announced
-        waits = search is not None and search.state is MissionState.FOUND and not search.dismissed
-        return search if waits else None
+        if search is None or search.dismissed:
+            return None
+        if number is not None:
+            return search if search.find_numbered(number) is not None else None
+        is_settled = self.tour is not None and search.find is not None and search.find.confirmed
+        return search if search.state is MissionState.FOUND and not is_settled else None
 
     def _of(self, goal_id: int | None) -> Search | None:
         """Return the search for a goal; None for the present one."""

@@ -30,9 +30,9 @@ class Journal:
                 "longest ago are dropped; ippon navigate --map-memory-mb sets the bound",
             )
 
-    def note(self, kind: str, text: str) -> None:
-        """Keep an event for the next snapshot."""
-        self._events.append(MissionEvent(kind=kind, text=text))
+    def note(self, kind: str, text: str, find: int | None = None) -> None:
+        """Keep an event for the next snapshot, with the number of the find that was judged."""
+        self._events.append(MissionEvent(kind=kind, text=text, find=find))
 
     def take(self) -> tuple[MissionEvent, ...]:
         """Return the events since the last call, the oldest first."""

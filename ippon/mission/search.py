@@ -1,7 +1,7 @@
 """The state of one search."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -76,6 +76,8 @@ class Search:
         """The find that ended the search."""
         self.counted: list[Find] = []
         """Finds before the present one, of a goal of which several are wanted."""
+        self.refused: list[Find] = []
+        """Finds that the operator rejected."""
         self.cancelled = False
         self.dismissed = False
         """The map is no longer updated for a goal of a tour: it was confirmed or cancelled."""
@@ -112,6 +114,7 @@ class Search:
             config.far_evidence, goal.object, near_m, config.map.max_valid_depth_m
         )
         self._started_ns: int | None = None
+        self._last_number = 0
 
     @property
     def over(self) -> bool:
@@ -123,6 +126,40 @@ class Search:
         """Return whether the search goes on after the present find."""
         count = self.goal.count
         return count == "all" or len(self.counted) + 1 < count
+
+    @property
+    def finds(self) -> tuple[Find, ...]:
+        """All finds that are not rejected: those that were counted, and the present one."""
+        return (*self.counted, *filter(None, (self.find,)))
+
+    def find_numbered(self, number: int | None) -> Find | None:
+        """Return one of `finds` by its number; None for the present one."""
+        if number is None:
+            return self.find
+        return next((find for find in self.finds if find.number == number), None)
+
+    def name_of(self, find: Find | None) -> str:
+        """Return the object in the operator's words, with the number of a find of several."""
+        display = self.goal.display
+        return display if find is None or self.goal.count == 1 else f"{display} {find.number}"
+
+    def announce(self, find: Find) -> None:
+        """Set the find that ends the search."""
+        self.find = self.numbered(find)
+
+    def numbered(self, find: Find) -> Find:
+        """Return a find with its number: the next one unless it has one from an earlier run."""
+        number = find.number or self._last_number + 1
+        self._last_number = max(self._last_number, number)
+        return replace(find, number=number)
+
+    def confirm(self, find: Find) -> None:
+        """Note that the operator has confirmed one of `finds`."""
+        confirmed = replace(find, confirmed=True)
+        if self.find == find:
+            self.find = confirmed
+        else:
+            self.counted[self.counted.index(find)] = confirmed
 
     def advance(self, last: Frame | None, frame: Frame) -> None:
         """Add the time since the last frame, and the path until the object is found."""
@@ -248,7 +285,7 @@ class Search:
         return single and not self.image_check.confirms(find)
 
     def drop_find(self) -> Find | None:
-        """Continue after a find that was rejected; returns that find."""
+        """Continue after the find that ended the search; returns that find."""
         find, self.find = self.find, None
         self.arrived_steps = self.empty_steps = self.idle_steps = 0
         self.relaxed_termination = False
@@ -270,9 +307,12 @@ class Search:
         Args:
             full: The roadmap had no room for more viewpoints.
         """
-        found = len(self.counted) + (self.find is not None)
         return exhausted_text(
-            self.goal.display, self.candidates, full=full, found=found, wanted=self.goal.count
+            self.goal.display,
+            self.candidates,
+            full=full,
+            found=len(self.finds),
+            wanted=self.goal.count,
         )
 
     def found_text(self, T_world_base: Float64Array) -> str:

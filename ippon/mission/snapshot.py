@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ippon.command import Command
 from ippon.control.walking_guide import WalkingDirections
 from ippon.geometry import Float64Array
-from ippon.guidance.language.requests.goals import AttributeKind
+from ippon.guidance.language.goals.goal import AttributeKind
 from ippon.mission.goal import Goal
 from ippon.planning.plan import Plan
 
@@ -76,6 +76,11 @@ class Find:
     stand and see it; None otherwise."""
     attributes: tuple[JudgedAttribute, ...] = ()
     """What was said of the object, judged on this find."""
+    number: int = 0
+    """Number among the finds of its search, from 1, also of those that were rejected; 0 for a
+    candidate."""
+    confirmed: bool = False
+    """The operator confirmed it."""
 
 
 class GoalState(StrEnum):
@@ -98,6 +103,8 @@ class GoalStatus:
     """The find that was announced; None for none."""
     counted: tuple[Find, ...] = ()
     """Those before it, where several are wanted."""
+    rejected: tuple[Find, ...] = ()
+    """Those that the operator rejected."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,6 +113,8 @@ class MissionEvent:
 
     kind: str
     text: str
+    find: int | None = None
+    """Number of the find that was confirmed or rejected."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,6 +145,8 @@ class Snapshot:
     events: tuple[MissionEvent, ...]
     counted: tuple[Find, ...] = ()
     """Finds before the present one, where several are wanted."""
+    rejected: tuple[Find, ...] = ()
+    """Finds that the operator rejected."""
     tour: tuple[GoalStatus, ...] = ()
     """The goals of a tour with their states; empty for one goal. `goal`, `state`, `find`, way and
     time are those of the leading one."""

@@ -63,6 +63,7 @@ def snapshot_of(
         explored_m2=voxel_map.explored_m2(),
         events=events,
         counted=() if search is None else tuple(search.counted),
+        rejected=() if search is None else tuple(search.refused),
         tour=() if tour is None else tour.statuses,
         walk=walk,
     )

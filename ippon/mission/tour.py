@@ -68,6 +68,7 @@ class Tour:
                 state=_state_of(search),
                 find=search.find,
                 counted=tuple(search.counted),
+                rejected=tuple(search.refused),
             )
             for search in self.searches
         )
@@ -170,5 +171,6 @@ def _state_of(search: Search) -> GoalState:
     if search.cancelled:
         return GoalState.CANCELLED
     if search.state is MissionState.FOUND:
-        return GoalState.CONFIRMED if search.dismissed else GoalState.FOUND
+        confirmed = search.dismissed or (search.find is not None and search.find.confirmed)
+        return GoalState.CONFIRMED if confirmed else GoalState.FOUND
     return GoalState.NOT_FOUND if search.state is MissionState.EXHAUSTED else GoalState.MISSING

@@ -22,6 +22,10 @@ from ippon.simulation.robot.goal_navigation import GoalNavigation
 from ippon.simulation.robot.mobile_base import BaseConfig, SimulatedBase
 from ippon.simulation.robot.odometry_drift import DriftConfig, OdometryDrift
 from ippon.simulation.scene import Scene, StartPose
+from ippon.simulation.segmentation.attribute_errors import (
+    AttributeErrorConfig,
+    AttributeErrors,
+)
 from ippon.simulation.segmentation.detector import DetectorConfig, SimulatedDetector
 from ippon.simulation.segmentation.segmenter import SegmenterConfig, SimulatedSegmenter
 from ippon.simulation.segmentation.truth import NamePredicate
@@ -43,6 +47,8 @@ class WorldConfig:
     """Used with `paper`."""
     detector: DetectorConfig = field(default_factory=DetectorConfig)
     """Used with `detector`."""
+    attribute_errors: AttributeErrorConfig = field(default_factory=AttributeErrorConfig)
+    """How often an object of interest appears in another colour, for either network."""
     drift: DriftConfig = field(default_factory=DriftConfig)
 
     @classmethod
@@ -86,6 +92,7 @@ class SimulatedWorld:
         )
         self._drift = OdometryDrift(self.base.T_world_base, self.config.drift, seed)
         self._segmenter: SimulatedSegmenter | SimulatedDetector | None = None
+        self._attribute_errors: AttributeErrors | None = None
 
     @property
     def T_world_base_estimated(self) -> Float64Array:  # noqa: N802
@@ -117,6 +124,11 @@ class SimulatedWorld:
         old = self._segmenter
         if old is not None and (old.labels, old.ooi, old.also) == (tuple(labels), ooi, also):
             return
+        wanted = also if ooi is None else (ooi, *also)
+        if self.config.attribute_errors.rate > 0.0:
+            self._attribute_errors = AttributeErrors(
+                self.scene, wanted, self.config.attribute_errors, self._seed, self._is_instance_of
+            )
         if self.config.segmentation_errors == "detector":
             self._segmenter = SimulatedDetector(
                 self.scene,
@@ -163,7 +175,10 @@ class SimulatedWorld:
         T_world_camera = self.base.T_world_base @ T_base_camera
         rendering = self.rendering = self._renderer.render(self.camera, T_world_camera)
         T_world_base = self._drift.T_world_base
-        color = self._noise.corrupt_color(rendering.color, rng)
+        seen = rendering.color
+        if self._attribute_errors is not None:
+            seen = self._attribute_errors.apply(rendering, T_world_camera[:3, 3])
+        color = self._noise.corrupt_color(seen, rng)
         depth = self._noise.corrupt_depth(rendering.depth, rng)
         return Frame(
             stamp_ns=self.stamp_ns,

@@ -63,12 +63,12 @@ class FaultySearch:
             if twist.linear_m_s or twist.yaw_rate_rad_s:
                 self._twists.append(time.monotonic())
 
-    def search(self, wanted):
+    def search(self, wanted, count=1):
         deadline = time.monotonic() + 120.0
         while self.status(1.0) is None:
             assert time.monotonic() < deadline
             time.sleep(0.1)
-        request = SearchRequest(object=wanted)
+        request = SearchRequest(object=wanted, count=count)
         ask(self.session, f"r/{keys.SEARCH}", request, SearchAccepted, 20.0)
 
     def control(self, action):

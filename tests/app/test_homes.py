@@ -1,7 +1,7 @@
 import pytest
 
 from app.errors import UsageError
-from app.homes import expand_homes
+from app.homes import expand_homes, load_home
 
 
 def test_ranges_of_homes_hold_their_last(room):
@@ -31,3 +31,12 @@ def test_a_home_that_is_written_in_two_ways_is_searched_once(room):
 def test_homes_that_are_none(homes, text):
     with pytest.raises(UsageError, match=text):
         expand_homes(homes)
+
+
+def test_a_home_has_three_mugs_more_where_they_are_asked_for():
+    few, more = (
+        sum(one.label == "mug" for one in load_home("5", coloured_mugs=coloured).instances)
+        for coloured in (False, True)
+    )
+    assert more >= 3
+    assert more > few

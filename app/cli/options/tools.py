@@ -78,6 +78,14 @@ class Ask:
     it remembers the object) and has the shortest way there; says why it is none of the others. It
     takes control from nobody and queues nothing: exit status 1 if no robot is free. All robots on
     the router are asked; that of --robot reads the sentence."""
+    confirm: int | Literal["last"] | None = None
+    """In place of a search: confirm a find by its number, or the "last" one, which has ended the
+    search. `--follow` prints the numbers of several."""
+    reject: int | Literal["last"] | None = None
+    """Likewise: say that a find is not the object. It does not count, and the search goes on for
+    what is missing."""
+    goal: int | None = None
+    """With --confirm or --reject: number of the goal; in a tour of several each has its finds."""
     follow: bool = False
     """Print what happens until the search ends. Exit status 0: object found; 4: object found, but
     no path leads close to it; 1: otherwise."""

@@ -1,8 +1,6 @@
 """`ippon ask`: sends a query to a navigator from any terminal."""
 
-import json
 import queue
-import re
 import sys
 import time
 
@@ -10,8 +8,10 @@ import msgspec
 import zenoh
 from rich.console import Console
 
-from app.cli.exit_status import EXIT_NOT_FOUND, exit_status
+from app.cli.exit_status import EXIT_NOT_FOUND
 from app.cli.options.tools import Ask
+from app.cli.tools.feedback import feedback_of, give_feedback
+from app.cli.tools.follow import SILENT_S, follow
 from app.cli.tools.levels import check_query
 from app.cli.tools.levels_table import as_json, print_levels, print_question, printable, said_by
 from app.cli.tools.navigator_address import find_navigator
@@ -35,19 +35,16 @@ from app.messages.control import (
     VocabularyRequest,
     decode,
 )
-from app.messages.status import GoalStatus, LevelTable, Status, goal_of
+from app.messages.status import LevelTable
 from ippon.guidance.language.requests.sentence import MAX_SENTENCE_CHARS, is_name
 from ippon.guidance.levels import Level
 
-SILENT_S = 10.0
 READ_S = 12.0
 """Time for reading a sentence; rules replace a language model after 8 s."""
 PICTURE_S = 25.0
 """Time for naming what a picture shows; the navigator gives its language model 20 s."""
 ANSWER_S = 150.0
 """Time for up to three requests to a language model."""
-NUMBERS_EVERY_S = 5.0
-"""How often `--follow` prints what a search does where only its numbers have changed."""
 NAME = "ippon ask"
 
 Wanted = tuple[SearchRequest, bool]
@@ -62,7 +59,9 @@ def run_ask(command: Ask) -> int:
         raise UsageError(
             "--picture stands in place of the object; what you know of its place goes to --context"
         )
-    if command.picture is None and (command.add_label is None or command.object):
+    feedback = feedback_of(command)
+    asks = feedback is None and command.picture is None
+    if asks and (command.add_label is None or command.object):
         check_query(command.object[:80], command.context)
     jpeg = None if command.picture is None else read_jpeg(command.picture)
     if command.show_prompt and not command.explain:
@@ -81,6 +80,9 @@ def run_ask(command: Ask) -> int:
             # A navigator that compiles is at its endpoint already, and takes no request yet. Where
             # it cannot be determined, the request itself fails.
             is_alive(session, f"{robot}/{keys.NAVIGATOR_ALIVE}", command.timeout_s)
+        if feedback is not None:
+            give_feedback(session, robot, command, feedback, NAME)
+            return 0
         if command.add_label is not None:
             _add_label(session, robot, command)
             if not command.object:
@@ -129,7 +131,7 @@ def _search(session: zenoh.Session, robot: str, command: Ask, requests: list[Wan
             _explain(tables, accepted, command)
     if not command.follow:
         return 0
-    return _follow(updates, [accepted.goal_id for accepted in goals], command)
+    return follow(updates, [accepted.goal_id for accepted in goals], command)
 
 
 def _give(session: zenoh.Session, command: Ask, requests: list[Wanted]) -> int:
@@ -142,7 +144,7 @@ def _give(session: zenoh.Session, command: Ask, requests: list[Wanted]) -> int:
     robot, accepted = given
     updates: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     subscribe(session, f"{robot}/{keys.STATUS}", updates.put)
-    return _follow(updates, [accepted.goal_id], command)
+    return follow(updates, [accepted.goal_id], command)
 
 
 def _read(session: zenoh.Session, robot: str, command: Ask) -> list[Wanted]:
@@ -265,84 +267,6 @@ def _show_accepted(accepted: SearchAccepted, command: Ask) -> None:
     for note in accepted.notes:
         print(f"note: {note}")
     sys.stdout.flush()
-
-
-def _follow(updates: "queue.SimpleQueue[bytes]", goals: list[int], command: Ask) -> int:
-    """Print how the searches go on until all are over; return the highest exit status."""
-    left, worst = set(goals), 0
-    progress = _Progress()
-    while left:
-        try:
-            status = decode(updates.get(timeout=SILENT_S), Status)
-        except queue.Empty:
-            raise LinkError(f"the navigator has been silent for {SILENT_S:g} s") from None
-        listed = [goal_of(status, goal_id) for goal_id in goals if goal_id in left]
-        begun = [goal for goal in listed if goal is not None and goal.outcome != "queued"]
-        ended = [goal for goal in begun if goal.outcome != "active"]
-        if not begun:
-            continue
-        if command.json:
-            lead = status.goal.goal_id if status.goal is not None else None
-            for goal in begun:
-                if goal in ended or goal.goal_id == lead:
-                    print(json.dumps(_as_dict(status, goal)), flush=True)
-        else:
-            progress.show(status)
-        for goal in ended:
-            if len(goals) > 1 and not command.json:
-                print(_end_of(goal), flush=True)
-            left.remove(goal.goal_id)
-            worst = max(worst, exit_status(goal))
-    return worst
-
-
-class _Progress:
-    """Prints what a search does when that changes; numbers alone change too often to read."""
-
-    def __init__(self) -> None:
-        self._line = ""
-        self._at_s = -NUMBERS_EVERY_S
-
-    def show(self, status: Status) -> None:
-        line = f"{status.state}: {status.why}"
-        is_soon = abs(status.elapsed_s - self._at_s) < NUMBERS_EVERY_S
-        if line == self._line or (is_soon and _words(line) == _words(self._line)):
-            return
-        self._line, self._at_s = line, status.elapsed_s
-        print(f"{status.elapsed_s:7.1f} s  {line}", flush=True)
-
-
-def _words(line: str) -> str:
-    return re.sub(r"[0-9.]+", "", line)
-
-
-def _end_of(goal: GoalStatus) -> str:
-    """Return how the search for one of several goals ended, in one line."""
-    place = ""
-    if goal.position_world is not None:
-        x, y, z = goal.position_world
-        place = f" at ({x:.1f}, {y:.1f}) m, {z:.1f} m high"
-    before = f", and {len(goal.counted)} before" if goal.counted else ""
-    return f"{goal.object.replace('_', ' ')}: {goal.outcome.replace('_', ' ')}{place}{before}"
-
-
-def _as_dict(status: Status, goal: GoalStatus) -> dict[str, object]:
-    find = status.find
-    if find is not None and find.goal_id != goal.goal_id:
-        find = None
-    return {
-        "goal_id": goal.goal_id,
-        "object": goal.object,
-        "outcome": goal.outcome,
-        "state": status.state,
-        "why": status.why,
-        "elapsed_s": round(status.elapsed_s, 2),
-        "path_length_m": round(status.path_length_m, 3),
-        "position_world": goal.position_world if find is None else find.position_world,
-        "out_of_reach_m": None if find is None else find.out_of_reach_m,
-        "counted": goal.counted,
-        "attributes": [] if find is None else msgspec.to_builtins(find.attributes),
-    }
 
 
 def _close(session: zenoh.Session) -> None:

@@ -14,13 +14,18 @@ def find_navigator(
     """
     if connect is not None:
         return connect, robot or "ippon"
-    running = [n for n in running_navigators() if robot is None or n.robot == robot]
+    on_machine = running_navigators()
+    running = [n for n in on_machine if robot is None or n.robot == robot]
     if len(running) == 1 or (running and any_of):
         return running[0].endpoint, running[0].robot
+    if not running and on_machine:
+        there = ", ".join(n.robot for n in on_machine)
+        raise UsageError(f"no navigator of {robot} runs on this machine; there is {there}")
     if not running:
         raise UsageError(
-            "no navigator runs on this machine; start one with `ippon demo`, or name one elsewhere "
-            "with --connect tcp/ADDRESS:PORT --robot PREFIX"
+            "no navigator runs on this machine, or it still prepares its first start; start one "
+            "with `ippon navigate`, or everything with `ippon demo`, or name one elsewhere with "
+            "--connect tcp/ADDRESS:PORT --robot PREFIX"
         )
     choices = "\n".join(f"  --robot {n.robot}   ({n.endpoint})" for n in running)
     raise UsageError(f"several navigators run on this machine; choose one:\n{choices}")

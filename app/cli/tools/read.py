@@ -14,7 +14,7 @@ from app.errors import UsageError
 from app.links.language_model.interface import RULES, SentenceAnswer
 from app.links.language_model.sentence_reading import as_reading
 from app.messages.control import SentenceReading, encode
-from ippon.guidance.language.requests.goals import Attribute, Goal
+from ippon.guidance.language.goals.goal import Attribute, Goal
 from ippon.guidance.language.requests.sentence import read_request
 
 EXIT_NOTHING = 1

@@ -47,7 +47,7 @@ def edge_score(
     width = pairs[0][1].shape[1]
     reach = max(2, round(REACH_SHARE * width))
     step = max(1, reach // 8)
-    offsets = range(-reach, reach + 1, step)
+    offsets = [k * step for k in range(-(reach // step), reach // step + 1)]
     sums = np.zeros((len(offsets), len(offsets)))
     weight, mean = 0, 0.0
     for color, depth in pairs:
@@ -62,11 +62,11 @@ def edge_score(
         return None
     ratios = sums / mean
     a, b = np.unravel_index(int(np.argmax(ratios)), ratios.shape)
-    middle = list(offsets).index(0)
+    middle = len(offsets) // 2
     return EdgeScore(
         score=float(ratios[middle, middle]),
         best=float(ratios[a, b]),
-        shift_px=(list(offsets)[int(b)], list(offsets)[int(a)]),
+        shift_px=(offsets[int(b)], offsets[int(a)]),
         pixels=weight,
     )
 

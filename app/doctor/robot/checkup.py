@@ -14,7 +14,7 @@ from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import StampedCamera
 from app.messages.motion import decode_transforms
-from app.nodes.navigator.profile_check import profile_mismatches
+from app.nodes.navigator.profile_check import depth_unit_mismatch, profile_mismatches
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, invert_transform
@@ -41,7 +41,17 @@ def check_robot(
         findings.append(_check_offset(samples, camera, camera.camera, clock_offset_s))
     if profile is not None:
         findings += _check_profile(samples, camera, profile)
-    return [*findings, *check_commands(samples, profile)]
+    elif not any(f.what == "depth" and f.verdict == "failed" for f in findings):
+        findings += _check_depth_unit(samples, camera)
+    heard = not any(finding.verdict == "failed" for finding in findings)
+    return [*findings, *check_commands(samples, profile, expects_commands=heard)]
+
+
+def _check_depth_unit(samples: Samples, camera: CameraCheck) -> list[Finding]:
+    frame = last_frame(samples, camera)
+    wrong = None if frame is None else depth_unit_mismatch(frame)
+    do = "publish 16UC1 in millimetres, or 32FC1 in metres"
+    return [] if wrong is None else [Finding(what="depth", verdict="failed", detail=wrong, do=do)]
 
 
 def _check_profile(samples: Samples, camera: CameraCheck, profile: RobotProfile) -> list[Finding]:

@@ -16,6 +16,10 @@ APART_S: Final = 0.5
 """Difference of two streams' stamps, delays included, from which their clocks differ."""
 SET_S: Final = 2.0
 """Difference of robot and this machine from which a clock is not set."""
+EARLY_S: Final = 0.05
+"""Stamps this far in the future are no error of the synchronisation."""
+FEWEST: Final = 5
+"""Images from which stamps that stand still are told."""
 _TIMES: Final = ((86400.0, "days"), (3600.0, "hours"), (60.0, "minutes"), (1.0, "s"))
 
 
@@ -33,6 +37,18 @@ def check_clocks(samples: Samples) -> list[Finding]:
     findings: list[Finding] = []
     if "colour" not in offsets:
         return findings
+    _, colors = samples.of(keys.COLOR, keys.COLOR_RAW)
+    stamps = {a.stamp_ns for a in colors}
+    if len(colors) >= FEWEST and len(stamps) <= len(colors) // 2:
+        return [
+            Finding(
+                what="clock", verdict="failed",
+                detail=f"the stamps do not advance: {len(colors)} colour images have {len(stamps)} "
+                "stamps",
+                do="let the driver stamp each image when it is taken; with use_sim_time see that "
+                "something publishes /clock",
+            )
+        ]  # fmt: skip
     least, median = (float(f(offsets["colour"])) for f in (np.min, np.median))
     for name in ("depth", "pose"):
         if name not in offsets:
@@ -62,6 +78,13 @@ def _of_this_machine(least: float, median: float, largest: float) -> Finding:
             f"{jitter}",
             do="searching works, since only the robot's clock counts; synchronise the clocks "
             "(chrony) to see the delay. A simulated robot's clock begins at 0",
+        )  # fmt: skip
+    if median < -EARLY_S:
+        return Finding(
+            what="delay", verdict="warning",
+            detail=f"the stamp of a colour image is {1e3 * -median:.0f} ms ahead of this machine's "
+            f"clock; it {jitter}",
+            do="synchronise the clocks (chrony); if they are, the driver stamps images too late",
         )  # fmt: skip
     late = median > LATE_S
     return Finding(

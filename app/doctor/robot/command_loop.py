@@ -14,12 +14,15 @@ LEAST_HZ: Final = 20.0
 LATE_S: Final = 0.5
 
 
-def check_commands(samples: Samples, profile: RobotProfile | None) -> list[Finding]:
+def check_commands(
+    samples: Samples, profile: RobotProfile | None, *, expects_commands: bool
+) -> list[Finding]:
     """Check who takes commands, and how soon a command follows its image.
 
     Args:
         samples: What came while listening.
         profile: Says what the robot takes; None for velocities.
+        expects_commands: False where streams are missing: then a navigator is rightly silent.
     """
     findings: list[Finding] = []
     if len(samples.bridges) > 1:
@@ -43,7 +46,9 @@ def check_commands(samples: Samples, profile: RobotProfile | None) -> list[Findi
             )
         )  # fmt: skip
         return findings
-    findings.append(_loop(samples, key, goals=goals))
+    commands = keys.NAVIGATION_ACTIVE if goals else keys.CMD_VEL
+    if expects_commands or samples.arrivals.get(commands):
+        findings.append(_loop(samples, key, goals=goals))
     return findings
 
 

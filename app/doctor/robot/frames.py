@@ -94,8 +94,12 @@ def _chain(parents: dict[str, set[str]], optical: str | None) -> list[Finding]:
             detail += f": nothing names {name!r}; there is {', '.join(sorted(known)[:6])}"
         elif WORLD in way:
             detail = f"{name!r} hangs on {way[1]!r} and not on {BASE!r}"
+        elif way == [name]:
+            detail += f": nothing is above {name!r}; there is {', '.join(sorted(known)[:6])}"
         else:
             detail += f": it ends at {way[-1]!r}"
+        if any(frame.startswith("/") for frame in known):
+            detail += "; names of frames must not begin with a slash"
         do = "publish the missing transform (static_transform_publisher)"
         if name == BASE:
             do += "; a robot without a map frame publishes a fixed one from 'map' to 'odom'"

@@ -22,6 +22,7 @@ _FAILURE_COLOURS: Final = {
     "never_seen": "#0072B2",
     "seen_and_missed": "#56B4E9",
     "false_stop": "#D55E00",
+    "wrong_instance": "#9AA0A6",
     "out_of_reach": "#009E73",
     "collision": "#F0E442",
     "stuck": "#CC79A7",

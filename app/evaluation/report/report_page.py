@@ -40,6 +40,7 @@ _CAUSES: Final[Mapping[Failure, str]] = {
     "never_seen": "the object was never seen within mapping range",
     "seen_and_missed": "it was seen, but not found",
     "false_stop": "the robot reported a find at a wrong place",
+    "wrong_instance": "the robot reported one of the object's kind in another colour",
     "out_of_reach": "the robot found the object and reported no path close to it",
     "collision": "contact with an obstacle and no motion during the last minute",
     "stuck": "no motion during the last minute, without contact",

@@ -73,7 +73,7 @@ def _given() -> WorkerSetup:
 # Jobs are ordered by home, so that a worker mostly reuses its last home.
 @functools.lru_cache(maxsize=2)
 def _scene(home: str) -> Scene:
-    return load_home(home)
+    return load_home(home, coloured_mugs=_given().catalogue.colours)
 
 
 @functools.lru_cache(maxsize=2)

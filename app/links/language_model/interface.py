@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from ippon.guidance.language.goals.goal import Goal, Request
 from ippon.guidance.language.naming import ResolvedObject
-from ippon.guidance.language.requests.goals import Goal, Request
 from ippon.guidance.levels import Guidance
 from ippon.mission.finds.second_opinion import Opinion
 

@@ -11,8 +11,8 @@ from typing import Any
 from app.links.language_model.answer_cache import AnswerCache, CachedAnswer
 from app.links.language_model.chat import ChatConfig, ChatEndpoint, ChatError, Message, ResponseForm
 from app.links.language_model.interface import RULES, LevelsAnswer, ObjectNames, SentenceAnswer
+from ippon.guidance.language.goals.goal import Goal, Request
 from ippon.guidance.language.naming import ResolvedObject, resolve_object
-from ippon.guidance.language.requests.goals import Goal, Request
 from ippon.guidance.language.requests.sentence import read_request
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.guidance.prior import EmbeddedPrior

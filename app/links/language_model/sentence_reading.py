@@ -2,7 +2,7 @@
 
 from app.links.language_model.interface import SentenceAnswer
 from app.messages.control import SearchRequest, SentenceReading
-from ippon.guidance.language.requests.goals import Goal, unchecked
+from ippon.guidance.language.goals.goal import Goal, unchecked
 from ippon.guidance.language.requests.sentence import search_name
 
 

@@ -28,14 +28,24 @@ class EventPublisher:
             f"{robot}/{keys.EVENT}", congestion_control=zenoh.CongestionControl.BLOCK
         )
 
-    def report(self, kind: str, text: str, goal_id: int | None = None) -> None:
-        """Publish and log one event, of the leading goal unless another number is given."""
+    def report(
+        self, kind: str, text: str, goal_id: int | None = None, find: int | None = None
+    ) -> None:
+        """Publish and log one event, of the leading goal unless another number is given.
+
+        Args:
+            kind: One of those of `Event`.
+            text: One line for the operator.
+            goal_id: Number of a goal that does not lead.
+            find: Number of the find that was judged.
+        """
         lead, _, _ = self._goals.statuses()
         event = Event(
             stamp_ns=self.stamp_ns,
             kind=kind,  # pyright: ignore[reportArgumentType]
             text=text,
             goal_id=goal_id if goal_id is not None or lead is None else lead.goal_id,
+            find=find,
         )
         payload = encode(event)
         self._sender.put(len(payload), partial(self._publisher.put, payload))

@@ -220,17 +220,16 @@ class Navigator:
         ended: list[int] = []
         outcome, (goal, _, _) = snapshot.outcome, self._goals.statuses()
         if snapshot.goal is not None and not snapshot.tour:
-            self._goals.count(snapshot.goal.goal_id, snapshot.counted)
+            self._goals.note_finds(snapshot.goal.goal_id, snapshot.counted, snapshot.rejected)
         if snapshot.tour and snapshot.goal is not None:
             ended = self._goals.follow_tour(snapshot.goal.goal_id, snapshot.tour)
         elif outcome is not None and goal is not None and goal.outcome == "active":
-            position = None if snapshot.find is None else snapshot.find.position_world
-            self._goals.conclude(outcome, goal.goal_id, position)
+            self._goals.conclude(outcome, goal.goal_id, snapshot.find)
             ended = [goal.goal_id]
         for event in snapshot.events:
             # The end of a search is reported for its goal, which does not lead any more.
             of = ended[0] if ended and event.kind in ("found", "exhausted") else None
-            self._events.report(event.kind, event.text, of)
+            self._events.report(event.kind, event.text, of, event.find)
             if event.kind == "confirmed" and self._goals.announced() is None:
                 self._services.goals.availability.hold(0.0)
         if ended:
@@ -308,7 +307,7 @@ class Navigator:
                 self._memory.begin(self._mission.search)
         self._report.goal_set(now if first.waited else first.asked_at)
         for search in searches:
-            self._mission.goals.count_again(search.goal.goal_id, search.counted)
+            self._mission.goals.count_again(search.goal.goal_id, search.counted, search.rejected)
             logger.info("goal %d: %s", search.goal.goal_id, search.goal.display)
 
     # -- status ------------------------------------------------------------------------------

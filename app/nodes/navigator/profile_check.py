@@ -28,6 +28,15 @@ STEEP_DEG: Final = 80.0
 OPTICAL: Final = "does camera_info name the optical frame (z ahead, x to the right)?"
 SHARE: Final = 0.1
 """Relative difference of field of view and aspect ratio that is accepted."""
+_UNITS: Final = (10, 100, 1000)
+"""Factors between the units of depth that are mistaken for each other."""
+_FLOOR_REACH_M: Final = 6.0
+_FLOOR_STRIDE: Final = 8
+_FLOOR_FITS: Final = 0.1
+"""Relative difference of a depth from that of the floor up to which the pixel shows the floor."""
+_FLOOR_SHARE: Final = 0.3
+"""Share of the pixels that look at the floor which must show it in another unit."""
+_FLOOR_LEAST: Final = 50
 _DIGITS: Final = re.compile(r"[\d.]+")
 
 
@@ -71,6 +80,9 @@ def profile_mismatches(profile: RobotProfile, frame: Frame) -> tuple[str, ...]:
     roll = math.degrees(math.atan2(T_base_camera[2, 0], -T_base_camera[2, 1]))
     yaw = math.degrees(math.atan2(ahead[1], ahead[0]))
     found = [*_mounting(profile, T_base_camera), *_lens(profile, frame)]
+    unit = depth_unit_mismatch(frame)
+    if unit is not None:
+        found.append(unit)
     is_level = abs(pitch) < STEEP_DEG
     if is_level and abs(roll) > ANGLE_DEG:
         found.append(f"by tf the camera is rolled by {abs(roll):.0f} degrees: {OPTICAL}")
@@ -85,6 +97,40 @@ def profile_mismatches(profile: RobotProfile, frame: Frame) -> tuple[str, ...]:
         tilted = f"by tf the camera is tilted by {pitch:.0f} degrees, the profile says {limits}"
         found.append(tilted if is_level else f"{tilted}: {OPTICAL}")
     return tuple(found)
+
+
+def depth_unit_mismatch(frame: Frame) -> str | None:
+    """Return what is wrong with the unit of depth; None where it may be right.
+
+    The floor tells: in the right unit, many of the pixels that look down at it have its depth. A
+    wall before the camera has other depths than the floor in any unit.
+    """
+    camera = frame.camera
+    height_m = float(frame.T_world_camera[2, 3] - frame.T_world_base[2, 3])
+    v, u = np.mgrid[0 : camera.height : _FLOOR_STRIDE, 0 : camera.width : _FLOOR_STRIDE]
+    rays = np.stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, np.ones(u.shape)])
+    down = -np.tensordot(frame.T_world_camera[2, :3], rays, axes=1)
+    depth = frame.depth[v, u].astype(np.float64)
+    looks_at_floor = (down * _FLOOR_REACH_M > height_m) & (depth > 0.0)
+    if height_m <= 0.0 or np.count_nonzero(looks_at_floor) < _FLOOR_LEAST:
+        return None
+    ratio = depth[looks_at_floor] * down[looks_at_floor] / height_m
+
+    def share_at(factor: float) -> float:
+        return float((np.abs(ratio * factor - 1.0) < _FLOOR_FITS).mean())
+
+    for times in _UNITS:
+        if share_at(times) >= _FLOOR_SHARE > 4.0 * share_at(1.0):
+            return (
+                f"depth is {times} times too short for a floor {height_m:.2f} m below the camera: "
+                "is its unit right (16UC1 in millimetres, 32FC1 in metres)?"
+            )
+        if share_at(1.0 / times) >= _FLOOR_SHARE > 4.0 * share_at(1.0):
+            return (
+                f"depth is {times} times too long for a floor {height_m:.2f} m below the camera: "
+                "is its unit right (16UC1 in millimetres, 32FC1 in metres)?"
+            )
+    return None
 
 
 def _mounting(profile: RobotProfile, T_base_camera: Float64Array) -> list[str]:

@@ -46,7 +46,10 @@ def restore_goals(
     for request in saved.requests:
         accepted = services.goals.search(request)
         services.guidance.restore(accepted.goal_id, request.levels)
-        goals.count(accepted.goal_id, request.finds())
+        counted, rejected = (
+            [one.find() for one in kept] for kept in (request.counted, request.rejected)
+        )
+        goals.note_finds(accepted.goal_id, counted, rejected)
     if goes_on:
         report_event("resumed", "the last run was killed: the search goes on")
     else:

@@ -220,6 +220,7 @@ def find_report(find: Find, goal: Goal) -> FindReport:
     """Return a find as the status reports it."""
     return FindReport(
         goal_id=goal.goal_id,
+        number=find.number,
         object=goal.object,
         position_world=find.position_world,
         size_m=find.size_m,

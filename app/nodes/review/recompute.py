@@ -134,8 +134,9 @@ class Recomputation:
     def _told(self, stamp_ns: int) -> Iterator[tuple[str, bytes]]:
         """Apply the operator's actions before this frame."""
         while self._operator and self._operator[0].stamp_ns <= stamp_ns:
-            if self._operator.pop(0).kind == "rejected":
-                self.mission.goals.reject_find()
+            event = self._operator.pop(0)
+            if event.kind == "rejected":
+                self.mission.goals.reject_find(number=event.find)
             else:
                 self.mission.goals.cancel_goal()
         waiting, self._tables = self._tables, []
@@ -186,11 +187,14 @@ class Recomputation:
     def _shown(self, snapshot: Snapshot, time_ns: int) -> Iterator[tuple[str, bytes]]:
         stamp = snapshot.stamp_ns
         for event in snapshot.events:
-            kind = event.kind
-            yield (
-                keys.EVENT,
-                encode(Event(stamp_ns=stamp, kind=kind, text=event.text, goal_id=self._goal_id)),  # pyright: ignore[reportArgumentType]
+            told = Event(
+                stamp_ns=stamp,
+                kind=event.kind,  # pyright: ignore[reportArgumentType]
+                text=event.text,
+                goal_id=self._goal_id,
+                find=event.find,
             )
+            yield keys.EVENT, encode(told)
         yield keys.MAP_VOXELS, self._voxels(stamp, whole=False)
         if self._keyframe_ns is None or time_ns - self._keyframe_ns >= KEYFRAME_NS:
             self._keyframe_ns = time_ns

@@ -125,10 +125,10 @@ def found_before(status: Status) -> tuple[ObjectMark, ...]:
     goals = status.tour or [goal for goal in (status.goal,) if goal is not None]
     marks: list[ObjectMark] = []
     for goal in goals:
-        places = list(goal.counted)
+        places = {one.number: one.position_world for one in goal.counted}
         is_present = status.find is not None and status.find.goal_id == goal.goal_id
         if goal.outcome == "found" and goal.position_world is not None and not is_present:
-            places.append(goal.position_world)
+            places[max(places, default=0) + 1] = goal.position_world
         name = goal.display or goal.object.replace("_", " ")
         marks += [
             ObjectMark(
@@ -137,7 +137,7 @@ def found_before(status: Status) -> tuple[ObjectMark, ...]:
                 text=name if goal.count == 1 else f"{name} {n}",
                 found=True,
             )
-            for n, place in enumerate(places, start=1)
+            for n, place in places.items()
         ]
     return tuple(marks)
 

@@ -19,13 +19,7 @@ from app.messages.memory import MapAlignment, RememberedThing, Room
 from app.messages.motion import StampedPath, StampedTransform
 from app.messages.recording import RecordingStatus
 from app.messages.scene import FoundObject, VoxelCloud
-from app.messages.status import (
-    Event,
-    FarEvidenceCells,
-    FindReport,
-    LevelTable,
-    Status,
-)
+from app.messages.status import Event, FarEvidenceCells, FindReport, LevelTable, Status
 from app.view.model.candidates import Candidate, best_candidates
 from app.view.model.history import History
 from app.view.model.label_colors import LabelColors
@@ -253,8 +247,9 @@ class SceneModel:
     def on_event(self, event: Event) -> None:
         """Append to the log, and store rejected finds."""
         self.events.append(event)
-        if event.kind == "rejected" and self._last_find is not None:
-            self.rejected += (self._last_find,)
+        last = self._last_find
+        if event.kind == "rejected" and last is not None and event.find in (None, last.number):
+            self.rejected += (last,)
             self._last_find = None
             self._changed.add("detections")
         self._changed.add("events")

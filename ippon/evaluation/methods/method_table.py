@@ -85,7 +85,7 @@ def _semantic(s: PlannerInputs) -> Rule:
 
 
 def _oracle(s: PlannerInputs) -> PlannerSetup:
-    wide = Judge(s.scene, widened(s.robot, ORACLE_ROOM_M), s.goal)
+    wide = Judge(s.scene, widened(s.robot, ORACLE_ROOM_M), s.goal, colour=s.judge.colour)
     return PlannerSetup(planner=OraclePlanner(s.scene, s.judge, wide))
 
 
@@ -112,6 +112,11 @@ def _max_fusion(config: MissionConfig) -> MissionConfig:
 
 def _without_far_evidence(config: MissionConfig) -> MissionConfig:
     return replace(config, far_evidence=replace(config.far_evidence, enabled=False))
+
+
+def _no_colour_check(config: MissionConfig) -> MissionConfig:
+    """Judge no find by its colour: no image is near enough."""
+    return replace(config, attribute_check=replace(config.attribute_check, max_range_m=0.0))
 
 
 def _papers_scores(config: MissionConfig) -> MissionConfig:
@@ -204,6 +209,12 @@ _ALL: Final = (
         name="no_travel_pitch",
         summary="the camera keeps its tilt while driving",
         configure=_no_travel_pitch,
+        make_planner=_viewpoint_planner,
+    ),
+    Method(
+        name="no_colour_check",
+        summary="a find of the object counts in any colour",
+        configure=_no_colour_check,
         make_planner=_viewpoint_planner,
     ),
     Method(

@@ -21,11 +21,12 @@ from ippon.vocabulary import canonical_label
 
 _CUT = word_set("of with without for in on at from that which who by near under next made")
 """Words that end the noun phrase: "cup of coffee" is a cup."""
-_TOY = word_set("toy plush stuffed")
+TOYS = word_set("toy plush stuffed")
 """Words that make a toy of any noun."""
 _MAX_WORDS = 12
 _MAX_MISSPELT = 3
 """Longer unknown phrases are descriptions, not misspellings."""
+_DOUBLED = re.compile(r"(.)\1")
 _FOREIGN = re.compile(r"[^\W_]", re.UNICODE)
 
 
@@ -166,7 +167,7 @@ def _look_up(words: list[str], knowledge: Knowledge) -> Entry | None:
         if entry is None:
             continue
         before = words[:start]
-        if _TOY & set(before):
+        if TOYS & set(before):
             return Entry(label="_".join(words), thing=knowledge.things["toy"])
         nouns = [word for word in before if word not in ADJECTIVES and knowledge.find(word)]
         if not nouns:
@@ -208,13 +209,16 @@ def _is_misspelling(phrase: str, candidate: str) -> bool:
     """Tell whether an unknown phrase is almost certainly a misspelling of a candidate.
 
     Short words have many neighbours ("coach" and "couch" are both words), so they must keep their
-    letters; longer ones may lack or replace one, and from nine letters on two.
+    letters, doubled or exchanged at most; longer ones may lack or replace one, and from nine
+    letters on two.
     """
     if phrase[0] != candidate[0]:
         return False
     edits = OSA.distance(phrase, candidate)
     if len(phrase) < 6:
-        return edits == 1 and set(phrase) == set(candidate)
+        doubled = _DOUBLED.sub(r"\1", phrase) == _DOUBLED.sub(r"\1", candidate)
+        exchanged = len(phrase) == len(candidate) and set(phrase) == set(candidate)
+        return edits == 1 and (doubled or exchanged)
     return edits <= (1 if len(phrase) < 9 else 2)
 
 

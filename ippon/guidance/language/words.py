@@ -161,6 +161,11 @@ def is_many(phrase: str) -> bool:
     return generic(phrase) == f"{phrase} are"
 
 
+def is_mass(phrase: str) -> bool:
+    """Tell whether a phrase names a stuff, not a thing: "milk"."""
+    return phrase.rpartition(" ")[2] in _MASS
+
+
 def with_article(phrase: str) -> str:
     """Return a phrase with its indefinite article; plurals and mass nouns have none."""
     last = phrase.rpartition(" ")[2]

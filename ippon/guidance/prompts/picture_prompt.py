@@ -7,7 +7,7 @@ like the words of an operator.
 import json
 from typing import Any, Final
 
-from ippon.guidance.language.requests.goals import Request
+from ippon.guidance.language.goals.goal import Request
 from ippon.guidance.language.requests.sentence import MAX_OBJECT_CHARS, read_request
 from ippon.guidance.language.words import plain
 

@@ -4,9 +4,7 @@ import json
 from collections.abc import Sequence
 from typing import Any, Final, cast, get_args
 
-from ippon.guidance.language.languages import other_language
-from ippon.guidance.language.naming import resolve_object
-from ippon.guidance.language.requests.goals import (
+from ippon.guidance.language.goals.goal import (
     ALL,
     Attribute,
     AttributeKind,
@@ -16,6 +14,8 @@ from ippon.guidance.language.requests.goals import (
     Relation,
     Request,
 )
+from ippon.guidance.language.languages import other_language
+from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.language.requests.sentence import (
     MAX_CONTEXT_CHARS,
     MAX_GOALS,

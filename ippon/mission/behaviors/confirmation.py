@@ -82,7 +82,7 @@ class Confirmation:
         opinion = weighed.opinion
         if opinion is not None:
             judged = by_model(judged, opinion.verdict, opinion.by or "the model")
-        search.find = replace(weighed.find, attributes=judged) if judged else weighed.find
+        search.announce(replace(weighed.find, attributes=judged) if judged else weighed.find)
         why = search.found_text(step.frame.T_world_base)
         if self._rooms.is_elsewhere(search, find):
             why = f"{why}, in another room than you said"

@@ -19,17 +19,25 @@ def evidence_of(search: Search, voxel_map: VoxelMap) -> VoxelMap | GoalLayer:
     return voxel_map if search.layer is None else search.layer
 
 
-def reject_find(search: Search, voxel_map: VoxelMap, frame: Frame | None) -> None:
-    """Exclude the find that ended a search, so that the search can continue.
+def reject_find(
+    search: Search, voxel_map: VoxelMap, frame: Frame | None, find: Find | None
+) -> None:
+    """Exclude a find, so that the search can continue; after its end, with the others counted.
 
     Args:
-        search: The search that ended with a find.
+        search: The search.
         voxel_map: The map, whose evidence for the object is removed there.
         frame: The last frame, None before the first.
+        find: One of the search's finds; None for a search that ended without one.
     """
-    find = search.drop_find()
+    if find in search.counted:
+        search.counted.remove(find)
+    if search.over:
+        last = search.drop_find()
+        if last is not None and last != find:
+            count_known(search, voxel_map, last)
     if find is not None:
-        _exclude(search, voxel_map, find)
+        reject_known(search, voxel_map, find)
     elif frame is not None:
         # The voxels of the find have disappeared: it was at the centre of the image.
         evidence_of(search, voxel_map).suppress_ooi(
@@ -51,8 +59,14 @@ def count_find(search: Search, voxel_map: VoxelMap) -> None:
 
 def count_known(search: Search, voxel_map: VoxelMap, find: Find) -> None:
     """Count a find of a search that wants more, and exclude it."""
-    search.counted.append(find)
+    search.counted.append(search.numbered(find))
     exclude_only(search, voxel_map, find)
+
+
+def reject_known(search: Search, voxel_map: VoxelMap, find: Find) -> None:
+    """Exclude a find that the operator rejected, and keep it in mind."""
+    search.refused.append(search.numbered(find))
+    _exclude(search, voxel_map, find)
 
 
 def exclude_only(search: Search, voxel_map: VoxelMap, find: Find) -> None:

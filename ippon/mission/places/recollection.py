@@ -81,9 +81,8 @@ class Recollection:
         self._clusters = MapClusters(voxel_map)
         self._recalled: list[_Recalled] = []
         self._search: Search | None = None
-        self._found: int | None = None
-        """Where the present search ended."""
-        self._rejected = 0
+        self._found: dict[int, int] = {}
+        """Things that the present search has found, by the number of the find."""
         self._updated_ns: int | None = None
 
     def begin(self, search: Search) -> tuple[Instance, ...]:
@@ -101,8 +100,7 @@ class Recollection:
             raise ValueError(
                 f"memory begins searches for one goal; {search.goal.display} belongs to a tour"
             )
-        self._search, self._found, self._rejected = search, None, 0
-        self._recalled = []
+        self._search, self._found, self._recalled = search, {}, []
         self.exclude(search)
         named = self._named(search)
         if search.goal.object in self._map.labels:
@@ -137,8 +135,6 @@ class Recollection:
             )
             if (denied or other) and not search.is_rejected(find):
                 exclude_only(search, self._map, find)
-        if search is self._search:
-            self._rejected = len(search.rejected)
 
     def _named(self, search: Search) -> Instance | None:
         """Return the thing that a search is for; None for any of its kind."""
@@ -158,7 +154,7 @@ class Recollection:
         gone: list[Instance] = []
         if search is not None and search is self._search:
             gone += self._disprove(search, now_ns)
-            self._note_end(search, now_ns)
+            self._note_finds(search, now_ns)
         since = None if self._updated_ns is None else now_ns - self._updated_ns
         if since is None or not 0 <= since < self._config.update_every_s * _SECOND_NS:
             self._updated_ns = now_ns
@@ -204,16 +200,16 @@ class Recollection:
         self._recalled = left
         return gone
 
-    def _note_end(self, search: Search, now_ns: int) -> None:
-        """Remember what ended the search; forget it when it is rejected."""
+    def _note_finds(self, search: Search, now_ns: int) -> None:
+        """Remember what a search has found; forget what is rejected."""
         if search.goal.object in self._map.labels:
             return
-        if search.find is not None and self._found is None:
-            self._found = self.memory.note_find(_sighting(search, search.find), now_ns).instance_id
-        elif len(search.rejected) > self._rejected and self._found is not None:
-            self.memory.remove(self._found)
-            self._found = None
-        self._rejected = len(search.rejected)
+        finds = {find.number: find for find in search.finds}
+        for number in self._found.keys() - finds.keys():
+            self.memory.remove(self._found.pop(number))
+        for number in finds.keys() - self._found.keys():
+            noted = self.memory.note_find(_sighting(search, finds[number]), now_ns)
+            self._found[number] = noted.instance_id
 
 
 def _answers(one: Instance, search: Search) -> bool:

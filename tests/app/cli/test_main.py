@@ -63,7 +63,7 @@ def test_the_version(capsys):
         (["console", "--port", "99999"], "a port lies in 0 to 65535"),
         (["console", "--host", "0.0.0.0"], "requires a login"),
         (["ask", ""], "no object given"),
-        (["ask", "hat"], "no navigator runs on this machine; start one with `ippon demo`"),
+        (["ask", "hat"], "no navigator runs on this machine, or it still prepares"),
         (["ask", "hat", "--timeout-s", "-1"], "--timeout-s is a positive number"),
         (["ask", "hat", "--context", LONG], "yours have 3 and 10000"),
         (

@@ -48,6 +48,15 @@ def test_rows_of_one_search_differ_in_times_only(make_row):
     assert differences(row, dataclasses.replace(row, spl=0.1, hits=2)) == ("spl", "hits")
 
 
+def test_a_search_by_attribute_is_repeated_with_its_error_rate(make_row, tmp_path):
+    config = EvaluationConfig(out=tmp_path, attributes=True, attribute_error_rate=0.2)
+    trial = trial_of(config)
+    settings = json.loads(json.dumps(settings_of(config, trial, ("ippon",), "test")))
+    row = make_row(robot="habitat", image_width=trial.image_width, colour="red")
+    assert trial_of_row(settings, row).world.attribute_errors.rate == 0.2
+    assert trial_of_row({}, row).world.attribute_errors.rate == 0.0
+
+
 def test_the_robot_of_a_row_is_known_when_its_file_has_changed(make_row, tmp_path):
     file = tmp_path / "scout.yaml"
     file.write_text(template(dataclasses.replace(ZED, name="scout", camera_height_m=0.6)))

@@ -77,3 +77,20 @@ def test_the_errors_of_a_detector_are_another_set_up(tmp_path):
 def _with_smaller_boxes(trial: TrialConfig) -> TrialConfig:
     detector = dataclasses.replace(trial.world.detector, smallest_px=40.0)
     return dataclasses.replace(trial, world=dataclasses.replace(trial.world, detector=detector))
+
+
+def test_searches_by_attribute_have_an_error_rate_that_is_part_of_the_set_up(tmp_path):
+    plain = EvaluationConfig(out=tmp_path, objects="mug")
+    command = dataclasses.replace(plain, attributes=True, attribute_error_rate=0.25)
+    trial = trial_of(command)
+    assert trial.world.attribute_errors.rate == 0.25
+    assert catalogue_of(command).colours
+    assert not catalogue_of(plain).colours
+    assert trial_of(plain).world.attribute_errors.rate == 0.0, "whatever the rate would be"
+    hashes = {config_hash(one, method_named("ippon")) for one in (trial, trial_of(plain))}
+    assert len(hashes) == 2
+    kept = settings_of(command, trial, ("ippon",), "test")["fixed"]
+    assert kept["attribute_error_rate"] == 0.25
+    assert "attribute_error_rate" not in settings_of(plain, trial_of(plain), (), "test")["fixed"]
+    with pytest.raises(ValueError, match=r"the rate lies in 0 to 0\.5"):
+        trial_of(dataclasses.replace(command, attribute_error_rate=0.7))

@@ -11,8 +11,8 @@ import yaml
 
 from app.view.sayings import MOST_CHARACTERS, Sayings
 from app.view.words import ENGLISH, SAID, Words
+from ippon.guidance.language.goals.goal import unchecked
 from ippon.guidance.language.naming import resolve_object
-from ippon.guidance.language.requests.goals import unchecked
 from ippon.guidance.language.requests.sentence import read_request
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.vocabulary import MATTERPORT_40
@@ -45,7 +45,7 @@ SPEAKING = [
             "ippon/guidance/context_rating.py",
             "ippon/guidance/language/context.py",
             "ippon/guidance/language/naming.py",
-            "ippon/guidance/language/requests/goals.py",
+            "ippon/guidance/language/goals/goal.py",
             "ippon/guidance/language/requests/sentence.py",
             "ippon/guidance/levels.py",
             "ippon/guidance/prior.py",

@@ -11,6 +11,7 @@ from ippon.evaluation.episode_generation import (
     list_episodes,
 )
 from ippon.evaluation.metrics import Judge
+from ippon.simulation.homes.config import MUG_COLORS
 from ippon.simulation.scene import StartPose
 from ippon.vocabulary import HABITAT_GOALS
 
@@ -39,6 +40,27 @@ def test_starts_at_a_viewpoint_or_without_a_path_are_excluded(home, robot):
     assert e.shortest_path_m == Judge(home, robot, "hat").shortest_path_m(e.start)
     assert math.isfinite(e.shortest_path_m)
     assert e.shortest_path_m > 3.0
+
+
+def test_an_object_is_searched_for_by_each_colour_that_tells_it_from_others(
+    make_scene, flat_boxes, robot
+):
+    mugs = [("objects", "mug", (x, 3.0, 0.0), (x + 0.2, 3.2, 0.4)) for x in (2.0, 6.0)]
+    scene = make_scene([*flat_boxes, *mugs])
+    colors = scene.face_colors.copy()
+    for name, row in (("red", len(scene.instances) - 2), ("white", len(scene.instances) - 1)):
+        colors[scene.face_instance == row] = MUG_COLORS[name]
+    scene = dataclasses.replace(scene, face_colors=colors)
+    episodes, dropped = _list(scene, robot, goals=("hat", "mug"), colours=True)
+    assert [(e.goal, e.colour, e.episode_id) for e in episodes] == [
+        ("mug", "red", "7.red_mug.0.untold"), ("mug", "white", "7.white_mug.0.untold"),
+    ]  # fmt: skip
+    assert episodes[0].seed != episodes[1].seed
+    assert ("hat", "one colour") in {(d.goal, d.reason) for d in dropped}
+    red, white = (Judge(scene, robot, "mug", colour=one) for one in ("red", "white"))
+    assert (red.instances, red.wrong_instances) == (white.wrong_instances, white.instances)
+    assert episodes[0].shortest_path_m == red.shortest_path_m(episodes[0].start)
+    assert white.shortest_path_m(episodes[0].start) > episodes[0].shortest_path_m + 1.0
 
 
 def test_starts_on_another_floor_are_left_out(home, robot):

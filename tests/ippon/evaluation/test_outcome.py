@@ -4,6 +4,7 @@ import pytest
 from ippon.evaluation.outcome import (
     failure_cause,
     is_at_instance,
+    is_wrong_instance,
     shows_object,
     stood_still,
     touched_there,
@@ -19,6 +20,8 @@ from ippon.simulation.scene import Instance
         ({"success": True, "ending": "found"}, "none"),
         ({"ending": "found", "seen": True, "recognised": True}, "false_stop"),
         ({"ending": "found"}, "false_stop"),
+        ({"ending": "found", "wrong_instance": True}, "wrong_instance"),
+        ({"ending": "exhausted", "wrong_instance": True}, "never_seen"),
         ({"ending": "out_of_reach", "seen": True, "recognised": True}, "out_of_reach"),
         ({"ending": "time", "stuck": True, "seen": True}, "stuck"),
         ({"ending": "time", "stuck": True, "touched": True, "seen": True}, "collision"),
@@ -150,3 +153,26 @@ def test_there_is_within_0_3_m_of_the_last_place():
 def test_the_first_image_counts_too():
     still, contacts = np.zeros((3, 2)), np.array([True, False, False])
     assert touched_there(still, contacts, 20.0)
+
+
+def test_a_find_is_of_the_wrong_colour_where_no_right_one_is_as_near():
+    def mug(x):
+        return Instance(
+            node="objects.0", category="objects", label="mug", aabb_min=(x, 0.0, 0.0),
+            aabb_max=(x + 0.1, 0.1, 0.1),
+        )  # fmt: skip
+
+    def is_wrong(x, right=(0.0,), wrong=(1.0,)):
+        find = Find(
+            position_world=(x, 0.05, 0.05), size_m=(0.1, 0.1, 0.1), probability=0.9, voxels=1,
+            box_px=None,
+        )  # fmt: skip
+        return is_wrong_instance(find, [mug(a) for a in right], [mug(b) for b in wrong])
+
+    assert is_wrong(1.05)
+    assert is_wrong(1.3)
+    assert not is_wrong(0.05)
+    assert not is_wrong(0.4), "it lies nearer to the right one"
+    assert not is_wrong(3.0), "it is at no mug at all"
+    assert is_wrong(1.05, right=())
+    assert not is_wrong(1.05, wrong=())

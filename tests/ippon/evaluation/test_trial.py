@@ -15,6 +15,7 @@ from ippon.guidance.prior import EmbeddedPrior
 from ippon.mission.config import MissionConfig
 from ippon.mission.mission import Mission
 from ippon.mission.snapshot import MissionState
+from ippon.simulation.homes.config import MUG_COLORS
 from ippon.simulation.world import SimulatedWorld, WorldConfig
 from ippon.vocabulary import MATTERPORT_40
 
@@ -108,6 +109,35 @@ def test_a_robot_that_stands_against_a_wall_has_collided(config, scene, monkeypa
     config = dataclasses.replace(config, limits=EpisodeLimits(max_time_s=75.0))
     row = _trial(config, scene).run(_episode(scene, config, "hat"), METHODS["ippon"])
     assert (row.ending, row.failure, row.hits) == ("time", cause, int(speed > 0.0))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("method", "success", "failure"),
+    [("ippon", True, "none"), ("no_colour_check", False, "wrong_instance")],
+)
+def test_only_the_mug_of_the_colour_is_a_success(
+    config, make_scene, flat_boxes, method, success, failure
+):
+    # The white one is nearer to the start, and the red one in sight of it.
+    places = {"white": (2.6, 2.6), "red": (1.2, 4.9)}
+    mugs = [("objects", "mug", (x, y, 0.5), (x + 0.16, y + 0.16, 0.7)) for x, y in places.values()]
+    shelves = [
+        ("counter", "counter", (x - 0.2, y - 0.2, 0.0), (x + 0.3, y + 0.3, 0.5))
+        for x, y in places.values()
+    ]
+    scene = make_scene([*(b for b in flat_boxes if b[0] != "chair"), *shelves, *mugs])
+    colors = scene.face_colors.copy()
+    for name, row in (("white", len(scene.instances) - 2), ("red", len(scene.instances) - 1)):
+        colors[scene.face_instance == row] = MUG_COLORS[name]
+    scene = dataclasses.replace(scene, face_colors=colors)
+    catalogue = EpisodeGenerationConfig(goals=("mug",), colours=True)
+    episodes, _ = list_episodes(scene, "7", config.robot, catalogue)
+    spec = next(e for e in episodes if e.colour == "red")
+    config = dataclasses.replace(config, image_width=160)
+    row = _trial(config, scene).run(spec, METHODS[method])
+    assert (row.colour, row.success, row.failure) == ("red", success, failure), row
+    assert (row.spl > 0.0) == success
 
 
 def test_times_come_from_the_clocks_that_were_given(config, scene):

@@ -10,7 +10,7 @@ from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.levels import Level
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mission.goal import Goal
-from ippon.mission.snapshot import GoalState, MissionState
+from ippon.mission.snapshot import Find, GoalState, MissionState
 from ippon.vocabulary import MATTERPORT_40
 
 PLACES = {
@@ -89,6 +89,36 @@ def test_a_rejected_find_is_searched_for_again_and_the_others_stay_found(home):
     assert states(robot) == {"toilet": "not_found", "plant": "confirmed"}
     assert robot.last.state is MissionState.EXHAUSTED
     assert robot.last.goal.object == "toilet"
+
+
+def test_one_of_several_finds_of_a_tour_is_judged_with_its_goal(home):
+    goals = home("toilet", "plant").mission.goals
+    search = goals.tour.of(2)
+    search.goal = dataclasses.replace(search.goal, count=3)
+    finds = [
+        Find(
+            position_world=(x, 1.0, 0.4), size_m=(0.4, 0.4, 0.9), probability=0.9, voxels=40,
+            box_px=None,
+        )
+        for x in (2.0, 4.0, 6.0)
+    ]  # fmt: skip
+    goals.count_again(2, finds[:2])
+    assert not goals.reject_find(goal_id=1, number=1)
+    assert goals.confirm_find(goal_id=2, number=1)
+    assert goals.tour.statuses[1].state is GoalState.MISSING
+    # All are found; the last one is confirmed, and the second one, which nobody judged, is wrong.
+    search.announce(finds[2])
+    search.state = MissionState.FOUND
+    goals.tour.settle()
+    assert goals.confirm_find(goal_id=2)
+    assert goals.tour.statuses[1].state is GoalState.CONFIRMED
+    assert not goals.confirm_find(goal_id=2), "once is enough"
+    assert goals.reject_find(goal_id=2, number=2)
+    status = goals.tour.statuses[1]
+    assert status.state is GoalState.MISSING
+    assert [(one.number, one.confirmed) for one in status.counted] == [(1, True), (3, True)]
+    assert [one.number for one in status.rejected] == [2]
+    assert search in goals.running
 
 
 @pytest.mark.slow

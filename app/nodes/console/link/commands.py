@@ -16,7 +16,7 @@ from app.messages.memory import MemoryNoteRequest, MemoryReply
 from app.nodes.console.web.browsers import Browser
 from app.view.words import Words
 from ippon.control.drive_mode import TeleopInput
-from ippon.guidance.language.requests.goals import Attribute
+from ippon.guidance.language.goals.goal import Attribute
 from ippon.guidance.levels import LevelName
 
 LeaseAction = Literal["request", "renew", "release", "grant", "deny", "take"]
@@ -155,12 +155,12 @@ class Actions(Protocol):
         """Add a label to the vocabulary."""
         ...
 
-    def confirm_find(self, goal_id: int | None = None) -> str:
-        """Confirm the find, in a tour that of a goal."""
+    def confirm_find(self, goal_id: int | None = None, number: int | None = None) -> str:
+        """Confirm the find, in a tour that of a goal, or one of several by its number."""
         ...
 
-    def reject_find(self, goal_id: int | None = None) -> str:
-        """Reject the find, in a tour that of a goal, and continue the search."""
+    def reject_find(self, goal_id: int | None = None, number: int | None = None) -> str:
+        """Reject the find, or one of several by its number, and continue the search."""
         ...
 
     def set_level(self, label: str, level: LevelName) -> str:

@@ -38,7 +38,7 @@ from app.messages.plain_text import as_sentence
 from app.messages.recording import RecordingStatus, RecordRequest
 from app.nodes.console.link.commands import PaintAction, RecordAction
 from app.view.words import Words
-from ippon.guidance.language.requests.goals import Attribute
+from ippon.guidance.language.goals.goal import Attribute
 from ippon.guidance.levels import LevelName
 
 REQUESTER: Final = "console"
@@ -182,15 +182,15 @@ class PanelRequests(ABC):
         request = VocabularyRequest(label=label, requester=REQUESTER)
         return self._request(keys.VOCABULARY, request, Accepted).detail
 
-    def confirm_find(self, goal_id: int | None = None) -> str:
-        """Confirm the find, in a tour that of a goal."""
-        request = FeedbackRequest(verdict="confirm", goal_id=goal_id)
+    def confirm_find(self, goal_id: int | None = None, number: int | None = None) -> str:
+        """Confirm the find, in a tour that of a goal, or one of several by its number."""
+        request = FeedbackRequest(verdict="confirm", goal_id=goal_id, find=number)
         self._request(keys.FEEDBACK, request, Accepted)
         return self.say("reply.confirmed")
 
-    def reject_find(self, goal_id: int | None = None) -> str:
-        """Reject the find, in a tour that of a goal, and continue the search."""
-        request = FeedbackRequest(verdict="reject", goal_id=goal_id)
+    def reject_find(self, goal_id: int | None = None, number: int | None = None) -> str:
+        """Reject the find, or one of several by its number, and continue the search."""
+        request = FeedbackRequest(verdict="reject", goal_id=goal_id, find=number)
         self._request(keys.FEEDBACK, request, Accepted)
         return self.say("reply.rejected")
 

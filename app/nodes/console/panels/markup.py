@@ -14,7 +14,7 @@ from app.messages.status import Event, GoalStatus, LevelTable, Status, StreamSta
 from app.view.colors import LEVEL_COLORS, Legend, Rgb, hex_of
 from app.view.model.candidates import Candidate
 from app.view.words import Words
-from ippon.guidance.language.requests.goals import Goal
+from ippon.guidance.language.goals.goal import Goal
 from ippon.guidance.language.words import with_article
 from ippon.guidance.levels import Level
 

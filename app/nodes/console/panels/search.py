@@ -13,6 +13,7 @@ from app.messages.status import FindReport, Status
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.candidates import CandidatesPanel
+from app.nodes.console.panels.counted_finds import CountedFindsPanel, find_name
 from app.nodes.console.panels.find_card import find_card
 from app.nodes.console.panels.proximity import ProximityPanel
 from app.nodes.console.scene.find_picture import outlined
@@ -20,7 +21,7 @@ from app.view.colors import QUIET
 from app.view.drawing.viser_private import show_jpeg_in_panel
 from app.view.model.scene_model import Part, SceneModel
 from app.view.words import Words
-from ippon.guidance.language.requests.goals import Attribute, Goal
+from ippon.guidance.language.goals.goal import Attribute, Goal
 from ippon.guidance.language.requests.sentence import MAX_OBJECT_CHARS, is_name, search_name
 
 MAX_CONTEXT: Final = 2000
@@ -58,6 +59,7 @@ class SearchPanel:
         )
         self._steer.on_click(lambda event: self._control(event.target.value))
         self._build_find(gui)
+        self._counted = CountedFindsPanel(gui, actions, self._try)
         self._candidates = CandidatesPanel(gui, actions, self._try, self._search)
         self._camera = gui.add_image(np.zeros((2, 2, 3), np.uint8), format="jpeg", visible=False)
         self._goals = gui.add_html("")
@@ -199,6 +201,7 @@ class SearchPanel:
             self._answer.content = ""
         self._state = status.state
         self._candidates.show(model, status)
+        self._counted.show(status)
         find = status.find
         self._camera.visible = (
             find is None and not self._candidates.is_shown and model.image is not None
@@ -207,8 +210,8 @@ class SearchPanel:
             return
         self._find = find
         self._judged = find.goal_id if find is not None and status.tour else None
-        in_tour = bool(status.tour)
-        self._found.content = "" if find is None else find_card(find, self._words, in_tour=in_tour)
+        name = "" if find is None else find_name(find, status)
+        self._found.content = "" if find is None else find_card(find, self._words, name=name)
         if find is not None and model.image is not None:
             show_jpeg_in_panel(self._crop, outlined(model.image.encoded, find.box_px))
         self._find_box.visible = find is not None

@@ -19,8 +19,8 @@ _NAMES: Final = (
     "draw_rate.js", "drive.css", "drive.js", "explain.js", "fold.js", "goals.js", "help.js",
     "hover.js", "introduction.css", "introduction.js", "lease.css", "lease.js", "login.css",
     "map_first.js", "notice.js", "one_layout.js", "panel_names.js", "plan.css", "plan.js",
-    "plan_drawing.js", "robots.js", "scene_area.js", "side.css", "side.js", "things.js", "walk.css",
-    "walk.js", "words.js",
+    "plan_drawing.js", "robots.js", "scene_area.js", "side.css", "side.js", "things.js",
+    "waiting.js", "walk.css", "walk.js", "words.js",
 )  # fmt: skip
 _TYPES: Final = {
     "css": "text/css",

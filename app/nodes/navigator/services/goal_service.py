@@ -4,7 +4,7 @@ import dataclasses
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import Protocol
+from typing import Final, Protocol
 
 import msgspec
 
@@ -28,6 +28,8 @@ from ippon.guidance.language.requests.sentence import name_notes
 from ippon.memory.instance import Instance
 from ippon.memory.lookup import instance_named
 from ippon.mission.mission import Mission
+
+_NOT_HEARD: Final = "images or pose of the robot are missing: ippon doctor --robot says why"
 
 
 class StopLatch(Protocol):
@@ -93,6 +95,7 @@ class GoalService:
             position=place.position,
             notes=[
                 *filter(None, [place.note]),
+                *([_NOT_HEARD] if self.state == "lost" else ()),
                 *name_notes(request.object),
                 *search.guidance.notes,
             ],
@@ -186,6 +189,8 @@ class GoalService:
 
     def feedback(self, request: FeedbackRequest) -> Accepted:
         """Confirm or reject a find."""
+        if request.find is not None:
+            return self._feedback_by_number(request, request.find)
         goal_id = request.goal_id
         if self._goals.in_tour():
             # The number is fixed now: another find may be announced before the operation runs.
@@ -199,10 +204,27 @@ class GoalService:
             raise RequestRefusedError(
                 f"there is no find of goal {request.goal_id} to confirm or reject"
             )
+        return self._judge(request, goal_id)
+
+    def _feedback_by_number(self, request: FeedbackRequest, number: int) -> Accepted:
+        """Confirm or reject one find of several, also one that was counted."""
+        if self._goals.in_tour() and request.goal_id is None:
+            raise RequestRefusedError(
+                f"each goal of a tour numbers its finds; name the goal of find {number}, too"
+            )
+        judged = self._goals.judged(request.goal_id, number)
+        if judged is None:
+            raise RequestRefusedError(f"there is no find {number} to confirm or reject")
+        goal_id, is_last = judged
+        return self._judge(request, goal_id, None if is_last else number)
+
+    def _judge(
+        self, request: FeedbackRequest, goal_id: int | None, number: int | None = None
+    ) -> Accepted:
         if request.verdict == "confirm":
-            self._operations.enqueue(partial(self._confirm, goal_id))
+            self._operations.enqueue(partial(self._confirm, goal_id, number))
             return Accepted(detail="confirmed")
-        self._operations.enqueue(partial(self._reject, goal_id))
+        self._operations.enqueue(partial(self._reject, goal_id, number))
         return Accepted(detail="the search continues; this find is excluded")
 
     def _request_cancel(self, goal_id: int | None) -> ControlReply:
@@ -230,9 +252,9 @@ class GoalService:
     def _stop(self, mission: Mission) -> None:
         mission.operator.stop()
 
-    def _confirm(self, goal_id: int | None, mission: Mission) -> None:
-        find = self._goals.announced(goal_id)
-        if mission.goals.confirm_find(goal_id) and find is not None:
+    def _confirm(self, goal_id: int | None, number: int | None, mission: Mission) -> None:
+        find = self._goals.announced(goal_id) if number is None else None
+        if mission.goals.confirm_find(goal_id, number) and find is not None:
             self._goals.confirm(find)
 
     def _resume(self, halts: int, mission: Mission) -> None:
@@ -251,9 +273,9 @@ class GoalService:
             self._goals.conclude("cancelled", goal_id)
             mission.goals.cancel_goal(goal_id)
 
-    def _reject(self, goal_id: int | None, mission: Mission) -> None:
-        if mission.goals.reject_find(goal_id):
-            self._goals.reopen(goal_id, rejected=True)
+    def _reject(self, goal_id: int | None, number: int | None, mission: Mission) -> None:
+        if mission.goals.reject_find(goal_id, number):
+            self._goals.reopen(goal_id)
 
 
 def _state_of(mission: Mission) -> MissionState:

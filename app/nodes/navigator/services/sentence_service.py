@@ -17,7 +17,7 @@ from app.links.language_model.sentence_reading import as_reading
 from app.links.network.requests import RequestRefusedError
 from app.messages.control import PictureRequest, SentenceReading, SentenceRequest
 from app.nodes.navigator.state.goal_queue import GoalQueue
-from ippon.guidance.language.requests.goals import Goal
+from ippon.guidance.language.goals.goal import Goal
 from ippon.guidance.language.requests.sentence import read_request
 from ippon.memory.instance import Instance
 from ippon.memory.notes import with_names, without_names

@@ -14,6 +14,7 @@ from app.nodes.navigator.state.planned_search import (
     Place,
     PlannedSearch,
     goal_status,
+    judged,
 )
 from app.nodes.navigator.state.waiting_goals import edited, moved, tour_to_join
 from ippon.mission.snapshot import Find, GoalState
@@ -203,7 +204,7 @@ class GoalQueue:
         self,
         outcome: Outcome,
         goal_id: int | None = None,
-        position_world: tuple[float, float, float] | None = None,
+        find: Find | None = None,
     ) -> None:
         """End an active goal; it is shown until the next one starts.
 
@@ -212,7 +213,7 @@ class GoalQueue:
         Args:
             outcome: How its search ended.
             goal_id: Its number; None for the leading goal, or all of a tour that is cancelled.
-            position_world: Where it was found, metres.
+            find: What was found.
         """
         with self._lock:
             if outcome == "cancelled":
@@ -223,15 +224,21 @@ class GoalQueue:
                     self._reopen(one.goal.goal_id)
                 return
             ended = self._lead if goal_id is None else goal_id
-            self._ends[ended] = End(outcome, position_world, self.elapsed_s)
+            self._ends[ended] = End.of(outcome, find, self.elapsed_s)
             if outcome in FOUND:
                 self._finds.append(ended)
 
-    def count(self, goal_id: int, finds: Sequence[Find]) -> None:
-        """Note all finds before the present one of a goal of which several are wanted."""
-        counted, known = tuple(finds), self.find(goal_id)
-        if known is not None and known.counted != counted:
-            self.amend(goal_id, lambda one: dataclasses.replace(one, counted=counted))
+    def note_finds(self, goal_id: int, counted: Sequence[Find], rejected: Sequence[Find]) -> None:
+        """Note the finds of a goal that count, without the present one, and the rejected ones."""
+        finds = {"counted": tuple(counted), "rejected": tuple(rejected)}
+        known = self.find(goal_id)
+        if known is not None and (known.counted, known.rejected) != tuple(finds.values()):
+            self.amend(goal_id, lambda one: dataclasses.replace(one, **finds))
+
+    def judged(self, goal_id: int | None, number: int) -> tuple[int, bool] | None:
+        """Return the active goal of a find, and whether it ended the search; None without one."""
+        with self._lock:
+            return judged(self._active, self._ends, goal_id, number)
 
     def follow_tour(self, lead: int, tour: Sequence[TourGoal]) -> list[int]:
         """Take over which goal leads, and which goals of the tour have ended.
@@ -251,7 +258,7 @@ class GoalQueue:
             goal_id, find = one.goal.goal_id, one.find
             if not self.is_active(goal_id):
                 continue
-            self.count(goal_id, one.counted)
+            self.note_finds(goal_id, one.counted, one.rejected)
             if one.state is GoalState.MISSING and goal_id in ends:
                 self.reopen(goal_id)
             elif goal_id not in ends and one.state is GoalState.NOT_FOUND:
@@ -259,22 +266,16 @@ class GoalQueue:
                 ended.append(goal_id)
             elif goal_id not in ends and one.state is GoalState.FOUND and find is not None:
                 outcome = "found" if find.out_of_reach_m is None else "out_of_reach"
-                self.conclude(outcome, goal_id, find.position_world)
+                self.conclude(outcome, goal_id, find)
                 ended.append(goal_id)
         return ended
 
-    def reopen(self, goal_id: int | None = None, *, rejected: bool = False) -> None:
-        """Reactivate a goal; None for the leading one.
-
-        Args:
-            goal_id: Its number.
-            rejected: The operator has rejected its find.
-        """
+    def reopen(self, goal_id: int | None = None) -> None:
+        """Reactivate a goal; None for the leading one."""
         goal_id = self._lead if goal_id is None else goal_id
         with self._lock:
             self._reopen(goal_id)
-        if rejected:
-            self.amend(goal_id, lambda one: dataclasses.replace(one, rejected=one.rejected + 1))
+        self.amend(goal_id, lambda one: dataclasses.replace(one, confirmed=False))
 
     def announced(self, goal_id: int | None = None) -> int | None:
         """Return the goal whose find was announced last and is neither confirmed nor rejected.

@@ -37,13 +37,25 @@ may have been moved."""
 
 
 class SavedFind(msgspec.Struct, frozen=True, kw_only=True):
-    """One of several that were found, for the search that goes on."""
+    """Something that was found, for the search that goes on."""
 
     position_world: tuple[float, float, float]
     """Centroid, metres."""
     size_m: tuple[float, float, float]
     probability: float
     voxels: int
+    number: int = 0
+    confirmed: bool = False
+
+    @classmethod
+    def of(cls, find: Find) -> "SavedFind":
+        """Return what is kept of a find."""
+        kept = {name: getattr(find, name) for name in cls.__struct_fields__}
+        return cls(**kept)
+
+    def find(self) -> Find:
+        """Return it as a find of the next run."""
+        return Find(**msgspec.structs.asdict(self), box_px=None)
 
 
 class SavedGoal(SearchRequest, frozen=True, kw_only=True):
@@ -53,10 +65,8 @@ class SavedGoal(SearchRequest, frozen=True, kw_only=True):
     """Levels that the operator set, by label."""
     counted: list[SavedFind] = msgspec.field(default_factory=list[SavedFind])
     """What was found before, of a goal of which several are wanted."""
-
-    def finds(self) -> list[Find]:
-        """Return what was found before."""
-        return [Find(**msgspec.structs.asdict(find), box_px=None) for find in self.counted]
+    rejected: list[SavedFind] = msgspec.field(default_factory=list[SavedFind])
+    """What was found and rejected."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -231,13 +241,6 @@ def _request_of(search: PlannedSearch, joins: int | None) -> SavedGoal:
         count=search.goal.count,
         other=search.goal.other,
         levels={edit.label: edit.level.text for edit in search.edits},
-        counted=[
-            SavedFind(
-                position_world=find.position_world,
-                size_m=find.size_m,
-                probability=find.probability,
-                voxels=find.voxels,
-            )
-            for find in search.counted
-        ],
+        counted=[SavedFind.of(find) for find in search.counted],
+        rejected=[SavedFind.of(find) for find in search.rejected],
     )

@@ -1,9 +1,10 @@
 """A goal with its levels, its place in the queue, and how its search ended."""
 
 import dataclasses
+from collections.abc import Iterable, Mapping
 from typing import Final, Literal, NamedTuple
 
-from app.messages.status import GoalOutcome, GoalStatus
+from app.messages.status import CountedFind, GoalOutcome, GoalStatus
 from ippon.guidance.language.naming import ResolvedObject
 from ippon.guidance.levels import Guidance, LabelLevel
 from ippon.mission.goal import Goal
@@ -44,8 +45,8 @@ class PlannedSearch:
     """Number of the first goal of its tour; its own number outside of tours."""
     confirmed: bool = False
     """The operator confirmed its find."""
-    rejected: int = 0
-    """Number of its finds that the operator rejected."""
+    rejected: tuple[Find, ...] = ()
+    """Its finds that the operator rejected."""
     counted: tuple[Find, ...] = ()
     """Those that were found before the present find, where several are wanted."""
     if_idle: bool = False
@@ -76,6 +77,15 @@ class End(NamedTuple):
     """Where the find is, metres."""
     took_s: float
     """Robot time that the search took."""
+    number: int = 0
+    """Number of the find; 0 for none."""
+
+    @classmethod
+    def of(cls, outcome: Outcome, find: Find | None, took_s: float) -> "End":
+        """Return the end of a search with or without a find."""
+        if find is None:
+            return cls(outcome, None, took_s)
+        return cls(outcome, find.position_world, took_s, find.number)
 
 
 class EndedGoal(NamedTuple):
@@ -83,6 +93,28 @@ class EndedGoal(NamedTuple):
 
     search: PlannedSearch
     status: GoalStatus
+
+
+def judged(
+    active: Iterable[PlannedSearch], ends: Mapping[int, End], goal_id: int | None, number: int
+) -> tuple[int, bool] | None:
+    """Return the goal of a find, and whether it ended the search; None if there is no such find.
+
+    Args:
+        active: The active goals.
+        ends: Their ends, by number of the goal.
+        goal_id: Number of the goal; None for any.
+        number: Number of the find.
+    """
+    for one in active:
+        known = one.goal.goal_id
+        if goal_id not in (None, known):
+            continue
+        if known in ends and ends[known].number == number:
+            return known, True
+        if any(find.number == number for find in one.counted):
+            return known, False
+    return None
 
 
 def goal_status(
@@ -106,8 +138,13 @@ def goal_status(
         display="" if goal.display.replace(" ", "_") == goal.object else goal.display,
         tour=search.tour if in_tour else None,
         confirmed=search.confirmed,
-        rejected=search.rejected,
+        rejected=len(search.rejected),
         took_s=None if end is None else round(end.took_s, 1),
         count=goal.count,
-        counted=[find.position_world for find in search.counted],
+        counted=[
+            CountedFind(
+                number=find.number, position_world=find.position_world, confirmed=find.confirmed
+            )
+            for find in search.counted
+        ],
     )

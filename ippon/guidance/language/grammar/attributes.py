@@ -9,7 +9,7 @@ from typing import cast
 import yaml
 
 from ippon.guidance.knowledge import load_knowledge
-from ippon.guidance.language.requests.goals import AttributeKind
+from ippon.guidance.language.goals.goal import AttributeKind
 from ippon.guidance.language.words import ADJECTIVES
 
 UNITS = frozenset(
@@ -117,8 +117,8 @@ def listed_kind(word: str) -> AttributeKind | None:
 def attribute_kind(word: str) -> AttributeKind | None:
     """Return the kind of attribute of a word before a noun; None where it is a noun itself."""
     kind = listed_kind(word)
-    if kind is not None:
-        return kind
+    if kind is not None or "-" in word:
+        return kind or "other"
     if word in _words("noun") or load_knowledge().find(word) is not None:
         return None
     return "other" if _ENDING.match(word) else None

@@ -5,10 +5,10 @@ from typing import Final, Literal
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import NEGATIONS
+from ippon.guidance.language.goals.goal import ALL, Attribute, Reference
 from ippon.guidance.language.grammar.attributes import UNITS, listed_kind
-from ippon.guidance.language.grammar.phrases import PREPOSITIONS, STOP
+from ippon.guidance.language.grammar.phrases import OWNERS, PREPOSITIONS, STOP
 from ippon.guidance.language.grammar.utterance import Utterance
-from ippon.guidance.language.requests.goals import ALL, Attribute, Reference
 from ippon.guidance.language.words import word_set
 
 NUMBERS: Final = {
@@ -86,13 +86,6 @@ _LEADING = [
 _KINDS: Final = ("colour", "color", "coloured", "colored", "size", "sized", "shape", "shaped")
 _AT_LEAST = (["at", "least"], ["at", "most"], ["up", "to"], ["more", "than"])
 _OWNERS = word_set("his her their")
-_PLURAL_OWNERS = word_set(
-    "kids childrens mens womens ladies boys girls babys mans mums moms mothers mommys mummys dads "
-    "daddys fathers grandmas grandpas grannys grandads granddads grandmothers grandfathers sisters "
-    "brothers daughters sons wifes husbands partners aunts aunties uncles cousins nieces nephews "
-    "friends neighbours neighbors"
-)
-"""Owners that are written without their apostrophe."""
 NO_OWNERS = word_set(
     "it's that's what's where's there's here's who's let's he's she's how's when's one's"
 )
@@ -124,6 +117,8 @@ def read_determiners(said: Utterance, start: int) -> Determiners:
         if length and not (word in ("couple", "few", "dozen") and said.breaks(index + 1)):
             begun.count = COUNTS[" ".join(said.words(index, index + length))]
             begun.index += length
+        elif said.hyphened(index + 1):
+            break  # "Two-way".
         elif _number(said, index) is not None or _number_range(said, index):
             begun.index += 2 if _number_range(said, index) else 0
             index = begun.index
@@ -176,12 +171,12 @@ def _number_range(said: Utterance, index: int) -> bool:
 
 def _owner_end(said: Utterance, index: int) -> int:
     """Return the index after "Mr Brown's" or "little sister's"; the same where no owner stands."""
-    if said.word(index) in _PLURAL_OWNERS and may_be_noun(said, index + 1):
+    if said.word(index) in OWNERS and may_be_noun(said, index + 1):
         return index + 1
     if said.word(index + 1) == "and" and said.word(index + 2).endswith("'s"):
         first = said.word(index)
         named = said.said(index, index + 1)[0].isupper() and load_knowledge().find(first) is None
-        if f"{first}s" in _PLURAL_OWNERS or (named and not first.endswith("'s")):
+        if f"{first}s" in OWNERS or (named and not first.endswith("'s")):
             return index + 3  # "Tom and Anna's".
     for end in range(index, min(index + 3, len(said))):
         word = said.word(end)
@@ -197,6 +192,8 @@ def _owner_end(said: Utterance, index: int) -> int:
 def _number(said: Utterance, index: int) -> int | None:
     """Return a number that counts, not one that measures: "10 mm wrench"."""
     word, following = said.word(index), said.word(index + 1)
+    if word == "one" and following in PREPOSITIONS and following != "of":
+        return None  # "The one at the till".
     if following in UNITS or (word == "one" and not may_be_noun(said, index + 1)):
         return None
     if word.isascii() and word.isdigit() and len(word) <= 3 and int(word) > 0:

@@ -1,5 +1,6 @@
 """The head of a noun phrase, and what describes it."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -8,6 +9,7 @@ from typing import Final
 from rapidfuzz.distance import OSA
 
 from ippon.guidance.knowledge import Knowledge, load_knowledge
+from ippon.guidance.language.goals.goal import Attribute, AttributeKind
 from ippon.guidance.language.grammar.attributes import (
     UNITS,
     attribute_kind,
@@ -18,10 +20,11 @@ from ippon.guidance.language.grammar.attributes import (
 from ippon.guidance.language.grammar.determiners import NUMBERS
 from ippon.guidance.language.languages import ENGLISH
 from ippon.guidance.language.naming import resolve_object
-from ippon.guidance.language.requests.goals import Attribute, AttributeKind
 from ippon.guidance.language.words import singular_candidates
 
 _SIZES = ("a3", "a4", "a5", "aa", "aaa", "xs", "xl", "xxl")
+CODE: Final = re.compile(r"[a-z]{1,4}\d+$")
+"""A code or size of one of many: M8, K7."""
 _POSTPOSED = ("wood", "metal", "plastic", "leather", "steel")
 """Materials that follow the noun in the English of some: "a chair wood"."""
 
@@ -56,6 +59,8 @@ def name_head(
     if not made_of and (knowledge.find(whole) or knowledge.room(whole)):
         return NamedHead(_single(spoken, count, knowledge), [], True, False, False)
     after: list[str] = []
+    if len(words) > 1 and CODE.match(words[-1]) and knowledge.find(" ".join(words[:-1])):
+        words, after = words[:-1], words[-1:]  # "The key K7".
     if len(words) > 2 and words[-2] == "size":
         words, after = words[:-2], words[-2:]
     start = _head_start(words, knowledge)
@@ -208,7 +213,7 @@ def _is_noun(words: list[str]) -> bool:
     word = words[-1]
     measure = word in UNITS and len(words) > 1 and _is_number(words[-2])
     sized = len(words) > 1 and words[-2] == "size"
-    paper = word in _SIZES
+    paper = word in _SIZES or CODE.match(word) is not None
     if measure or sized or paper or word == "dot" or _adjective(word) is not None:
         return False
     return not is_intensity(word) and not _is_number(word)
@@ -222,7 +227,7 @@ def _adjective(word: str) -> str | None:
     """Return an adjective, its spelling corrected; None for other words."""
     if listed_kind(word) is not None:
         return word
-    respelt = _respelt_adjective(word)
+    respelt = None if "-" in word else _respelt_adjective(word)
     return respelt or (word if attribute_kind(word) is not None else None)
 
 
@@ -243,8 +248,8 @@ def _respelt_adjective(word: str) -> str | None:
 
 def _next_attribute(words: list[str], index: int) -> tuple[str, AttributeKind, int]:
     word, following = words[index], words[index + 1] if index + 1 < len(words) else ""
-    if word in _SIZES:
-        return word, "size", index + 1
+    if word in _SIZES or CODE.match(word):
+        return word, "size" if word in _SIZES else "which", index + 1
     if _is_number(word) and following in UNITS:
         return f"{word} {following}", "size", index + 2
     if word == "size" and following:

@@ -5,17 +5,18 @@ from typing import Final, Literal
 
 from ippon.guidance.knowledge import Knowledge, load_knowledge
 from ippon.guidance.language.context_words import NEGATIONS
+from ippon.guidance.language.goals.goal import Attribute, AttributeKind, Reference
 from ippon.guidance.language.grammar.attributes import UNITS, listed_kind
 from ippon.guidance.language.grammar.determiners import (
     MEASURES,
     NO_OWNERS,
+    NUMBERS,
     may_be_noun,
     read_determiners,
 )
 from ippon.guidance.language.grammar.heads import name_head
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS, PRONOUNS, STOP
 from ippon.guidance.language.grammar.utterance import Utterance
-from ippon.guidance.language.requests.goals import Attribute, AttributeKind, Reference
 from ippon.guidance.language.words import singular_candidates, word_set
 
 MAX_WORDS: Final = 9
@@ -25,12 +26,21 @@ _BEFORE_PLACED = word_set("the my a his her your our their other for with")
 STANDS = word_set(
     "hangs hung lies lay sits sat stands stood lives lived stays stayed sleeps slept came comes "
     "went goes ran runs flew slid slipped fallen rolls crawled climbed jumped landed ended blew "
-    "hides walked broke burst spilled always"
+    "hides walked broke burst spilled flown blown flew climbs jumps always"
 )
 """Verbs and adverbs that stand between a thing and its place."""
-_PARTICLES = word_set("down aside up off out over back missing lost gone checked")
+_PARTICIPLES = word_set("left hidden fallen forgotten hanging standing")
+"""They end a noun phrase but where they begin it: "the hidden egg"."""
+_NEAR: Final = 4
+"""So many words stand between a preposition and the last noun of a compound place."""
+_STAY = word_set("live lives belong belongs")
+_AWAY = word_set("away off down up out back")
+_PARTICLES = word_set(
+    "down aside up off out over back missing lost gone checked stacked piled parked hung"
+)
 """They belong to the verb: "I put my pipe down"."""
-_CONTAINERS = word_set("bottle cup glass bowl jar can carton mug jug tin pot bag plate")
+CONTAINERS = word_set("bottle cup glass bowl jar can carton mug jug tin pot bag plate")
+"""In these is what "of" says: a glass of water is a glass."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,17 +79,13 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
     knowledge = load_knowledge()
     if said.word(start) in ("after", "before", "during", "until", "while"):
         return None
-    if said.word(start) in _POSSESSIVES:
-        return _possessive(_POSSESSIVES[said.word(start)], start + 1)
-    owner = start + (said.word(start) in ("my", "our", "his", "her", "their", "the"))
-    whose = said.word(owner).endswith("'s") and said.word(owner) not in NO_OWNERS
-    if whose and said.breaks(owner + 1):
-        said_of = owner if said.word(start) == "the" else start
-        return _possessive(said.said(said_of, owner + 1)[:-2], owner + 1)  # "My wife's".
+    owned = _read_possessive(said, start)
+    if owned is not None:
+        return owned
     begun = read_determiners(said, start)
     index = begun.index
     end = _end_of_nouns(said, index, knowledge)
-    words = [word for word in said.words(index, end) if word not in ("and", "or")]
+    words = [word for word in _hyphened_words(said, index, end) if word not in ("and", "or")]
     if not words and begun.reference and (said.breaks(index) or said.word(index) in STOP):
         words = ["one"]  # "Another", "two more", "the same".
     if said.word(index) in PRONOUNS or not words:
@@ -99,6 +105,8 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
         attributes += several.attributes
         display = " ".join([*(one.value for one in attributes), named.head])
         end = several.end
+    if said.word(end) == "more" and begun.count is not None and not said.breaks(end):
+        begun.reference, end = "other", end + 1
     if named.corrected:
         display = " ".join([*(one.value for one in named.attributes), named.head])
     if of and said.word(end) == "of" and not said.breaks(end):
@@ -119,6 +127,18 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
     )
 
 
+def _read_possessive(said: Utterance, start: int) -> NounPhrase | None:
+    """Read "mine" and "my wife's" without a noun behind it; None where there is one."""
+    if said.word(start) in _POSSESSIVES:
+        return _possessive(_POSSESSIVES[said.word(start)], start + 1)
+    owner = start + (said.word(start) in ("my", "our", "his", "her", "their", "the"))
+    whose = said.word(owner).endswith("'s") and said.word(owner) not in NO_OWNERS
+    if not whose or not said.breaks(owner + 1):
+        return None
+    said_of = owner if said.word(start) == "the" else start
+    return _possessive(said.said(said_of, owner + 1)[:-2], owner + 1)
+
+
 def _possessive(owner: str, end: int) -> NounPhrase:
     """Return "mine" and "hers" as one more of what was named before."""
     return NounPhrase(
@@ -136,6 +156,21 @@ def _possessive(owner: str, end: int) -> NounPhrase:
     )
 
 
+def _hyphened_words(said: Utterance, start: int, end: int) -> list[str]:
+    """Return the words of a range; particles and numbers with a hyphen in one: "walk-in"."""
+    knowledge = load_knowledge()
+    small = PREPOSITIONS.keys() | NUMBERS | _PARTICLES
+    words: list[str] = []
+    for index in range(start, end):
+        whole = said.hyphened(index) and index > start
+        particle = bool(small & {said.word(index - 1), said.word(index)})
+        if whole and particle and _known_length(said, index - 1, knowledge) < 2:
+            words[-1] += f"-{said.word(index)}"
+        else:
+            words.append(said.word(index))
+    return words
+
+
 def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
     index = start
     while index < len(said) and index - start < MAX_WORDS:
@@ -143,8 +178,8 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
         if index > start and said.breaks(index) and not _comma_of_adjectives(said, index):
             break
         length = _known_length(said, index, knowledge)
-        if length > 1:
-            index += length
+        if length > 1 or (index > start and said.hyphened(index)) or said.hyphened(index + 1):
+            index += max(length, 1)
             continue
         if word in PRONOUNS or (index > start and _names_room_of(said, index, knowledge)):
             break
@@ -153,6 +188,13 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             break  # "Ruler 50 cm".
         if index > start and (said.word(index + 1) == "than" or stands_somewhere(said, index)):
             break
+        if index > start and (word == "another" or (word in _STAY and said.breaks(index + 1))):
+            break  # "Where does the dog food live?"
+        adverb = word.endswith("ly") and listed_kind(word) is None and knowledge.find(word) is None
+        if index > start and adverb and said.breaks(index + 1):
+            break  # "Find my glasses quietly".
+        if word == "more" and index > start and not may_be_noun(said, index + 1):
+            break  # "One towel more".
         if word in _PARTICLES and index > start and not may_be_noun(said, index + 1):
             break
         if word in ("first", "next") and index > start and said.breaks(index + 1):
@@ -161,10 +203,24 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             if not _joins_adjectives(said, index):
                 break
         elif (
-            word == "left"
-            and index == start
-            and _determined(said, index)
-            and may_be_noun(said, index + 1)
+            (
+                (word in _PARTICIPLES or word.endswith("ed"))
+                and index == start
+                and _determined(said, index)
+                and may_be_noun(said, index + 1)
+            )
+            or (
+                word == "can"
+                and (
+                    listed_kind(said.word(index - 1)) or said.word(index - 1) in ("a", "the", "my")
+                )
+                and (said.breaks(index + 1) or said.word(index + 1) not in PRONOUNS)
+            )
+            or (
+                word == "left"
+                and (said.word(index - 1) == "far" or listed_kind(said.word(index - 1)) == "which")
+                and may_be_noun(said, index + 1)
+            )
         ):
             pass
         elif word in _PLACED and index == start and _determined(said, index):
@@ -184,7 +240,8 @@ def stands_somewhere(said: Utterance, index: int) -> bool:
         return False
     if word == "always" and said.word(index + 1) in STANDS:
         return True
-    if not _is_preposition(said, index + 1):
+    away = said.word(index + 1) in _AWAY and not said.breaks(index + 2)
+    if not (_is_preposition(said, index + 1) or (away and _is_preposition(said, index + 2))):
         return False
     if word in STANDS:
         return True
@@ -195,6 +252,11 @@ def stands_somewhere(said: Utterance, index: int) -> bool:
 def _names_room_of(said: Utterance, index: int, knowledge: Knowledge) -> bool:
     """Tell whether a room is named right after a thing: "green bag hallway"."""
     word, before = said.word(index), said.word(index - 1)
+    begin = index - 1
+    while begin > 0 and said.word(begin) not in PREPOSITIONS and not said.breaks(begin):
+        begin -= 1
+    if said.word(begin) in PREPOSITIONS and index - begin <= _NEAR:
+        return False  # "In the lift lobby".
     room = knowledge.room(word) is not None and knowledge.find(word) is None
     return room and knowledge.find(before) is not None and knowledge.room(before) is None
 
@@ -216,7 +278,7 @@ def _known_length(said: Utterance, index: int, knowledge: Knowledge) -> int:
         if len(words) < length or any(said.breaks(index + n) for n in range(1, length)):
             continue
         name = " ".join(words)
-        if words[0] in _CONTAINERS and words[1] == "of":
+        if words[0] in CONTAINERS and words[1] == "of":
             continue  # "Glass of water" is a glass.
         if knowledge.find(name) is not None or knowledge.room(name) is not None:
             return length

@@ -7,7 +7,7 @@ from typing import Final, cast
 import yaml
 
 from ippon.guidance.language.context_words import RELATIONS
-from ippon.guidance.language.requests.goals import Order
+from ippon.guidance.language.goals.goal import Order
 
 
 def _load() -> dict[str, list[str]]:
@@ -34,8 +34,18 @@ _END: Final = r"(?=$|[\s,.!?;:'\"…)\]–—”]|-(?!\w))"
 """A phrase ends with a word."""
 
 
+_PERSON: Final = (
+    r"(?:(?:my|our|the|a|an|his|her|their|one of (?:my|our|the)) \w+(?: \w+)??"
+    r"(?: (?:in|at|from|on|of|by|with) (?:(?:the|a|my|our) )?\w+(?: \d+\w?)?"
+    r"| next door| upstairs| downstairs| over (?:there|here))?)"
+)
+"""Who does something, and where: "the lady in room 7"."""
+_OWNER: Final = rf"(?:\w+ )?(?:\w+['’]s|{'|'.join(_TABLE['owners'])})"
+
+
 def _any(name: str) -> str:
-    return f"(?:{'|'.join(_TABLE[name])})"
+    patterns = "|".join(_TABLE[name])
+    return f"(?:{patterns.replace('{person}', _PERSON).replace('{owner}', _OWNER)})"
 
 
 ASKED: Final = re.compile(
@@ -76,12 +86,22 @@ PLACE_DECLINED: Final = re.compile(
     re.IGNORECASE,
 )
 """What says which room not to search."""
+_LOOKING: Final = (
+    r"(?:(?:bring|get|take|move|drive) yourself|make your way|go|drive|navigate|walk|head|move|run|"
+    r"pop|nip|look|check|search|try|inspect|scan|explore|comb|patrol|come|proceed|return|"
+    r"(?:take|have|do) (?:a|an|another)(?: \w+)? (?:look|peek|peep|search|rummage|glance|hunt|dig|"
+    r"root|check))"
+)
+_THERE: Final = (
+    r"(?:(?:and )?(?:(?:i|we) (?:think|believe|guess|bet) )?(?:there(?:['’]s| is| are| was| were|"
+    r" should be| must be| might be| may be| will be)|you(?:['’]ll| will| should| can| might)"
+    r"(?: probably)? (?:find|see)))"
+)
 GO: Final = re.compile(
-    r"\b(?:go|drive|navigate|walk|head|move|run|pop|nip|look|check|search|try|"
-    r"inspect|scan|explore|comb|patrol)"
-    r"(?: over| down| up| straight| out| through| around| round)*"
-    r"(?: (?:in|to|into|on|at|inside|under))? "
-    r"(?P<place>[^.,;!?]{2,60}?),? (?P<end>and(?: then)?|for)\b ",
+    rf"\b(?P<look>{_LOOKING})(?: over| down| up| straight| out| through| around| round| back)*"
+    r"(?: (?:in|to|into|on|at|inside|under|of))? "
+    r"(?P<place>[^.,;!?]{2,60}?)"
+    rf"(?:,? (?P<end>and(?: then)?|for)\b |(?P<there>,? (?={_THERE} )))",
     re.IGNORECASE,
 )
 """A place to go to before the object: "go to the kitchen and", "search the shelf for"."""
@@ -97,7 +117,7 @@ LOOKED: Final = re.compile(
     re.IGNORECASE,
 )
 _TELLER = (
-    r"(?:i|we|he|she|they|i've|we've|i have|somebody|someone|(?:my|our|the) \w+(?: \w+)?|"
+    rf"(?:i|we|he|she|they|i've|we've|i have|somebody|someone|{_PERSON}|"
     r"must have|may have|might have|(?!that|which|who|what|where|when|if|find|get)\w+"
     r"(?= (?:\w+ ){1,2}(?:the|my|our|his|her|their|an?|some) ))"
 )
@@ -106,14 +126,22 @@ _MEANWHILE = (
     r" usually| normally)*"
 )
 TOLD: Final = re.compile(
-    rf"\b{_TELLER}{_MEANWHILE} (?:last had|ha[ds](?= (?:my|our|his|her|their) "
-    r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|used|wore|saw|keeps?|kept|was wearing|"
-    r"leaves?|left|forgot|forgotten|put|placed|dropped|laid|stored|hid|took|taken|hidden|moved|stole|"
-    r"stolen|borrowed|nicked|pinched|swiped|stashed|lost|misplaced|handed in|turned in)\s+",
+    r"\b(?!\w+ (?:far|top|bottom|front|rear|back|upper|lower|middle) left\b)"
+    r"(?!\w+ \w+ (?:is|are|was|were)\b)"
+    rf"{_TELLER}{_MEANWHILE} (?:last had|ha[ds](?= (?:my|our|his|her|their) "
+    r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|used|wore|saw|"
+    r"(?:keeps?|kept)(?! \w+ing\b)|was wearing|"
+    r"leaves?|left|forgot|forgotten|put|placed|dropped|laid|stored|hid|took|taken|hidden|moved|"
+    r"stole|stolen|borrowed|nicked|pinched|swiped|stashed|lost|misplaced|handed in|turned in|"
+    r"dragged|threw|thrown|tossed|pushed|kicked|knocked|hung|parked|carried|chucked|stuck|shoved|"
+    r"stuffed|tucked|packed|rolled|brought|wheeled)\s+",
     re.IGNORECASE,
 )
 """Who did what with the object that follows: "my sister borrowed"."""
-_GONE = r"gone|missing|lost|misplaced|escaped|disappeared|vanished|stolen|nowhere"
+_GONE = (
+    r"(?:gone(?! (?:cold|off|bad|flat|dead|out|sour|mouldy)\b)|missing|lost|misplaced|escaped|"
+    r"disappeared|vanished|stolen|nowhere)"
+)
 GONE: Final = re.compile(
     r"(?:'s|is|are|was|were|has|have|got)?(?: just| now| all| been| both)*"
     rf" ?(?:gone missing|went missing|nowhere to be (?:found|seen)|{_GONE}|been (?:moved|taken|"
@@ -127,6 +155,14 @@ GONE_SENTENCE: Final = re.compile(
     r"| (?:ought to|should|must|has to|have to) be (?:there|here|somewhere)\b)",
     re.IGNORECASE,
 )
+NOT_WHERE: Final = re.compile(
+    r"(?:(?:but |and )?(?:it|they|he|she|which|that)\b ?)?(?:(?:is|are|was|were)"
+    r"(?:n['’]t| not| no longer)|['’](?:s|re) not)(?: anymore| any more)? where (?:\w+ ){1,2}?"
+    r"(?:(?:always|usually|normally|last|should|must|ought to|have|has|had|had to|thought) ){0,2}"
+    r"(?:\w+)(?: (?:it|them|him|her)\b)?,?",
+    re.IGNORECASE,
+)
+"""What says that an object is not where it was left."""
 _DAY = r"(?:mon|tues|wednes|thurs|fri|satur|sun)day"
 _PART_OF_DAY = r"morning|afternoon|evening|night"
 TIME: Final = re.compile(
@@ -179,6 +215,8 @@ SEPARATORS: Final[dict[Order, tuple[str, ...]]] = {
 """What stands between objects, by the order that it says."""
 FIRST: Final = tuple(_TABLE["first"])
 CORRECTIONS: Final = tuple(_TABLE["corrections"])
+OWNERS: Final = frozenset(_TABLE["owners"])
+"""Owners that are written without their apostrophe."""
 STRONG: Final = frozenset(_TABLE["strong"])
 """First words of what asks, wherever in a sentence it stands."""
 OTHER_TASKS: Final = frozenset(_TABLE["other_tasks"])

@@ -1,10 +1,7 @@
 """Phrases that say where a thing is: "next to the white fridge", "not in Anna's room"."""
 
 from dataclasses import dataclass
-from functools import cache, lru_cache
 from typing import Final
-
-from rapidfuzz.distance import OSA
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import (
@@ -15,6 +12,7 @@ from ippon.guidance.language.context_words import (
     NEGATIONS,
     PARTS,
 )
+from ippon.guidance.language.goals.goal import ALL, Relation
 from ippon.guidance.language.grammar.determiners import NUMBERS
 from ippon.guidance.language.grammar.noun_phrase import (
     STANDS,
@@ -23,8 +21,8 @@ from ippon.guidance.language.grammar.noun_phrase import (
     stands_somewhere,
 )
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS
+from ippon.guidance.language.grammar.places import holds_things, is_room, room_spelt
 from ippon.guidance.language.grammar.utterance import Utterance
-from ippon.guidance.language.requests.goals import ALL, Relation
 from ippon.guidance.language.words import DETERMINERS, word_set
 
 _STANDING = word_set(
@@ -34,7 +32,8 @@ _STANDING = word_set(
     "that's who's surely currently now must anywhere there somewhere even but or and either behind "
     "directly "
     "exactly immediately close sat stands lies sits hangs lives placed both all fell "
-    "fallen slipped rolled have has had gone used seen spotted worn last"
+    "fallen slipped rolled have has had gone used seen spotted worn last will "
+    "off away dropped ran come came popped slid"
 )
 """Words that may stand before a preposition without changing where."""
 _SOFT = word_set(
@@ -51,13 +50,8 @@ _STOREYS: Final = {
 _DENYING = ("away from", "far from")
 _ONLY_PLACES = word_set("where to through along until about")
 _OWN_ROOMS = word_set("room bedroom office study room's bathroom studio flat house place apartment")
-_SPOTS = word_set("corner middle side back front end edge center centre top bottom")
+SPOTS = word_set("corner middle side back front end edge center centre top bottom")
 _SIDED = word_set("the left right hand far very top bottom back other opposite near wrong")
-_OPENED = word_set(
-    "fridge refrigerator freezer cupboard cabinet drawer wardrobe closet bag box oven dishwasher "
-    "toolbox backpack suitcase basket bin car bathtub sink shed safe"
-)
-"""Places that are searched inside."""
 ENTERING: Final = word_set(
     "look search check go bother try looking searching checking going entering trying"
 )
@@ -89,7 +83,7 @@ def read_relation(said: Utterance, start: int, *, verbs: bool = True) -> Relatio
         word = said.word(index)
         if said.ends(index) and index > start:
             return None
-        prepositions, at = _prepositions(said, index)
+        prepositions, at = prepositions_at(said, index)
         if prepositions:
             relations, end = _read_places(said, prepositions, at, negated=negated)
             if relations:
@@ -132,6 +126,8 @@ def is_guessed(said: Utterance, phrase: RelationPhrase, object_end: int) -> bool
     while first > 0 and not said.ends(first):
         first -= 1
     while not said.ends(last) and not (said.breaks(last) and said.word(last) in ("or", "and")):
+        if said.word(last) in _SOFT and read_relation(said, last) is not None:
+            break  # "In my room, probably under the bed".
         last += 1
     after = min(max(first, object_end), phrase.begin)
     asked = said.word(first + 1) in DETERMINERS or said.word(first + 1) == "there"
@@ -143,26 +139,15 @@ def is_guessed(said: Utterance, phrase: RelationPhrase, object_end: int) -> bool
     )
 
 
-def is_room(head: str) -> bool:
-    """Tell whether a name is that of a room and of no thing."""
-    knowledge = load_knowledge()
-    named = knowledge.room(head) is not None or head.endswith(" room")
-    return named and knowledge.find(head) is None
-
-
-def is_searched_inside(head: str) -> bool:
-    """Tell whether a place to search is a room or something with an inside."""
-    return is_room(head) or head.rpartition(" ")[2] in _OPENED
-
-
-def _prepositions(said: Utterance, index: int) -> tuple[list[str], int]:
+def prepositions_at(said: Utterance, index: int) -> tuple[list[str], int]:
     """Return the prepositions at an index ("on or under"), and where the place begins."""
     found: list[str] = []
     while True:
         length = next(
             (n for n in (4, 3, 2, 1) if " ".join(said.words(index, index + n)) in PREPOSITIONS), 0
         )
-        if not length or said.breaks(index + length):
+        hyphened = said.hyphened(index) or said.hyphened(index + 1)
+        if not length or said.breaks(index + length) or hyphened:
             return [], index
         if said.word(index) in _ONLY_PLACES:
             relation, at = _side(said, "", index + 1)
@@ -170,14 +155,14 @@ def _prepositions(said: Utterance, index: int) -> tuple[list[str], int]:
         phrase = " ".join(said.words(index, index + length))
         if phrase == "with":
             return [], index
-        relation = PREPOSITIONS[phrase]
+        relation = "just outside" if phrase in ("outside", "outside of") else PREPOSITIONS[phrase]
         index += length
-        if relation == "from" and not found and _prepositions(said, index)[0]:
+        if relation == "from" and not found and prepositions_at(said, index)[0]:
             continue  # "From beside the bed".
         relation, index = _side(said, relation, index)
         part = index + 1 + (said.word(index + 1) in ("far", "left", "right", "top", "bottom"))
-        if said.word(index) == "the" and said.word(part) in _SPOTS and said.word(part + 1) != "of":
-            inner, place = _prepositions(said, part + 1) if not said.breaks(part + 1) else ([], 0)
+        if said.word(index) == "the" and said.word(part) in SPOTS and said.word(part + 1) != "of":
+            inner, place = prepositions_at(said, part + 1) if not said.breaks(part + 1) else ([], 0)
             if inner:
                 return inner, place  # "In the corner behind the sofa".
         found.append(relation)
@@ -213,7 +198,7 @@ def _read_places(
         if phrase is None or _is_abstract(said, index, phrase):
             break
         for preposition in prepositions:
-            relation, denied = _stated(preposition, negated=negated)
+            relation, denied = _stated(preposition, phrase.head, negated=negated)
             relations.append(_relation(said, index, phrase, relation, denied))
         index = phrase.end
         joint = said.word(index)
@@ -232,7 +217,7 @@ def _read_places(
         index -= 1
     for begin, phrase in _listed_places(said, index, denied=negated) if relations else []:
         for preposition in prepositions:
-            relation, denied = _stated(preposition, negated=negated)
+            relation, denied = _stated(preposition, phrase.head, negated=negated)
             relations.append(_relation(said, begin, phrase, relation, denied))
         index = phrase.end
     return relations, index
@@ -248,28 +233,12 @@ def _listed_places(said: Utterance, index: int, *, denied: bool) -> list[tuple[i
             return []
         begin = index + bool(joint)
         phrase = read_noun_phrase(said, begin)
-        if phrase is None or (joint and said.breaks(begin)) or not _holds_things(phrase.head):
+        if phrase is None or (joint and said.breaks(begin)) or not holds_things(phrase.head):
             return []
         listed.append((begin, phrase))
         index = phrase.end
     rooms = all(is_room(phrase.head) for _, phrase in listed)
     return listed if joint != "and" or rooms or denied else []
-
-
-@lru_cache(maxsize=512)
-def _holds_things(head: str) -> bool:
-    """Tell whether a name is that of a room or of furniture, on or in which things are."""
-    knowledge = load_knowledge()
-    entry = knowledge.find(head)
-    return is_room(head) or (entry is not None and entry.thing.name in _furniture())
-
-
-@cache
-def _furniture() -> frozenset[str]:
-    things = load_knowledge().things.values()
-    places = [place for thing in things for place in thing.places]
-    holding = {place.name for place in places if place.relation in ("on", "in")}
-    return frozenset(holding | {"rug", "carpet", "floor"})
 
 
 def _joins_places(
@@ -288,16 +257,6 @@ def _room_at(said: Utterance, index: int) -> str:
     return load_knowledge().room(phrase.head) or ""
 
 
-@lru_cache(maxsize=512)
-def _room_spelt(place: str) -> str:
-    """Correct the misspelt name of a room."""
-    knowledge = load_knowledge()
-    if len(place) < 5 or knowledge.find(place) or knowledge.room(place):
-        return place
-    near = [name for name in knowledge.room_names if OSA.distance(place, name) == 1]
-    return near[0] if near and near[0][0] == place[0] else place
-
-
 def _is_abstract(said: Utterance, index: int, phrase: NounPhrase) -> bool:
     """Tell whether what follows a preposition is no place: "in the morning"."""
     last = said.word(phrase.end - 1)
@@ -312,7 +271,7 @@ def _is_abstract(said: Utterance, index: int, phrase: NounPhrase) -> bool:
         return False
     if is_room(phrase.head) or _is_own_room(phrase):
         return False
-    if last in _OWN_ROOMS and phrase.attributes and phrase.head:
+    if last in _OWN_ROOMS and phrase.head and (phrase.attributes or " " in phrase.head):
         return False
     if last in ("case", "line") and said.word(index) in ("a", "an", "the", "its", "my"):
         return False
@@ -323,7 +282,9 @@ def _is_own_room(phrase: NounPhrase) -> bool:
     return any(one.kind == "owner" for one in phrase.attributes) and phrase.head in _OWN_ROOMS
 
 
-def _stated(preposition: str, *, negated: bool) -> tuple[str, bool]:
+def _stated(preposition: str, place: str, *, negated: bool) -> tuple[str, bool]:
+    if preposition == "just outside":
+        return ("in", not negated) if is_room(place) else ("near", negated)  # "Outside the door".
     if preposition == "outside":
         return "in", not negated
     if preposition == "away from":
@@ -334,7 +295,7 @@ def _stated(preposition: str, *, negated: bool) -> tuple[str, bool]:
 def _relation(
     said: Utterance, start: int, phrase: NounPhrase, relation: str, negated: bool
 ) -> Relation:
-    place, attributes = _room_spelt(phrase.head), phrase.attributes
+    place, attributes = room_spelt(phrase.head), phrase.attributes
     if _is_own_room(phrase):
         # The name of a room: the operator may have given it to one.
         place = said.said(start, phrase.end)

@@ -3,12 +3,13 @@
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cache, lru_cache
 
 from rapidfuzz.distance import OSA
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import RELATIONS
+from ippon.guidance.language.grammar.typed import spelt_out
 from ippon.guidance.language.languages import ENGLISH
 from ippon.guidance.language.words import ADJECTIVES, Token, plain, tokenize
 
@@ -39,6 +40,7 @@ _TAKEN_BACK = re.compile(
 )
 """A determiner or a number that is said anew: "my, no wait, the other", "two, no, three"."""
 _PRONOUN = r"(?:it|them|those|these|that|this|both|one|any)"
+_SOMEBODY = r"someone|somebody|anyone|anybody"
 _AFTERWARDS = re.compile(
     rf"\b(?:and,? )?(?:after (?:those|these)\b|(?:once|when|after|as soon as) (?:you|that|this|it)"
     rf"(?:'s|'re|'ve| is| are| have| has)? (?:(?:done|finished)(?: with)?(?: {_PRONOUN})?|"
@@ -50,10 +52,20 @@ _FAILING = re.compile(
     rf"\b(?:or,? )?(?:if (?:there (?:isn't|aren't|(?:is|are) (?:not|no|none))(?: {_PRONOUN}| left)*"
     rf"|you (?:can't|cannot|can not|don't|couldn't) (?:find|see|get|locate) {_PRONOUN}"
     rf"|(?:it|that|they|those)(?:'s|'re| is| are)?(?:n't| not) (?:there|available))),?"
-    r"(?= (?:the|a|an|my|some|another|any|his|her|our)\b| \w+[.!?]*$)",
+    r"(?= (?:the|a|an|my|some|another|any|his|her|our)\b| \w+[.!?]*$)"
+    rf"|(?<=\S )(?:\b(?:or|and),? )?\bif (?:it|that|this|they|those|{_SOMEBODY})"
+    r"(?:'s|'re| is| are| has) (?!on |under |at |near |by |behind |next |not |there)"
+    r"(?:in )?(?:\w+),?(?= (?:(?:the|a|an|my|some|another|his|her|our)\b"
+    r"|(?:find|get|bring|take|look for)\b)|(?<=,) \w+[.!?]*$)",
     re.IGNORECASE,
 )
 """Conditions that only say which object comes after, and which in place of another."""
+_POINTED = re.compile(
+    r"\b(not|never|except(?: for)?|but) (?:that|those)(?= (?:in|on|at|under|behind|near|by|"
+    r"next to|beside|from|with|without|above|below|inside|outside|between)\b)",
+    re.IGNORECASE,
+)
+"""What is not meant: "not that on the bed"."""
 _NUMBERED = re.compile(r"(?:^|\s)[1-9a-e][.)]\s+(?=[^\W\d])")
 """A number of a list: "1. hammer 2. nails"."""
 _EARLY = re.compile(r"[^\W\d_]{3,}")
@@ -64,10 +76,15 @@ _SOUND = (
     (re.compile(r"\b(?:teh|hte)\b", re.IGNORECASE), "the"),
     (re.compile(r"\bwere (?=(?:is|are|did|have|do|can)\b)", re.IGNORECASE), "where "),
     (re.compile(r"\bcan (?:find|see) neither\b", re.IGNORECASE), "can't find"),
+    (re.compile(r"\b(it|he|she|they|that|there)['’]ll\b", re.IGNORECASE), r"\1 will"),
     (re.compile(r"\bout(?:t?a|ta)\b", re.IGNORECASE), "out of"),
     (re.compile(r"['’]s (?=(?:taken|moved|stolen|hidden|borrowed|got)\b)", re.IGNORECASE), " has "),
     (re.compile(r"(?<=\d)\s?[x×]\s+(?=[^\W\d])", re.IGNORECASE), " "),
     (re.compile(r"(?<=\w) or so\b", re.IGNORECASE), ""),
+    (
+        re.compile(r"(?<=\w)(,?) (?<!as )(?:even |al)?(?:though|however),?(?= \w)", re.IGNORECASE),
+        r"\1 but",
+    ),
     (re.compile(r"\bnon-(?=\w)", re.IGNORECASE), "non"),
     (re.compile(r"\s+comma\b(?=\s)", re.IGNORECASE), ","),
     (re.compile(r"\s+full stop\b", re.IGNORECASE), "."),
@@ -126,6 +143,10 @@ class Utterance:
         """Tell whether a comma or a stronger sign stands before a word."""
         return _BREAK.search(self.gap(index)) is not None
 
+    def hyphened(self, index: int) -> bool:
+        """Tell whether a word belongs to the one before: "in" of "walk-in"."""
+        return self.gap(index) in ("-", "‐", "‑")
+
     def ends(self, index: int) -> bool:
         """Tell whether a sentence ends before a word."""
         return _HARD.search(self.gap(index)) is not None or index >= len(self.tokens)
@@ -160,6 +181,8 @@ def hear(sentence: str) -> Utterance:
     text = plain(re.sub(r"[\r\n]+", ". ", sentence))
     if _NUMBERED.match(text):
         text = _NUMBERED.sub(", ", text).lstrip(" ,")
+    text = spelt_out(text)
+    text = _POINTED.sub(r"\1 the one", text)
     for sign, said in _SOUND:
         text = sign.sub(said, text)
     text = _FILLERS.sub("", _RESTART.sub(_restart, text))
@@ -181,10 +204,18 @@ def _restart(match: re.Match[str]) -> str:
     return match.group() if narrows else f"{match.group(1)}{match.group(2)}, no, "
 
 
+@cache
+def named_words() -> frozenset[str]:
+    """Return the words of all names of the table: "lock" of "bike lock"."""
+    return frozenset(word for name in load_knowledge().phrases for word in name.split())
+
+
 @lru_cache(maxsize=1024)
 def _verb(word: str) -> str:
-    if word in ENGLISH or load_knowledge().find(word) is not None:
+    if word in ENGLISH or word in named_words():
         return ""
+    if word.removesuffix("s") in _VERBS:
+        return ""  # "Looks like a cat".
     near = [verb for verb in _VERBS if OSA.distance(word, verb) == 1 and word[0] == verb[0]]
     return near[0] if near else ""
 

@@ -1,8 +1,8 @@
 """What takes the place of what was said before: "no, the scarf", "no, in the hallway"."""
 
+from ippon.guidance.language.goals.drafts import Draft, Reading
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.relation_phrase import read_relation
-from ippon.guidance.language.requests.drafts import Draft, Reading
 from ippon.guidance.language.requests.lists import BE, read_goals
 
 

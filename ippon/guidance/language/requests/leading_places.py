@@ -3,18 +3,18 @@
 import re
 from dataclasses import replace
 
+from ippon.guidance.language.goals.drafts import Reading
+from ippon.guidance.language.goals.goal import ALL, Relation
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
-from ippon.guidance.language.grammar.relation_phrase import (
-    is_room,
-    is_searched_inside,
-    read_relation,
-)
+from ippon.guidance.language.grammar.places import is_room, is_searched_inside
+from ippon.guidance.language.grammar.relation_phrase import read_relation
 from ippon.guidance.language.grammar.utterance import hear
 from ippon.guidance.language.requests.courtesy import skip_asking
-from ippon.guidance.language.requests.drafts import Reading
-from ippon.guidance.language.requests.goals import ALL, Relation
 from ippon.guidance.language.requests.lists import read_goals
+from ippon.guidance.language.words import word_set
+
+_GUESSED = word_set("think believe guess bet suppose might may maybe perhaps probably")
 
 
 def read_place_first(reading: Reading, index: int) -> int:
@@ -30,15 +30,18 @@ def read_place_first(reading: Reading, index: int) -> int:
     if matched is None:
         return index
     end = reading.after(matched.end())
+    stated = looked is None and match is not None and match["there"] is not None
+    last = end if stated else end - 1  # Without "and" or "for".
     if looked is None and match is not None and match["place"].startswith(("for ", "high")):
         return index
     after = skip_asking(reading, end)
+    guessed = bool(_GUESSED & set(said.words(last, after)))
     phrase = read_noun_phrase(said, after)
     if phrase is None:
         return index
     relations: list[Relation] = []
     at = index
-    while at < end - 1:
+    while at < last:
         found = read_relation(said, at)
         relations += found.relations if found else ()
         at = found.end if found else at + 1
@@ -46,18 +49,24 @@ def read_place_first(reading: Reading, index: int) -> int:
     if not relations and match is not None:
         place = read_noun_phrase(said, reading.after(match.start("place")), of=False)
         place_end = reading.after(match.end("place"))
-        if place is None or place.end < place_end:
+        if place is None or place.end < place_end or _is_adverb(place):
             return index
         everywhere = place.count == ALL or said.word(place_end - 1) in ("house", "flat")
         relations = [] if everywhere else [_at(place)]
     if not relations and not everywhere:
         return index
     denied = [one for one in reading.places if one.negated]
+    found = [] if guessed else relations
     reading.places = denied + [
-        replace(one, negated=one.negated or looked is not None) for one in relations
+        replace(one, negated=one.negated or looked is not None) for one in found
     ]
-    reading.before.append(said.said(index, end - 1))
+    reading.before.append(said.said(index, last))
     return read_goals(reading, after, said.said(index, after))
+
+
+def _is_adverb(place: NounPhrase) -> bool:
+    """Tell whether a place is none: "up" of "look up, there is"."""
+    return place.head in ("up", "down", "out", "away", "back", "off")
 
 
 def _at(place: NounPhrase) -> Relation:

@@ -4,27 +4,30 @@ from dataclasses import replace
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.goals.clauses import decline_place, state
+from ippon.guidance.language.goals.drafts import Reading, draft
+from ippon.guidance.language.goals.features import next_part
+from ippon.guidance.language.goals.goal import Attribute, Order, Relation
+from ippon.guidance.language.goals.list_end import settle
+from ippon.guidance.language.goals.modifiers import read_modifier
+from ippon.guidance.language.goals.pronouns import read_place_named
+from ippon.guidance.language.goals.references import complained, refer, replaced, selects
 from ippon.guidance.language.grammar import phrases
-from ippon.guidance.language.grammar.attributes import listed_kind
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PRONOUNS
-from ippon.guidance.language.grammar.relation_phrase import is_room, read_relation
+from ippon.guidance.language.grammar.places import is_room
+from ippon.guidance.language.grammar.relation_phrase import read_relation
 from ippon.guidance.language.grammar.utterance import Utterance
-from ippon.guidance.language.requests.clauses import decline_place, state
-from ippon.guidance.language.requests.drafts import Draft, Reading, draft
-from ippon.guidance.language.requests.goals import Attribute, Order, Relation
-from ippon.guidance.language.requests.list_end import settle
-from ippon.guidance.language.requests.modifiers import read_modifier
 from ippon.guidance.language.words import word_set
 
 MAX_DRAFTS: Final = 60
 BE = word_set("is are was were has have had will would can could should must might may says said")
 
-_POINTING = ("is that", "is this", "are those", "are these")
-_PARTS = ("drawer", "shelf", "compartment", "cupboard", "locker")
+_LEVELS = ("floor", "storey", "level")
+_PARTS = ("drawer", "shelf", "compartment", "cupboard", "locker", "row", *_LEVELS)
 _FOLLOWING = word_set(
     "and or then but with without that which please not pls it i they he she what called made "
-    "named as plus followed left other preferably fell must should might was slipped has had for "
+    "named as plus followed left other preferably fell must should might slipped for "
     "of all also again asap too except after next nobody somebody someone"
 )
 """Words that may follow an object which stands without a verb."""
@@ -136,16 +139,20 @@ def _take(
         reading.drafts.append(told)
         return
     last = reading.drafts[-1] if reading.drafts else None
-    if last is not None and not phrase.head and not last.attributes and _selects(last, asked):
+    if last is not None and not phrase.head and not last.attributes and selects(last, asked):
         # "There are two umbrellas, I need the black one."
         for one in phrase.attributes:
             last.add(one)
         last.count = 1 if phrase.count is None else phrase.count
+        last.reference = phrase.reference or last.reference
         return
     if not phrase.head:
-        _refer(reading, goal)
-        for one in _replaced(reading, asked):
+        refer(reading, goal)
+        for one in replaced(reading, asked, other=goal.reference == "other"):
             reading.drafts.remove(one)
+    elif complained(reading, asked):
+        reading.drafts.pop()
+    reading.list_start = min(reading.list_start, len(reading.drafts))
     for words in reading.before:
         state(reading, words, [goal])
     for place in reading.places:
@@ -163,45 +170,6 @@ def _take(
     reading.before = []
 
 
-def _replaced(reading: Reading, asked: str) -> list[Draft]:
-    """Return the objects of which only a state was told: "this pen is empty, find a new one"."""
-    if asked in ("bare", "listed", "named", "told") or not reading.drafts:
-        return []
-    pointed = [one for one in reading.drafts if one.trigger.lower().startswith(_POINTING)]
-    last = reading.drafts[-1]
-    stated = len(last.attributes) > len(last.phrase.attributes)
-    stated = stated or bool(last.context and not last.relations)
-    return pointed or ([last] if last.trigger == "bare" and stated else [])
-
-
-def _selects(last: Draft, asked: str) -> bool:
-    """Tell whether "I want the black one" selects from what was told before."""
-    wanted = asked.lower().startswith(("i ", "we ", "i'd", "we'd", "i'm"))
-    return last.trigger.lower().startswith("there") or (wanted and last.trigger != asked)
-
-
-def _refer(reading: Reading, goal: Draft) -> None:
-    """Let "the blue one" name what was asked for before."""
-    before = next((one.head for one in reversed(reading.drafts) if one.head), "")
-    declined = reading.declined
-    if not before and declined is not None and declined.head:
-        before = declined.head
-        goal.attributes += [replace(one, negated=True) for one in declined.attributes]
-        reading.unused.pop()
-    if not before and reading.previous:
-        before = reading.previous[-1].object
-        goal.reference = goal.reference or "same"
-    nouns = [one for one in goal.attributes if one.kind == "other" and not listed_kind(one.value)]
-    if len(before.split()) > 1 and nouns and load_knowledge().find(before.split()[-1]) is not None:
-        # "An HDMI cable or a VGA one."
-        before = " ".join([*(one.value for one in nouns), before.split()[-1]])
-        goal.attributes = [one for one in goal.attributes if one not in nouns]
-    if before:
-        goal.head = before
-        said = [one.value for one in goal.attributes if not one.negated]
-        goal.display = " ".join([*said, before])
-
-
 def read_modifiers(reading: Reading, index: int) -> int:
     """Read all that follows an object and describes it."""
     said, goal = reading.said, reading.drafts[-1]
@@ -215,11 +183,17 @@ def read_modifiers(reading: Reading, index: int) -> int:
             continue
         if said.ends(index) or (said.breaks(index) and said.starts(index, phrases.CORRECTIONS)):
             break
+        padded = reading.match(phrases.PADDING, index)
+        if padded >= index + 3:
+            index = padded  # "It's cold outside".
+            continue
         room = _bare_room(reading, index)
         if room > index:
             index = room
             continue
         end = reading.match(phrases.GONE, index)
+        goal.gone = goal.gone or end > index
+        end = max(end, read_place_named(reading, index))
         timed = reading.match(phrases.TIME, index)
         if timed > index:
             goal.note(said.said(index, timed))
@@ -238,6 +212,8 @@ def read_modifiers(reading: Reading, index: int) -> int:
 
 def _listed_next(reading: Reading, index: int) -> bool:
     """Tell whether the next object of a list begins: "and the blue one"."""
+    if next_part(reading.said, index, reading.drafts[-1].attributes) > index:
+        return False
     return reading.said.word(index) in ("and", "or") and separator(reading, index) is not None
 
 
@@ -250,10 +226,12 @@ def _bare_room(reading: Reading, index: int) -> int:
     if phrase is None:
         return index
     end = phrase.end + (said.word(phrase.end) in ("down", "up"))
-    part = phrase.shared and phrase.head in _PARTS and phrase.attributes
+    part = phrase.shared and phrase.head.endswith(" floor")
+    part = part or (phrase.shared and phrase.head in _PARTS and phrase.attributes)
     if not (is_room(phrase.head) or part) or not said.breaks(end):
         return index
-    relation = "on" if phrase.head == "shelf" else "in"
+    level = phrase.head in ("shelf", *_LEVELS) or phrase.head.endswith(" floor")
+    relation = "on" if level else "in"
     place = Relation(relation=relation, place=phrase.head, attributes=phrase.attributes)
     reading.drafts[-1].relate(place)
     reading.drafts[-1].note(place.text)
@@ -282,6 +260,10 @@ def stands_alone(reading: Reading, index: int, phrase: NounPhrase) -> bool:
         or said.corrected(end, phrases.CORRECTIONS) > end
     ):
         return True
+    if reading.match(phrases.PADDING, end) == len(said):
+        return True  # "Keys, keys, where are they".
+    if said.word(end) in ("was", "were") and said.word(end + 1).endswith("ed"):
+        return True  # "Was delivered this morning".
     if reading.match(phrases.TAIL, end) > end or reading.match(phrases.GONE, end) > end:
         return True
     probe = draft(phrase)

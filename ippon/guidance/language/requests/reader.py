@@ -1,24 +1,27 @@
 """Reading of a sentence from left to right: goals, what describes them, and the context."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
-from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import RELATIONS
+from ippon.guidance.language.goals import clauses
+from ippon.guidance.language.goals.drafts import Reading
+from ippon.guidance.language.goals.goal import Goal, Relation
+from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.grammar import phrases
-from ippon.guidance.language.grammar.attributes import listed_kind
-from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PRONOUNS
-from ippon.guidance.language.grammar.relation_phrase import (
-    is_room,
-    read_relation,
-)
+from ippon.guidance.language.grammar.places import is_room
+from ippon.guidance.language.grammar.relation_phrase import read_relation
 from ippon.guidance.language.grammar.utterance import Utterance
-from ippon.guidance.language.requests import clauses
+from ippon.guidance.language.requests.asked import read_asked
 from ippon.guidance.language.requests.corrections import read_correction
-from ippon.guidance.language.requests.courtesy import skip_asking, skip_courtesy
-from ippon.guidance.language.requests.drafts import Reading
-from ippon.guidance.language.requests.goals import Goal, Relation
+from ippon.guidance.language.requests.courtesy import (
+    skip_announcement,
+    skip_asking,
+    skip_courtesy,
+)
+from ippon.guidance.language.requests.earlier import read_before
 from ippon.guidance.language.requests.leading_places import read_place_first
 from ippon.guidance.language.requests.lists import (
     MAX_DRAFTS,
@@ -29,7 +32,6 @@ from ippon.guidance.language.requests.lists import (
     separator,
     stands_alone,
 )
-from ippon.guidance.language.requests.modifiers import read_modifier
 from ippon.guidance.language.words import word_set
 
 _SUBJECTS = word_set(
@@ -54,6 +56,7 @@ class RequestReader:
         index = 0
         while index < len(self._said) and len(self.reading.drafts) < MAX_DRAFTS:
             index = max(self._step(index), index + 1)
+        self.reading.drafts += self.reading.later
         if not self.reading.drafts:
             self._by_name()
         if index < len(self._said):
@@ -85,6 +88,8 @@ class RequestReader:
             self._corrected,
             self._declined,
             self._ordering,
+            self._before,
+            self._announced,
             self._placed_first,
             self._asked,
             self._told,
@@ -119,6 +124,12 @@ class RequestReader:
             for goal in self.reading.drafts[self.reading.list_start + 1 :]:
                 goal.order = "then"
             return index + length
+        length = self._said.starts(index, phrases.SEPARATORS["or"])
+        if length and self.reading.drafts:
+            asked = self.reading.match(phrases.ASKED, index + length)
+            if asked > index + length and read_noun_phrase(self._said, asked) is not None:
+                self.reading.order = "or"
+                return index + length
         length = self._said.starts(index, phrases.THEN)
         if length and self.reading.drafts:
             self.reading.order = "then"
@@ -135,49 +146,17 @@ class RequestReader:
     def _placed_first(self, index: int) -> int:
         return read_place_first(self.reading, index)
 
+    def _before(self, index: int) -> int:
+        return read_before(self.reading, index)
+
+    def _announced(self, index: int) -> int:
+        return skip_announcement(self.reading, index)
+
     def _courtesy(self, index: int) -> int:
         return skip_courtesy(self.reading, index)
 
     def _asked(self, index: int) -> int:
-        said = self._said
-        length = 2
-        name = load_knowledge().find(" ".join(said.words(index, index + length)))
-        if (
-            name is not None
-            and said.word(index) not in ("get", "bring")
-            and not said.breaks(index + 1)
-        ):
-            return index  # "Hand towel" is no order to hand something over.
-        end = self.reading.match(phrases.ASKED, index)
-        if end == index:
-            return index
-        start = end
-        while start < len(said) and (more := self.reading.match(phrases.PADDING, start)) > start:
-            if more == start + 1 and listed_kind(said.word(start)):
-                break
-            start = more
-        if said.word(start) in ("it", "them", "him", "her", "some", "any") and self.reading.drafts:
-            return start + 1 if said.breaks(start + 1) or start + 1 == len(said) else index
-        if self.reading.drafts and (length := count_again(said, start)):
-            self.reading.drafts[-1].count = NUMBERS[said.word(start)]
-            return start + length
-        asked = said.said(index, end)
-        told = self.reading.match(phrases.TOLD, start) if "where" in asked.lower() else start
-        owned = read_noun_phrase(said, told) if told > start else None
-        if owned is not None and owned.determined:
-            start = told  # "Where the kids have hidden the remote".
-        after = read_goals(self.reading, start, asked)
-        if after > start:
-            if " in " in asked:
-                self.reading.drafts[self.reading.list_start].note(asked)  # "The lady in room 12".
-            if asked.lower().startswith(("how many", "count")):
-                self.reading.drafts[-1].count = "all"
-            return after
-        if start == len(said):
-            return index
-        nested = self.reading.drafts or self.reading.match(phrases.TOLD, start) == start
-        again = self.reading.match(phrases.ASKED, start)
-        return index if nested and again == start else start
+        return read_asked(self.reading, index)
 
     def _told(self, index: int) -> int:
         """Read "I left my phone in the kitchen" as a request for the phone."""
@@ -210,10 +189,11 @@ class RequestReader:
             self.reading.drafts[-1].count = "all"
             return index + length
         subject = said.word(index) in ("they", "they're", "both", "these")
-        targets = (
-            self.reading.drafts[self.reading.list_start :] if subject else self.reading.drafts[-1:]
-        )
         relation = read_relation(said, index)
+        listed = self.reading.drafts[self.reading.list_start :]
+        if relation is None and sum(one.display.endswith("s") for one in listed) == 1:
+            subject = subject and not listed[-1].display.endswith("s")  # "My bag and my shoes".
+        targets = listed if subject and listed else self.reading.drafts[-1:]
         if relation is not None and not clauses.ends_clause(said, relation.end):
             return index  # More is said, which the context tells.
         end = read_modifier(said, index, targets[-1])
@@ -244,6 +224,8 @@ class RequestReader:
             return not_this(self.reading, index)
         if word in phrases.OTHER_TASKS:
             return index
+        if word == "no" and index == 0 and not said.breaks(1):
+            return self._lacking(index)
         gone = self.reading.match(phrases.GONE_SENTENCE, index) > index
         first = not self.reading.drafts
         fresh = self.reading.order is not None or (index > 0 and said.ends(index))
@@ -259,6 +241,18 @@ class RequestReader:
             return index
         return read_goals(self.reading, index, "bare")
 
+    def _lacking(self, index: int) -> int:
+        """Read "no batteries in the drawer" as a request for some."""
+        phrase = read_noun_phrase(self._said, index + 1)
+        if phrase is None or not phrase.known or phrase.determined:
+            return index
+        if phrase.end == len(self._said) or self._said.word(index + 1) == "more":
+            return index
+        end = read_goals(self.reading, index + 1, "bare")
+        for goal in self.reading.drafts:
+            goal.relations = [replace(one, negated=True) for one in goal.relations]
+        return end
+
     # -- context ---------------------------------------------------------------
 
     def _context(self, index: int) -> int:
@@ -270,6 +264,7 @@ class RequestReader:
             return end
         if not self.reading.drafts:
             self.reading.before.append(words)
+            clauses.note_subject(self.reading, index, end)
             return end
         told = said.breaks(index) or said.word(index) in _SUBJECTS or index == 0
         if said.breaks(index) and self.reading.match(phrases.ASKED, index) > index + 1:

@@ -5,17 +5,18 @@ from dataclasses import replace
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.goals.drafts import Draft, draft
+from ippon.guidance.language.goals.goal import Goal, Request, unchecked
 from ippon.guidance.language.grammar.attributes import listed_kind
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.phrases import CODE, SAME
-from ippon.guidance.language.grammar.relation_phrase import is_room
-from ippon.guidance.language.grammar.utterance import hear
+from ippon.guidance.language.grammar.places import is_room
+from ippon.guidance.language.grammar.utterance import hear, named_words
 from ippon.guidance.language.languages import ENGLISH, other_language
-from ippon.guidance.language.naming import is_instance_of, resolve_object
-from ippon.guidance.language.requests.drafts import Draft, draft
-from ippon.guidance.language.requests.goals import Goal, Request, unchecked
+from ippon.guidance.language.naming import TOYS, is_instance_of, resolve_object
 from ippon.guidance.language.requests.reader import RequestReader
 from ippon.guidance.language.requests.traces import lost_words
+from ippon.guidance.language.words import is_many
 
 MAX_OBJECT_CHARS: Final = 80
 MAX_CONTEXT_CHARS: Final = 2000
@@ -177,8 +178,13 @@ def _may_end_in_verb(name: str, spoken: str) -> bool:
     """Tell whether the last word of a name may be a verb: "the pump beeps"."""
     find = load_knowledge().find
     first, _, last = name.rpartition(" ")
-    odd = spoken.endswith(("s", "ed")) or listed_kind(last) is not None
-    return bool(first) and not (find(name) or find(last)) and odd
+    # No name of the table has the last word: "helmet thx", but not "cake stand".
+    whole = find(first) is not None and first not in TOYS
+    whole = whole and not (last in named_words() or last[:1].isdigit())
+    odd = spoken.endswith(("s", "ed")) or listed_kind(last) is not None or last in ENGLISH
+    before = spoken.rpartition(" ")[0]
+    several = before.endswith("s") and not is_many(before)  # "The towels beep".
+    return bool(first) and not (find(name) or find(last)) and (odd or several or whole)
 
 
 def _joined(first: str, second: str) -> str:

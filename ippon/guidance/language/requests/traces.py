@@ -5,13 +5,13 @@ from typing import Final
 
 from rapidfuzz.distance import OSA
 
-from ippon.guidance.language.context_words import NEGATIONS
+from ippon.guidance.language.context_words import BELIEFS, DOUBTS, NEGATIONS, NEUTRAL
+from ippon.guidance.language.goals.drafts import Reading
+from ippon.guidance.language.goals.goal import ALL, Goal
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import listed_kind
 from ippon.guidance.language.grammar.determiners import COUNTS, MEASURES, NUMBERS
 from ippon.guidance.language.languages import ENGLISH
-from ippon.guidance.language.requests.drafts import Reading
-from ippon.guidance.language.requests.goals import ALL, Goal
 from ippon.guidance.language.words import singular_candidates, tokenize, word_set
 
 _EMPTY: Final = (
@@ -24,6 +24,10 @@ _PLACING = word_set(
     "downstairs"
 )
 _PLAIN = word_set("check need stay until ones belongs belong different preferably ideally bother")
+_VISIBLE: Final = ("colour", "size", "material", "pattern", "shape")
+_GUESSED: Final = BELIEFS | DOUBTS
+_NEAR: Final = 8
+"""So many words around a denial may tell what it denies."""
 _TAKEN_BACK: Final = 4
 """So many words may stand between "not" and what takes the place of what is denied."""
 
@@ -39,18 +43,38 @@ def lost_words(reading: Reading) -> tuple[list[str], list[str]]:
     told = " ".join([*map(_told, goals), *reading.unused, *reading.stray]).lower()
     kept = {token.word for token in tokenize(told)}
     kept |= {single for word in kept for single in singular_candidates(word)}
+    values = _values(goals)
     start = _after_corrections(reading)
     changing: list[str] = []
     names: list[str] = []
     for index in sorted(set(range(start, len(said))) - _covered(reading, start)):
         word = said.word(index)
         if word in kept:
+            # The context holds it, but no attribute and no place does.
+            if (
+                word in _DENYING
+                and word not in values.split()
+                and not _denies(reading, index, goals)
+            ):
+                names.append(_rest_of_clause(reading, index))
+            elif listed_kind(word) in _VISIBLE and word not in values:
+                names.append(word)
+            continue
+        if listed_kind(word) in _VISIBLE:
+            changing.append(word)
             continue
         if word in _DENYING:
             listed = word == "nor" and len(goals) > 1
             changing += [] if listed or _is_denied(goals) else [word]
         elif word in _PLACING:
-            changing += [] if said.word(index - 1) == "as" else [word]  # "As before".
+            if any(
+                place.relation == phrases.PREPOSITIONS.get(word)
+                for goal in goals
+                for place in goal.relations
+            ):
+                continue  # "Beside it" is told as "next to".
+            ordered = word == "before" and any(goal.order == "then" for goal in goals)
+            changing += [] if ordered or said.word(index - 1) == "as" else [word]  # "As before".
         elif word == "or":
             changing += [] if _is_offered(reading, index, goals) else [word]
         elif word in NUMBERS or word.isdigit():
@@ -58,6 +82,32 @@ def lost_words(reading: Reading) -> tuple[list[str], list[str]]:
         elif len(word) > 2 and word not in _known_words() and not _is_near(word, kept, told):
             names.append(word)
     return changing, names
+
+
+def _values(goals: list[Goal]) -> str:
+    texts = [f"{goal.object} {goal.display}" for goal in goals]
+    texts += [one.value for goal in goals for one in goal.attributes]
+    texts += [one.text for goal in goals for one in goal.relations]
+    return " ".join(texts).lower()
+
+
+def _denies(reading: Reading, index: int, goals: list[Goal]) -> bool:
+    """Tell whether a denied attribute or place stands near a denial, or it denies neither."""
+    said = reading.said
+    around = said.words(max(0, index - _NEAR), index + _NEAR)
+    if any(phrase in " ".join(around) for phrase in NEUTRAL) or set(around) & _GUESSED:
+        return True
+    denied = [one.value for goal in goals for one in goal.attributes if one.negated]
+    denied += [one.text for goal in goals for one in goal.relations if one.negated]
+    words = {word for value in denied for word in value.lower().split()}
+    return any(word in words or word.removesuffix("'s") in words for word in around)
+
+
+def _rest_of_clause(reading: Reading, index: int) -> str:
+    end = index + 1
+    while end < len(reading.said) and not reading.said.breaks(end) and end - index < _NEAR:
+        end += 1
+    return reading.said.said(index, end)
 
 
 def _told(goal: Goal) -> str:
@@ -72,8 +122,9 @@ def _after_corrections(reading: Reading) -> int:
     for index in range(len(said)):
         if index == 0 and said.word(0) in ("not", "never"):
             start = next((n for n in range(1, len(said)) if said.breaks(n)), _TAKEN_BACK)
-        length = said.starts(index, phrases.CORRECTIONS)
-        if length and (length > 1 or said.breaks(index) or said.word(index) not in ENGLISH):
+        word, length = said.word(index), said.starts(index, phrases.CORRECTIONS)
+        named = said.word(index + length) in ("the", "my", "a", "an")
+        if length and (length > 1 or named or said.breaks(index) or word not in ENGLISH):
             start = max(start, index + length)
     return start
 

@@ -18,7 +18,7 @@ from scipy import ndimage
 from ippon.frame import Frame
 from ippon.geometry import invert_transform, transform_points
 from ippon.guidance.knowledge import load_knowledge
-from ippon.guidance.language.requests.goals import Attribute
+from ippon.guidance.language.goals.goal import Attribute
 from ippon.guidance.language.words import word_set
 from ippon.mission.finds.attributes.colour_regions import colour_name, lab_of, region_of
 from ippon.mission.snapshot import Find, JudgedAttribute

@@ -9,17 +9,20 @@ from PIL import Image
 
 from app.cli.main import run
 from app.cli.tools import ask as asking
+from app.cli.tools import feedback
 from app.links.language_model.interface import RULES, SentenceAnswer
 from app.links.language_model.sentence_reading import as_reading
 from app.messages import keys
 from app.messages.control import (
+    Accepted,
+    FeedbackRequest,
     PictureRequest,
     SearchAccepted,
     SearchRequest,
     SentenceRequest,
     encode,
 )
-from app.messages.status import GoalStatus, Status, Timings
+from app.messages.status import CountedFind, GoalStatus, Status, Timings
 from ippon.guidance.language.requests.sentence import read_request
 from ippon.guidance.prompts.picture_prompt import parse_picture_reply
 
@@ -29,6 +32,8 @@ searches_sure = ["true"]
 
 counts = []
 """How many each search wants."""
+verdicts = []
+"""What was said of finds."""
 joins = []
 """The goal that each search joins, None for none."""
 
@@ -38,6 +43,7 @@ def searches(monkeypatch):
     """Return the searches that a stand-in for the navigator takes."""
     taken = []
     joins.clear()
+    verdicts.clear()
     counts.clear()
     searches_sure[0] = "true"
 
@@ -46,6 +52,9 @@ def searches(monkeypatch):
             return as_reading(
                 SentenceAnswer(read_request(request.sentence), RULES, "", "", ""), 1.0
             )
+        if isinstance(request, FeedbackRequest):
+            verdicts.append(request)
+            return Accepted(detail="done")
         if isinstance(request, PictureRequest):
             named = parse_picture_reply(f'{{"name": "red mug", "sure": {searches_sure[0]}}}')
             return as_reading(SentenceAnswer(named, "tiny", "", "", ""), 1.0)
@@ -62,6 +71,8 @@ def searches(monkeypatch):
         )
 
     monkeypatch.setattr(asking, "ask", answer)
+    monkeypatch.setattr(feedback, "ask", answer)
+    monkeypatch.setattr(feedback, "request_credential", lambda *_, **__: nullcontext(None))
     monkeypatch.setattr(asking, "open_client", lambda *_: None)
     monkeypatch.setattr(asking, "is_alive", lambda *_: True)
     monkeypatch.setattr(asking, "subscribe", lambda *_: None)
@@ -144,6 +155,54 @@ def test_following_a_tour_prints_each_find_and_ends_with_the_last(
         ("keys", "active"), ("keys", "active"), ("wallet", "found"), ("keys", last)
     ]  # fmt: skip
     assert lines[2]["position_world"] == [1.0, 2.0, 0.5]
+
+
+def test_what_was_found_is_confirmed_and_rejected_by_number(searches, capsys):
+    assert ask("--reject", "2", "--goal", "5") == 0
+    assert ask("--confirm", "last") == 0
+    assert verdicts == [
+        FeedbackRequest(verdict="reject", goal_id=5, find=2), FeedbackRequest(verdict="confirm")
+    ]  # fmt: skip
+    assert capsys.readouterr().out == "done\ndone\n"
+    assert ask("--confirm", "1", "--json") == 0
+    assert json.loads(capsys.readouterr().out) == {"detail": "done"}
+
+
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        (("--confirm", "1", "--reject", "2"), "not both"),
+        (("hat", "--reject", "2"), "in another command"),
+        (("hat", "--goal", "2"), "--goal goes with"),
+    ],
+)
+def test_a_verdict_and_a_search_are_two_commands(searches, capsys, options, problem):
+    assert ask(*options) == 2
+    assert problem in " ".join(capsys.readouterr().err.split())
+    assert (verdicts, searches) == ([], [])
+
+
+def test_following_a_search_for_several_prints_the_number_of_each_find(
+    searches, monkeypatch, capsys
+):
+    first = CountedFind(number=1, position_world=(1.0, 2.0, 0.4))
+    third = CountedFind(number=3, position_world=(3.0, 2.0, 0.4))
+    ends = ([], "active"), ([first], "active"), ([first, third], "exhausted")
+
+    def publish(session, topic, receive):
+        for counted, outcome in ends if topic.endswith(keys.STATUS) else ():
+            goal = GoalStatus(
+                goal_id=1, object="chair", display="chairs", outcome=outcome, count=3,
+                counted=counted,
+            )  # fmt: skip
+            receive(encode(msgspec.structs.replace(status_of([("chair", "active")], 1), goal=goal)))
+
+    monkeypatch.setattr(asking, "subscribe", publish)
+    assert ask("three chairs", "--follow") == 1
+    assert capsys.readouterr().out.splitlines()[-2:] == [
+        "chairs: find 1 at (1.0, 2.0) m, 0.4 m high",
+        "chairs: find 3 at (3.0, 2.0) m, 0.4 m high",
+    ]
 
 
 def test_following_prints_changed_words_at_once_and_changed_numbers_every_five_seconds(

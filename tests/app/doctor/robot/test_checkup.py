@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from app.doctor.robot.alignment import edge_score
 from app.doctor.robot.checkup import check_robot
 from app.messages import keys
 from app.messages.cdr import encode, header
@@ -112,6 +113,42 @@ def test_depth_in_the_wrong_unit(samples, change, encoding, values, seems):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("per_m", "wrong"), [(100, "short"), (10_000, "long")])
+def test_depth_in_centimetres_or_tenths_of_a_millimetre_is_told_by_the_floor(
+    samples, change, profile, per_m, wrong
+):
+    change(
+        keys.DEPTH,
+        lambda p: depth_image(p, "16UC1", lambda d: np.rint(per_m * d).astype("<u2")),
+        keys.DEPTH_RAW,
+    )
+    for line in (found(samples)["depth"], found(samples, profile)["profile"]):
+        assert line.verdict == "failed"
+        assert f"depth is 10 times too {wrong} for a floor 1.20 m below" in line.detail
+
+
+def test_depth_of_a_wall_right_ahead_is_no_wrong_unit(samples, change):
+    change(
+        keys.DEPTH,
+        lambda p: depth_image(p, "32FC1", lambda d: np.full_like(d, 0.4)),
+        keys.DEPTH_RAW,
+    )
+    assert found(samples)["depth"].verdict == "ok"
+
+
+@pytest.mark.parametrize("width", [424, 480, 640, 720, 848, 1280, 1920])
+def test_depth_is_compared_with_colour_at_every_width(width):
+    height = width // 2
+    depth = np.full((height, width), 3.0, np.float32)
+    depth[height // 4 : height // 2, width // 3 : width // 2] = 1.5
+    color = np.repeat((60.0 * depth).astype(np.uint8)[:, :, None], 3, axis=2)
+    score = edge_score([(color, depth)])
+    assert score is not None
+    assert score.score > 2.0
+    assert score.best < 1.3 * score.score
+
+
+@pytest.mark.slow
 def test_depth_without_returns(samples, change):
     def empty(payload):
         image = decode_depth(payload)
@@ -159,6 +196,19 @@ def test_no_tf_and_a_frame_that_is_missing(samples, change):
     assert "publishes a fixed one from 'map' to 'odom'" in line.do
     del samples.arrivals[keys.TF]
     assert found(samples)["tf"].detail == "nothing comes on tf"
+
+
+def test_frames_with_a_slash_are_said_and_a_silent_navigator_is_no_news_then(samples, change):
+    def slashed(payload):
+        return encode_transforms(
+            [dataclasses.replace(t, child="/" + t.child) for t in decode_transforms(payload)]
+        )
+
+    change(keys.TF, slashed)
+    lines = found(samples)
+    assert lines["tf"].detail.startswith("no way from 'map' to 'base_link': nothing")
+    assert "must not begin with a slash" in lines["tf"].detail
+    assert "commands" not in lines
 
 
 def test_odometry_takes_the_place_of_tf(samples):
@@ -218,6 +268,21 @@ def test_stamps_a_day_apart(samples, change):
             one.at_ns += DAY_NS
     line = found(samples)["clock"]
     assert (line.verdict, "1.0 days behind this machine's" in line.detail) == ("warning", True)
+
+
+def test_stamps_that_stand_still_or_lie_in_the_future(samples):
+    for one in samples.arrivals[keys.COLOR]:
+        one.at_ns -= 300_000_000
+    line = found(samples)["delay"]
+    assert (line.verdict, line.detail.startswith("the stamp of a colour image is 2")) == (
+        "warning",
+        True,
+    )
+    for one in samples.arrivals[keys.COLOR]:
+        one.stamp_ns = samples.arrivals[keys.COLOR][0].stamp_ns
+    line = found(samples)["clock"]
+    assert line.verdict == "failed"
+    assert "the stamps do not advance: 15 colour images have 1 stamps" in line.detail
 
 
 @pytest.mark.slow

@@ -83,16 +83,18 @@ from pathlib import Path
 from app.nodes.console.config import ConsoleConfig
 from app.nodes.console.node import run_console
 logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s %(message)s")
-connect, port, language = sys.argv[1], int(sys.argv[2]), sys.argv[3]
-users = Path(sys.argv[4]) if len(sys.argv) > 4 else None
-run_console(ConsoleConfig(connect=connect, port=port, language=language, users=users))
+connect, port, language, robot = sys.argv[1], int(sys.argv[2]), sys.argv[3], sys.argv[4]
+users = Path(sys.argv[5]) if len(sys.argv) > 5 else None
+run_console(
+    ConsoleConfig(connect=connect, port=port, language=language, robot=robot, users=users)
+)
 """
 
 
 class ConsoleProcess:
     """The console as its own process."""
 
-    def __init__(self, zenoh_port, port, users=None, language="en"):
+    def __init__(self, zenoh_port, port, users=None, language="en", robot="ippon"):
         self.url = f"http://127.0.0.1:{port}"
         self.started_at = time.monotonic()
         self.process = subprocess.Popen(
@@ -103,6 +105,7 @@ class ConsoleProcess:
                 f"tcp/127.0.0.1:{zenoh_port}",
                 str(port),
                 language,
+                robot,
                 *([] if users is None else [str(users)]),
             ],
             cwd=ROOT,

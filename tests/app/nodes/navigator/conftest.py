@@ -1,5 +1,6 @@
 """What tests of the guidance share: a stand-in for the model, and a real map."""
 
+import dataclasses
 import queue
 import threading
 from types import SimpleNamespace
@@ -15,12 +16,13 @@ from app.nodes.navigator.services.queue_service import QueueService
 from app.nodes.navigator.services.request_services import declare_endpoints
 from app.nodes.navigator.services.sentence_service import SentenceService
 from app.nodes.navigator.state.goal_queue import GoalQueue
-from ippon.guidance.language.requests.goals import Goal, Request
+from ippon.guidance.language.goals.goal import Goal, Request
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.guidance.prior import PROVIDER
 from ippon.mapping.voxel_map import MapConfig
 from ippon.mission.config import MissionConfig
 from ippon.mission.mission import Mission
+from ippon.mission.snapshot import Find
 from ippon.robot import ZED
 from ippon.vocabulary import MATTERPORT_40
 
@@ -168,3 +170,15 @@ def desk():
     return SimpleNamespace(
         queue=queue, goals=goals, guidance=guidance, ask=ask, waiting=waiting, search=search
     )
+
+
+def finds(count):
+    """Return finds one metre apart, numbered from 1."""
+    one = Find(
+        position_world=(0.0, 2.0, 0.5), size_m=(0.4, 0.4, 0.9), probability=0.9, voxels=40,
+        box_px=None,
+    )  # fmt: skip
+    return [
+        dataclasses.replace(one, position_world=(float(n), 2.0, 0.5), number=n)
+        for n in range(1, count + 1)
+    ]

@@ -63,7 +63,7 @@ def hat_search(position=(2.0, 0.0, 1.0), found=True):
     )
     return SimpleNamespace(
         goal=SimpleNamespace(object="hat", display="my hat", thing_id=None),
-        find=find if found else None,
+        finds=(find,) if found else (),
         candidates=(),
         rejected=[],
         layer=None,

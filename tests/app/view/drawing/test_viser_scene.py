@@ -13,7 +13,7 @@ from app.messages import keys
 from app.messages.images import CompressedColor, StampedCamera
 from app.messages.motion import StampedPath, StampedTransform
 from app.messages.scene import FoundObject
-from app.messages.status import FarEvidenceCells, GoalStatus, LevelRow, LevelTable
+from app.messages.status import CountedFind, FarEvidenceCells, GoalStatus, LevelRow, LevelTable
 from app.nodes.navigator.config import NavigatorConfig
 from app.view.drawing.find_layer import found_before, marks_of
 from app.view.drawing.viser_scene import ALL_PARTS, ViserScene
@@ -227,13 +227,16 @@ def test_likely_places_are_amber_and_the_find_is_green(make):
 def test_what_was_found_before_keeps_its_box(make):
     two = GoalStatus(
         goal_id=1, object="chair", count=3, outcome="active",
-        counted=[(1.0, 2.0, 0.4), (3.0, 2.0, 0.4)],
+        counted=[
+            CountedFind(number=1, position_world=(1.0, 2.0, 0.4)),
+            CountedFind(number=3, position_world=(3.0, 2.0, 0.4)),
+        ],
     )  # fmt: skip
     marks = found_before(make.status(goal=two))
     assert [(mark.text, mark.center_world[0]) for mark in marks] == [
         ("chair 1", 1.0),
-        ("chair 2", 3.0),
-    ]
+        ("chair 3", 3.0),
+    ], "the second one was rejected"
     assert all(mark.found for mark in marks)
     keys, hat = (
         GoalStatus(goal_id=n, object=name, outcome="found", position_world=(n, 0.0, 0.4))

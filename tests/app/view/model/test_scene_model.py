@@ -156,6 +156,9 @@ def test_what_was_rejected_stays_rejected_until_another_goal(model, make):
     assert model.rejected == (find,)
     model.on_event(Event(stamp_ns=2, kind="rejected", text="nothing to point at"))
     assert model.rejected == (find,), "the same find is not rejected twice"
+    model.on_status(make.status(state="found", find=make.find(number=3)))
+    model.on_event(Event(stamp_ns=3, kind="rejected", text="not the hats 1", find=1))
+    assert model.rejected == (find,), "it was another one of several"
     model.on_status(make.status(goal=GoalStatus(goal_id=2, object="plant")))
     assert model.rejected == ()
 

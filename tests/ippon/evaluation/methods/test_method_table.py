@@ -48,6 +48,7 @@ def _changes(one, other, prefix=""):
         ("no_initial_yaw", {"look_around.turn"}),
         ("no_travel_pitch", {"travel_pitch.sweep"}),
         ("no_far_evidence", {"far_evidence.enabled"}),
+        ("no_colour_check", {"attribute_check.max_range_m"}),
         (
             "paper",
             {
@@ -84,7 +85,9 @@ def test_the_settings_of_a_method_can_be_written_as_json(name):
 
 
 def test_groups_name_methods():
-    assert set(ABLATIONS) | set(BASELINES) | {"ippon", "oracle"} == set(METHODS)
+    # Only searches by attribute have a colour to check.
+    others = {"ippon", "oracle", "no_colour_check"}
+    assert set(ABLATIONS) | set(BASELINES) | others == set(METHODS)
 
 
 def test_a_wider_robot_is_wider_by_that_much():

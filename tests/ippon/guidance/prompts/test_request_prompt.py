@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ippon.guidance.language.requests.goals import ALL, Attribute, Goal, Relation
+from ippon.guidance.language.goals.goal import ALL, Attribute, Goal, Relation
 from ippon.guidance.prompts.request_prompt import (
     REQUEST_SCHEMA,
     build_request_prompt,

@@ -149,6 +149,23 @@ def test_a_find_that_is_rejected_is_forgotten(first_day):
     assert "hat" not in {k.label for k in recollection.memory.instances()}
 
 
+def test_one_of_several_that_is_rejected_is_forgotten_and_the_other_kept(first_day):
+    robot, recollection = first_day
+    search = robot.mission.search
+    search.goal = dataclasses.replace(search.goal, count=2)
+    elsewhere = dataclasses.replace(search.find, position_world=(5.0, 3.0, 0.5), number=0)
+    robot.mission.goals.count_again(search.goal.goal_id, [elsewhere])
+    recollection.step(search, NOW_NS + 10**11)
+    assert hats(recollection) == 2
+    assert robot.mission.goals.reject_find(number=search.counted[0].number)
+    recollection.step(search, NOW_NS + 2 * 10**11)
+    assert hats(recollection) == 1
+
+
+def hats(recollection):
+    return sum(one.label == "hat" for one in recollection.memory.instances())
+
+
 @pytest.mark.parametrize(("low", "high"), [(0.3, 0.2), (0.0, 0.9), (0.3, 1.0)])
 def test_probabilities_that_mean_nothing_are_refused(low, high):
     with pytest.raises(ValueError, match="disproved_probability lies above 0"):

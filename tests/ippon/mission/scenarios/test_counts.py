@@ -81,8 +81,46 @@ def test_what_an_earlier_run_has_found_counts_and_is_not_found_again(hall, make_
     robot.mission.goals.count_again(1, [known])
     last = robot.search(200.0)[-1].snapshot
     assert last.state is MissionState.FOUND
-    assert last.counted == (known,)
+    assert last.counted == (dataclasses.replace(known, number=1),)
     assert places([last.find]) == [1]
+
+
+@pytest.mark.slow
+def test_a_rejected_one_does_not_count_and_is_not_found_again(hall):
+    robot = hall(2)
+    both = robot.search(200.0)[-1].snapshot
+    (wrong,), right = both.counted, both.find
+    assert (wrong.number, right.number) == (1, 2)
+    goals = robot.mission.goals
+    assert goals.confirm_find(number=2)
+    assert goals.reject_find(number=1)
+    assert not goals.reject_find(number=1), "it is rejected already"
+    results = robot.search(200.0)
+    last = results[-1].snapshot
+    assert (last.state, last.why) == (
+        MissionState.EXHAUSTED, "plants: 1 of 2 found: everything reachable was seen",
+    )  # fmt: skip
+    assert last.counted == (dataclasses.replace(right, confirmed=True),)
+    assert last.rejected == (wrong,)
+    assert events(results, "rejected") == ["not the plants 1: searching on"]
+    assert events(results, "confirmed") == ["plants 2: confirmed by the operator"]
+    assert not events(results, "found")
+
+
+def test_what_was_counted_is_judged_one_by_one_while_the_search_goes_on(hall, make_find):
+    robot = hall(4)
+    goals, search = robot.mission.goals, robot.mission.search
+    goals.count_again(1, [make_find((x, 0.6, 0.45)) for x in (2.0, 5.0, 8.0)])
+    first, second, third = search.counted
+    assert goals.confirm_find(number=1)
+    assert goals.reject_find(number=2)
+    assert not goals.confirm_find(number=7)
+    assert not goals.confirm_find(), "none has ended the search"
+    assert search.counted == [dataclasses.replace(first, confirmed=True), third]
+    assert (search.refused, search.state) == ([second], MissionState.STARTING)
+    assert search.is_rejected(second)
+    search.announce(make_find((9.2, 0.6, 0.45)))
+    assert search.find.number == 4, "a number names one find for good"
 
 
 def test_finds_of_a_goal_that_nobody_has_set_are_refused(hall, make_find):

@@ -15,7 +15,7 @@ class Requests(PanelRequests):
 
     def _request(self, topic, message, kind, timeout_s=None):
         if isinstance(message, FeedbackRequest):
-            self.feedback.append((message.verdict, message.goal_id))
+            self.feedback.append((message.verdict, message.goal_id, message.find))
             return Accepted()
         self.joins.append(message.joins)
         return SearchAccepted(
@@ -39,4 +39,13 @@ def test_a_verdict_names_the_find_of_a_tour_that_is_shown():
     requests.confirm_find(3)
     requests.reject_find(4)
     requests.confirm_find()
-    assert requests.feedback == [("confirm", 3), ("reject", 4), ("confirm", None)]
+    assert requests.feedback == [
+        ("confirm", 3, None), ("reject", 4, None), ("confirm", None, None)
+    ]  # fmt: skip
+
+
+def test_a_verdict_names_one_of_several_finds_by_its_number():
+    requests = Requests()
+    requests.confirm_find(3, 1)
+    requests.reject_find(3, 2)
+    assert requests.feedback == [("confirm", 3, 1), ("reject", 3, 2)]

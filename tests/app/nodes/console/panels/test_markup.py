@@ -18,14 +18,14 @@ from app.messages.status import (
     StreamStatus,
 )
 from app.nodes.console.panels import markup
-from app.nodes.console.panels.find_card import find_card
+from app.nodes.console.panels.find_card import counted_find, counted_head, find_card
 from app.view.colors import COLOR_MODES, legend, tree_legend
 from app.view.model.candidates import Candidate
 from app.view.model.picture_store import StoredPicture
 from app.view.model.voxel_pictures import VoxelPicture
 from app.view.words import ENGLISH
 from ippon.camera import PinholeCamera
-from ippon.guidance.language.requests.goals import Attribute, Goal, Relation, Request
+from ippon.guidance.language.goals.goal import Attribute, Goal, Relation, Request
 from ippon.guidance.language.requests.sentence import read_request
 
 ATTACKS = [
@@ -80,7 +80,9 @@ def test_no_text_from_outside_becomes_markup(text, stage):
         markup.now(status, ENGLISH),
         markup.answer(text, ok=False),
         markup.goals([goal], [goal], ENGLISH),
-        find_card(find, ENGLISH, in_tour=True),
+        find_card(find, ENGLISH, name=find.object),
+        counted_head([text], 3, ENGLISH),
+        counted_find(text, (1.0, 2.0, 0.5), ENGLISH),
         markup.levels(table, ENGLISH),
         markup.reasons(table, ENGLISH),
         markup.conversation(table, ENGLISH),

@@ -15,6 +15,7 @@ from playwright.sync_api import expect
 
 from app.messages import keys
 from app.messages.control import (
+    FeedbackRequest,
     QueueRequest,
     SavedSearchRequest,
     SearchRequest,
@@ -24,7 +25,7 @@ from app.messages.control import (
 from app.messages.driving import DriveStatus, WalkStatus
 from app.messages.memory import MemoryNoteRequest
 from app.messages.perception.heatmaps import encode_heatmap
-from app.messages.status import FindReport, GoalStatus
+from app.messages.status import CountedFind, FindReport, GoalStatus
 from ippon.observation import Heatmap
 from tests.chromium import KEEP_PICTURES, PATIENCE_MS, box_at_rest, new_window
 
@@ -456,7 +457,10 @@ def test_driving_keys_leave_the_view_and_one_key_shows_the_whole_map(page):
         """() => {
           window.sent = [];
           const send = WebSocket.prototype.send;
-          WebSocket.prototype.send = function (data) { window.sent.push(data); send.call(this, data); };
+          WebSocket.prototype.send = function (data) {
+            window.sent.push(data);
+            send.call(this, data);
+          };
         }"""
     )
     inside = page.frame_locator("#view")
@@ -488,7 +492,7 @@ def test_goals_are_ordered_edited_repeated_and_saved_by_keyboard(page, parts, sh
         GoalStatus(goal_id=4, object="keys", outcome="found", confirmed=True, took_s=133.2,
                    position_world=(5.5, 0.6, 0.4)),
         GoalStatus(goal_id=2, object="cup", outcome="exhausted", rejected=2, took_s=412.0,
-                   count=3, counted=[(1.0, 2.0, 0.5)]),
+                   count=3, counted=[CountedFind(number=3, position_world=(1.0, 2.0, 0.5))]),
     ]  # fmt: skip
     noted.home.status_changes = {"queue": waiting, "history": ended}
     goals = page.locator("#goals")
@@ -540,6 +544,37 @@ def test_goals_are_ordered_edited_repeated_and_saved_by_keyboard(page, parts, sh
     goals.locator("#goals-close").press("Escape")
     expect(goals).to_be_hidden()
     noted.home.begin_again()
+
+
+def test_each_of_several_finds_is_confirmed_or_rejected_by_itself(page, parts, shoot):
+    noted = parts[0]
+    counted = [
+        CountedFind(number=1, position_world=(4.1, 1.2, 0.4)),
+        CountedFind(number=2, position_world=(1.3, 3.4, 0.4)),
+    ]
+    noted.home.goal = GoalStatus(
+        goal_id=7, object="chair", display="chairs", outcome="active", count=3, counted=counted
+    )
+    view = page.frame_locator("#view")
+    _tab(page, "Search")
+    expect(view.get_by_text("Found so far:")).to_be_visible()
+    rows = view.get_by_text("m high", exact=False)
+    expect(rows).to_have_count(2)
+    expect(rows.first).to_have_text("chairs 2 at (1.3, 3.4) m, 0.4 m high")
+    shoot("counted-finds", 1_000)
+    for number, button, verdict in ((2, "Confirm", "confirm"), (1, "Not this", "reject")):
+        before = len(noted.home.requests)
+        # The latest is on top.
+        view.get_by_role("button", name=button, exact=True).nth(2 - number).click()
+        request = FeedbackRequest(verdict=verdict, goal_id=7, find=number)
+        noted.wait_for_request(page, before, (keys.FEEDBACK, encode(request)))
+    confirmed = msgspec.structs.replace(counted[1], confirmed=True)
+    noted.home.goal = msgspec.structs.replace(noted.home.goal, counted=[confirmed], rejected=1)
+    expect(view.get_by_text("Confirmed: chairs 2")).to_be_visible()
+    expect(rows).to_have_count(0)
+    shoot("counted-finds-judged", 1_000)
+    noted.home.begin_again()
+    expect(view.get_by_text("Found so far:")).to_be_hidden()
 
 
 def test_a_person_is_called_and_each_kind_can_be_muted(page, parts, shoot):

@@ -61,7 +61,7 @@ def parts(stage, browser):
         )
         for n in range(1, 21)
     ]
-    yield page, console, light, alone
+    yield page, console, light, alone, zenoh_port
     window.close()
     console.close()
     for one in light:
@@ -91,7 +91,7 @@ def _shoot(page, name):
 
 
 def test_all_robots_are_listed_and_cost_the_page_of_one_little(parts):
-    page, console, _, alone = parts
+    page, console, _, alone, _ = parts
     with_twenty = _core_percent(console)
     page.keyboard.press("b")
     rows = page.locator("#robots-list li")
@@ -112,7 +112,7 @@ def test_all_robots_are_listed_and_cost_the_page_of_one_little(parts):
 
 
 def test_a_goal_goes_to_the_nearest_free_robot_with_the_keyboard_alone(parts):
-    page, _, light, _ = parts
+    page, _, light, *_ = parts
     field, answer = page.locator("#robots-goal"), page.locator("#robots-answer")
     if not field.is_visible():
         page.keyboard.press("b")
@@ -187,7 +187,7 @@ def test_in_german_and_if_nobody_is_free(parts, stage):
 
 
 def test_one_click_shows_the_page_of_another_robot_at_its_own_address(parts):
-    page, console, light, _ = parts
+    page, console, light, *_ = parts
     page.locator("#robots-list a", has_text="site/robot-02").click()
     expect(page).to_have_url(f"{console.url}/robot/site~robot-02/")
     expect(page.locator("#robot")).to_have_text("site/robot-02")
@@ -213,7 +213,7 @@ def test_one_click_shows_the_page_of_another_robot_at_its_own_address(parts):
 
 
 def test_a_robot_that_is_not_there_is_refused(parts):
-    page, console, _, _ = parts
+    page, console, *_ = parts
     answer = page.request.get(f"{console.url}/robot/nobody/")
     assert answer.status == 404
     assert "no navigator of the name 'nobody' is, or was, at" in answer.text()
@@ -221,3 +221,19 @@ def test_a_robot_that_is_not_there_is_refused(parts):
     assert (answer.status, answer.headers["location"]) == (303, "/robot/site~robot-03/")
     answer = page.request.get(f"{console.url}/robot/ippon/", max_redirects=0)
     assert (answer.status, answer.headers["location"]) == (303, "/")
+
+
+def test_a_page_whose_robot_does_not_answer_names_those_that_do(parts, stage, browser):
+    console = stage.ConsoleProcess(parts[4], stage.free_port(), robot="site/robot-99")
+    window = new_window(browser)
+    console.wait_until_up()
+    page = window.new_page()
+    page.goto(console.url)
+    expect(page.locator("#state")).to_have_text("Waiting")
+    expect(page.locator("#veil-robots")).to_contain_text("Robots that answer here:")
+    _shoot(page, "waiting")
+    page.locator("#veil-robots").get_by_role("link", name="site/robot-02").click()
+    expect(page.locator("#robot")).to_have_text("site/robot-02")
+    expect(page.locator("#veil")).to_be_hidden()
+    window.close()
+    console.close()

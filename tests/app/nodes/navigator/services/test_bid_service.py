@@ -11,7 +11,7 @@ from app.messages.lease import Credential, LeaseRequest
 from app.nodes.navigator.services import bid_service
 from app.nodes.navigator.services.bid_service import BidService
 from app.nodes.navigator.services.lease_service import LeaseService
-from ippon.guidance.language.requests.goals import Attribute
+from ippon.guidance.language.goals.goal import Attribute
 from ippon.mission.snapshot import MissionState
 from ippon.planning.floor_ways import ReachedFloor
 from ippon.rooms.named_rooms import RoomName

@@ -15,6 +15,7 @@ from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.guidance.levels import Level
 from ippon.vocabulary import MATTERPORT_40
 from tests.app.nodes.console.drawn_home import status_of
+from tests.app.nodes.navigator.conftest import finds
 
 
 class Recorder:
@@ -99,6 +100,13 @@ def test_a_search_over_the_wire(office):
     levels = {row.label: row.level for row in planned.guidance.rows}
     assert levels["sofa"] is Level.CERTAIN
     assert tuple(levels) == MATTERPORT_40
+
+
+def test_whoever_asks_a_robot_that_is_not_heard_is_told(office):
+    assert office.service.search(SearchRequest(object="hat")).notes == []
+    office.service.state = "lost"
+    (note,) = office.service.search(SearchRequest(object="plant")).notes
+    assert note.startswith("images or pose of the robot are missing: ippon doctor --robot")
 
 
 def test_an_empty_object_and_a_full_queue_are_refused(office):
@@ -205,6 +213,38 @@ def test_feedback_belongs_to_a_find(office):
     assert office.goals.statuses()[0].outcome == "active"
 
 
+def test_one_of_several_finds_is_judged_by_its_number(office):
+    start(office)
+    first, last = finds(2)
+    office.goals.note_finds(1, (first,), ())
+    office.service.state = "searching"
+    with pytest.raises(RequestRefusedError, match="there is no find 2 to confirm"):
+        office.service.feedback(FeedbackRequest(verdict="confirm", find=2))
+    office.service.feedback(FeedbackRequest(verdict="confirm", find=1))
+    office.goals.conclude("found", 1, last)
+    office.service.feedback(FeedbackRequest(verdict="confirm", find=2))
+    office.operations.run_queued(office.mission)
+    assert office.goals.statuses()[0].confirmed, "it is the one that ended the search"
+    office.service.feedback(FeedbackRequest(verdict="reject", goal_id=1, find=1))
+    office.operations.run_queued(office.mission)
+    assert office.mission.calls == [
+        ("confirm_find", 1, 1), ("confirm_find", 1, None), ("reject_find", 1, 1),
+    ]  # fmt: skip
+    assert office.goals.statuses()[0].outcome == "active", "another one is missing"
+
+
+def test_a_find_of_a_tour_is_named_with_its_goal(office):
+    start_tour(office)
+    office.goals.note_finds(1, finds(1), ())
+    with pytest.raises(RequestRefusedError, match="name the goal of find 1, too"):
+        office.service.feedback(FeedbackRequest(verdict="reject", find=1))
+    with pytest.raises(RequestRefusedError, match="there is no find 1"):
+        office.service.feedback(FeedbackRequest(verdict="reject", goal_id=2, find=1))
+    office.service.feedback(FeedbackRequest(verdict="reject", goal_id=1, find=1))
+    office.operations.run_queued(office.mission)
+    assert office.mission.calls == [("reject_find", 1, 1)]
+
+
 def start_tour(office):
     """Search for a hat and a mug in one tour, in which both were found, the mug last."""
     office.service.search(SearchRequest(object="hat"))
@@ -221,12 +261,12 @@ def test_feedback_is_about_the_find_announced_last_or_the_one_that_is_named(offi
     office.service.state = "searching"
     office.service.feedback(FeedbackRequest(verdict="confirm"))
     office.operations.run_queued(office.mission)
-    assert office.mission.calls == [("confirm_find", 2)]
+    assert office.mission.calls == [("confirm_find", 2, None)]
     with pytest.raises(RequestRefusedError, match="no find of goal 2 to confirm"):
         office.service.feedback(FeedbackRequest(verdict="reject", goal_id=2))
     office.service.feedback(FeedbackRequest(verdict="reject", goal_id=1))
     office.operations.run_queued(office.mission)
-    assert office.mission.calls[1:] == [("reject_find", 1)]
+    assert office.mission.calls[1:] == [("reject_find", 1, None)]
     assert [goal.outcome for goal in office.goals.tour()] == ["active", "found"]
     with pytest.raises(RequestRefusedError, match="there is no find to confirm"):
         office.service.feedback(FeedbackRequest(verdict="confirm"))

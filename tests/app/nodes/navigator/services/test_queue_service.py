@@ -7,6 +7,7 @@ import pytest
 
 from app.links.network.requests import RequestRefusedError
 from ippon.guidance.levels import Level
+from tests.app.nodes.navigator.conftest import finds
 
 
 def test_a_waiting_goal_is_moved_by_number_with_its_tour_or_cancelled(desk):
@@ -104,10 +105,12 @@ def test_two_operators_at_once_lose_and_double_no_goal(desk):
 def test_the_history_says_what_became_of_a_goal_and_how_long_it_took(desk):
     desk.search("mug")
     desk.queue.elapsed_s = 30.0
-    desk.queue.conclude("found", 1, (1.0, 2.0, 0.5))
-    desk.queue.reopen(1, rejected=True)
+    (wrong,) = finds(1)
+    desk.queue.conclude("found", 1, wrong)
+    desk.queue.reopen(1)
+    desk.queue.note_finds(1, (), (wrong,))
     desk.queue.elapsed_s = 73.04
-    desk.queue.conclude("found", 1, (1.0, 2.0, 0.5))
+    desk.queue.conclude("found", 1)
     desk.queue.confirm(1)
     desk.ask(2, "remove")
     desk.search("tv")

@@ -10,7 +10,7 @@ from app.messages import keys
 from app.messages.control import PictureRequest, SearchRequest, SentenceReading, SentenceRequest
 from app.nodes.navigator.services import sentence_service
 from app.nodes.navigator.services.goal_service import GoalService
-from ippon.guidance.language.requests.goals import Attribute
+from ippon.guidance.language.goals.goal import Attribute
 from ippon.guidance.language.requests.sentence import search_name
 from tests.app.memory.test_memory_file import thing
 from tests.app.nodes.navigator.conftest import MODEL, Model

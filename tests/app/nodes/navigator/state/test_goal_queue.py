@@ -2,6 +2,7 @@ import dataclasses
 
 import pytest
 
+from app.messages.status import CountedFind
 from app.nodes.navigator.state.goal_queue import HISTORY, JOIN_S, GoalQueue
 from app.nodes.navigator.state.planned_search import PlannedSearch
 from ippon.guidance.language.naming import resolve_object
@@ -9,6 +10,7 @@ from ippon.guidance.levels import Guidance
 from ippon.mission.goal import Goal
 from ippon.mission.snapshot import Find, GoalState
 from ippon.mission.snapshot import GoalStatus as TourGoal
+from tests.app.nodes.navigator.conftest import finds
 
 
 def search(name="hat", provider="test"):
@@ -117,18 +119,26 @@ def test_finds_before_the_last_are_shown_with_their_goal():
     several = dataclasses.replace(several, goal=dataclasses.replace(several.goal, count=2))
     book.add(several)
     book.next()
-    first = Find(
-        position_world=(1.0, 2.0, 0.5),
-        size_m=(0.4, 0.4, 0.9),
-        probability=0.9,
-        voxels=40,
-        box_px=None,
-    )
-    book.count(1, (first,))
-    book.conclude("found", 1, (4.0, 2.0, 0.5))
+    first, wrong, last = finds(3)
+    book.note_finds(1, (first,), (wrong,))
+    book.conclude("found", 1, last)
     active = book.statuses()[0]
-    assert (active.count, active.counted) == (2, [(1.0, 2.0, 0.5)])
-    assert active.position_world == (4.0, 2.0, 0.5)
+    counted = CountedFind(number=1, position_world=first.position_world)
+    assert (active.count, active.counted, active.rejected) == (2, [counted], 1)
+    assert active.position_world == last.position_world
+    assert [book.judged(None, number) for number in (1, 2, 3)] == [(1, False), None, (1, True)]
+    assert book.judged(2, 1) is None
+
+
+def test_a_goal_whose_find_is_rejected_after_all_is_not_confirmed():
+    book = GoalQueue(5)
+    book.add(search("hat"))
+    book.next()
+    book.conclude("found", 1, finds(1)[0])
+    book.confirm(1)
+    assert book.statuses()[0].confirmed
+    book.reopen(1)
+    assert not book.statuses()[0].confirmed
 
 
 def test_a_goal_is_amended_while_it_is_searched_for_or_waits():

@@ -1,5 +1,6 @@
 """What a navigator leaves behind, and what the next one makes of it."""
 
+import dataclasses
 import os
 import queue
 import threading
@@ -11,7 +12,7 @@ import pytest
 from app.links.network.subscription import is_alive, subscribe
 from app.messages import keys
 from app.messages.control import GuidanceRequest, SearchRequest, decode
-from app.messages.status import LevelTable
+from app.messages.status import CountedFind, LevelTable
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.node import Navigator
 from app.nodes.navigator.state.persistence import (
@@ -163,15 +164,22 @@ def test_what_was_found_of_several_counts_at_the_next_start(open_office, tmp_pat
         position_world=(1.0, 2.0, 0.4), size_m=(0.5, 0.5, 0.9), probability=0.9, voxels=40,
         box_px=None,
     )  # fmt: skip
-    office.goals.count(1, [find])
+    wrong = dataclasses.replace(find, position_world=(4.0, 2.0, 0.4))
+    finds = [dataclasses.replace(find, number=2, confirmed=True)]
+    rejected = [dataclasses.replace(wrong, number=1)]
+    office.goals.note_finds(1, finds, rejected)
     path = tmp_path / "home.map"
     StatePersistence(path, lambda *_: None).keep(office.mission.voxel_map, office.goals, RUN)
     kept = read_saved_state(path, CONFIG)
     navigator = Navigator(NavigatorConfig(robot="r"), sessions[0], saved=kept)
     try:
         navigator._start_next_goal()
-        assert navigator._mission.search.counted == [find]
-        assert navigator._goals.statuses()[0].counted == [find.position_world]
+        search, status = navigator._mission.search, navigator._goals.statuses()[0]
+        assert (search.counted, search.refused) == (finds, rejected)
+        assert search.is_rejected(wrong), "it is not found again"
+        counted = CountedFind(number=2, position_world=find.position_world, confirmed=True)
+        assert (status.counted, status.rejected) == ([counted], 1)
+        assert search.numbered(find).number == 3, "no number is used twice"
     finally:
         navigator.close()
 

@@ -22,6 +22,11 @@ def phrase(text):
         ("a leather sofa", "sofa", [("material", "leather")]),
         ("a cup of coffee", "cup", [("content", "coffee")]),
         ("a gren mug", "mug", [("colour", "green")]),
+        ("a green can", "can", [("colour", "green")]),
+        ("a two-way radio", "radio", [("other", "two-way")]),
+        ("the top left drawer", "drawer", [("which", "top"), ("which", "left")]),
+        ("the hidden egg", "egg", [("other", "hidden")]),
+        ("an M8 bolt", "bolt", [("which", "m8")]),
     ],
 )
 def test_what_describes_a_thing_is_told_from_its_name(text, head, attributes):

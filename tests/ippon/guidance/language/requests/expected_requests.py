@@ -6,8 +6,8 @@ from pathlib import Path
 
 import yaml
 
+from ippon.guidance.language.goals.goal import Goal, Request
 from ippon.guidance.language.naming import same_object
-from ippon.guidance.language.requests.goals import Goal, Request
 from ippon.guidance.language.words import singular, singular_candidates
 
 _GOAL = re.compile(

@@ -5,7 +5,7 @@ import pytest
 
 from ippon.camera import PinholeCamera
 from ippon.frame import Frame
-from ippon.guidance.language.requests.goals import Attribute
+from ippon.guidance.language.goals.goal import Attribute
 from ippon.mission.finds.attributes.attribute_check import (
     AttributeCheck,
     AttributeCheckConfig,

@@ -1,9 +1,9 @@
 """What is settled once a list of objects has been read: its parts, its destination, its place."""
 
-from ippon.guidance.language.grammar.relation_phrase import is_room
+from ippon.guidance.language.goals.drafts import Reading
+from ippon.guidance.language.goals.goal import Relation
+from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.mentions import room_phrases
-from ippon.guidance.language.requests.drafts import Reading
-from ippon.guidance.language.requests.goals import Relation
 
 
 def _replace_by_parts(reading: Reading) -> None:

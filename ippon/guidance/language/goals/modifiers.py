@@ -4,20 +4,12 @@ from dataclasses import replace
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import NEGATIONS
-from ippon.guidance.language.grammar import phrases
-from ippon.guidance.language.grammar.attributes import is_intensity, is_part, is_shade, listed_kind
-from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
-from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
-from ippon.guidance.language.grammar.phrases import PREPOSITIONS
-from ippon.guidance.language.grammar.relation_phrase import is_guessed, read_relation
-from ippon.guidance.language.grammar.utterance import Utterance
-from ippon.guidance.language.naming import same_object
-from ippon.guidance.language.requests.drafts import Draft
-from ippon.guidance.language.requests.features import (
+from ippon.guidance.language.goals.absence import read_absence
+from ippon.guidance.language.goals.drafts import Draft
+from ippon.guidance.language.goals.features import (
     BE,
-    COVERED,
     SUBJECTS,
-    is_maker,
+    read_activity,
     read_feature,
     read_material,
     read_owner,
@@ -26,14 +18,26 @@ from ippon.guidance.language.requests.features import (
     read_topic,
     without_article,
 )
-from ippon.guidance.language.requests.goals import Attribute, Relation
-from ippon.guidance.language.words import word_set
+from ippon.guidance.language.goals.goal import Attribute, Relation
+from ippon.guidance.language.goals.placed import read_placed, read_spot
+from ippon.guidance.language.grammar import phrases
+from ippon.guidance.language.grammar.attributes import is_intensity, is_part, is_shade, listed_kind
+from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
+from ippon.guidance.language.grammar.noun_phrase import CONTAINERS, NounPhrase, read_noun_phrase
+from ippon.guidance.language.grammar.phrases import PREPOSITIONS
+from ippon.guidance.language.grammar.places import holds_things, is_room
+from ippon.guidance.language.grammar.relation_phrase import (
+    prepositions_at,
+    read_relation,
+)
+from ippon.guidance.language.grammar.utterance import Utterance
+from ippon.guidance.language.naming import same_object
+from ippon.guidance.language.words import is_mass, word_set
 
 _CONTRACTED = word_set("it's its they're he's she's that's")
-_COVERS = word_set("frame cover sleeve binding wrapping")
-"""Of these, "in a wooden frame" tells what a thing looks like, not where it is."""
 _OWNED = word_set("mine yours his hers ours theirs")
 _CONDITIONS = ("but only if", "only if", "as long as", "so long as", "provided", "provided that")
+_HOLDING = CONTAINERS | word_set("box packet pack tube tub")
 _MISSING = word_set("missing lost gone back")
 
 
@@ -42,16 +46,18 @@ def read_modifier(said: Utterance, index: int, goal: Draft) -> int:
     for read in (
         _exclusion,
         _until,
-        _absent,
+        read_absence,
         _predicate,
         read_feature,
         read_material,
         read_owner,
         _other_one,
-        _relation,
+        read_placed,
         read_side,
+        read_spot,
         read_topic,
         read_purpose,
+        read_activity,
         _aside,
     ):
         end = read(said, index, goal)
@@ -94,28 +100,53 @@ def _exclusion(said: Utterance, start: int, goal: Draft) -> int:
         if said.word(phrase.end) in ("with", "without") and phrase.end + 1 == len(said):
             goal.note(said.said(start, phrase.end + 1))  # "Not the one without".
             return phrase.end + 1
-        probe = goal.probe()
-        end = phrase.end if said.breaks(phrase.end) else read_modifier(said, phrase.end, probe)
+        probe, end = goal.probe(), phrase.end
+        if not said.breaks(end) and not said.starts(end, phrases.EXCLUDING):
+            end = read_modifier(said, end, probe)
         for one in probe.attributes:
             goal.add(replace(one, negated=not one.negated))
         for relation in probe.relations:
             goal.relate(replace(relation, negated=not relation.negated))
             goal.note("not " + said.said(phrase.end, end))
-        return end
-    if phrase is None:
-        return start
+        return _or_other(said, end, goal) if end == phrase.end else end
+    if phrase is None or said.word(start) == "nor":
+        return _adjectives(said, index, goal, negated=True) or start
     return _other_name(said, start, phrase, goal)
+
+
+def _or_other(said: Utterance, index: int, goal: Draft) -> int:
+    """Read "or green one" after "no red", and "or the brown one"."""
+    named = said.word(index + 1) == "the" or _adjective_at(said, index + 1)
+    if said.word(index) not in ("or", "nor") or not named:
+        return index
+    phrase = read_noun_phrase(said, index + 1)
+    if phrase is None or phrase.head not in ("", goal.head):
+        return index
+    for one in phrase.attributes:
+        goal.add(replace(one, negated=True))
+    return phrase.end
 
 
 def _other_name(said: Utterance, start: int, phrase: NounPhrase, goal: Draft) -> int:
     """Read "not the sunglasses" as what is not meant, and "not the kitchen" as no place of it."""
     knowledge = load_knowledge()
     after = said.word(phrase.end)
+    placed = goal.relations[-1] if goal.relations and phrase.determined else None
+    ended = not after or said.breaks(phrase.end) or after in ("and", "or", "please")
+    if not phrase.known and phrase.determined and ended and not is_room(phrase.head):
+        # "Not the Lenovo".
+        value = without_article(phrase.display)
+        goal.add(Attribute(kind="other", value=value, negated=True))
+        return phrase.end
     if not phrase.known or (after and not said.breaks(phrase.end) and after not in ("and", "or")):
         return start
     if knowledge.room(phrase.head) is not None and knowledge.find(phrase.head) is None:
         goal.relate(Relation(relation="in", place=phrase.head, negated=True))
         goal.note(f"not in the {phrase.head}")
+    elif placed is not None and holds_things(phrase.head):
+        # "In the drawer, not the fridge".
+        goal.relate(Relation(relation=placed.relation, place=phrase.head, negated=True))
+        goal.note(said.said(start, phrase.end))
     else:
         goal.add(Attribute(kind="other", value=phrase.display, negated=True))
     return phrase.end
@@ -131,24 +162,6 @@ def _until(said: Utterance, start: int, goal: Draft) -> int:
             goal.count = NUMBERS[said.word(index)]
             return index + length
     return start
-
-
-def _absent(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "but they aren't there": it is in no place that was told before."""
-    index = start + (said.word(start) in ("and", "but", "yet"))
-    if said.word(index) not in SUBJECTS:
-        return start
-    end = index
-    while end < len(said) and said.word(end) != "there" and end - index < 4:
-        end += 1
-    if said.word(end) != "there" or not (NEGATIONS | {"gone"}) & set(said.words(index, end)):
-        return start
-    end += 1 + (said.word(end + 1) in ("anymore", "now"))
-    if not said.breaks(end) and end < len(said):
-        return start
-    goal.relations = [replace(one, negated=True) for one in goal.relations]
-    goal.note(said.said(start, end))
-    return end
 
 
 def _predicate(said: Utterance, start: int, goal: Draft) -> int:
@@ -236,6 +249,9 @@ def _adjective_at(said: Utterance, index: int) -> bool:
     word = said.word(index)
     if is_intensity(word) and listed_kind(word) is None:
         return _adjective_at(said, index + 1)
+    placing = word in ("right", "left") and bool(prepositions_at(said, index + 1)[0])
+    if placing or prepositions_at(said, index)[0]:
+        return False  # "Right next to", "closest to".
     return listed_kind(word) is not None and word not in _MISSING and word not in PREPOSITIONS
 
 
@@ -248,6 +264,8 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
     """Read ", the blue one" and "the one on the sofa" as more about the same object."""
     if said.word(start) in ("and", "or") or said.word(start) in NEGATIONS:
         return start
+    if start >= len(said) or phrases.ASKED.match(said.text, said.tokens[start].start):
+        return start  # "Bring another one".
     if said.word(start) == "last" and read_relation(said, start) is not None:
         return start  # "Last seen in the hall".
     phrase = read_noun_phrase(said, start, of=False)
@@ -257,7 +275,8 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
         several = goal.count not in (None, 1) and said.word(start) in ("a", "an", "one", "the")
         several = several and said.word(phrase.end - 1) == "one"
         stated = said.word(phrase.end) in BE and not said.breaks(phrase.end)
-        if phrase.count not in (None, 1) or several or stated:
+        kind = said.word(phrase.end - 1) == "ones" and goal.count == 1 and not goal.attributes
+        if phrase.count not in (None, 1) or several or (stated and not kind):
             return start  # "The big box, the small one is empty".
         for one in phrase.attributes:
             goal.add(one)
@@ -273,6 +292,10 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
         for one in phrase.attributes:
             goal.add(one)
         return phrase.end
+    contained = is_mass(goal.head) and phrase.head in _HOLDING and bool(phrase.attributes)
+    if said.breaks(start) and said.word(start) == "the" and contained:
+        goal.add(Attribute(kind="feature", value=without_article(phrase.display)))
+        return phrase.end  # "The milk, the small carton".
     if said.breaks(start) and said.word(start) == "the" and _is_same(phrase.head, goal.head):
         for one in phrase.attributes:
             goal.add(one)
@@ -286,23 +309,6 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
 def _is_same(one: str, other: str) -> bool:
     """Tell whether two different names stand for one thing: "my medicine, the white pills"."""
     return bool(one) and one != other and same_object(one, other)
-
-
-def _relation(said: Utterance, start: int, goal: Draft) -> int:
-    phrase = read_relation(said, start)
-    if phrase is None or (goal.is_owned and said.word(start) in ("he", "she", "he's", "she's")):
-        return start
-    covered = phrase.relations[0].place in _COVERS or said.word(start - 1) in COVERED
-    if covered or is_maker(said, start, phrase.relations[0].place):
-        goal.add(Attribute(kind="feature", value=said.said(phrase.begin, phrase.end)))
-        return phrase.end
-    guessed = phrase.soft or is_guessed(said, phrase, goal.phrase.end)
-    for place in phrase.relations:
-        # "It should be in the hall, but not on the floor": what is denied is certain.
-        if not guessed or (place.negated and not phrase.soft):
-            goal.relate(place)
-    goal.note(said.said(phrase.begin, phrase.end))
-    return phrase.end
 
 
 def _aside(said: Utterance, start: int, goal: Draft) -> int:

@@ -1,4 +1,4 @@
-from ippon.guidance.language.requests.goals import ALL, Attribute, Goal, Relation, unchecked
+from ippon.guidance.language.goals.goal import ALL, Attribute, Goal, Relation, unchecked
 
 
 def test_each_thing_that_is_not_used_is_told():

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
+from ippon.guidance.language.goals.goal import Attribute, Goal, Order, Reference, Relation
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase
 from ippon.guidance.language.grammar.utterance import Utterance
-from ippon.guidance.language.requests.goals import Attribute, Goal, Order, Reference, Relation
 
 
 @dataclass(slots=True)
@@ -23,6 +23,8 @@ class Draft:
     display: str = ""
     count: int | Literal["all"] = 1
     reference: Reference = ""
+    gone: bool = False
+    """It is told to be gone, so that another may take its place."""
     trigger: str = ""
     """The words that asked for it."""
 
@@ -97,8 +99,12 @@ class Reading:
     """How the next object follows, where that was said."""
     before: list[str] = field(default_factory=list)
     """Told before the first object."""
+    later: list[Draft] = field(default_factory=list)
+    """Objects that come after those that are still to be read."""
     declined: NounPhrase | None = None
     """An object not to be searched for, which "the white one" may name."""
+    subject: NounPhrase | None = None
+    """What a clause before the first object tells of, which "another one" and "it" may name."""
     places: list[Relation] = field(default_factory=list)
     """Said before the object: "look in the kitchen for"."""
 

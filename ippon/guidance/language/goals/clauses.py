@@ -4,15 +4,16 @@ from dataclasses import replace
 from typing import Final
 
 from ippon.guidance.language.context import Claim, read_context
+from ippon.guidance.language.goals.drafts import Draft, Reading
+from ippon.guidance.language.goals.goal import Relation
+from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
-from ippon.guidance.language.grammar.relation_phrase import is_room, read_relation
+from ippon.guidance.language.grammar.places import is_room
+from ippon.guidance.language.grammar.relation_phrase import read_relation
 from ippon.guidance.language.grammar.utterance import Utterance, hear
 from ippon.guidance.language.languages import ENGLISH
 from ippon.guidance.language.naming import resolve_object
-from ippon.guidance.language.requests.drafts import Draft, Reading
-from ippon.guidance.language.requests.goals import Relation
-from ippon.guidance.language.requests.modifiers import read_modifier
 from ippon.guidance.language.words import word_set
 
 _SOFT: Final = ("likes to", "like to", "used to", "supposed to", "should be", "not sure", "i think")
@@ -86,6 +87,11 @@ def _begins_request(reading: Reading, index: int) -> bool:
     said = reading.said
     also = said.starts(index, ("and also", "oh and", "oh and also", "and then", "then", "plus"))
     start = index + also
+    while start < len(said) and reading.match(phrases.ASKED, start) == start:
+        padded = reading.match(phrases.PADDING, start)
+        if padded == start:
+            break
+        start = padded
     asked = reading.match(phrases.ASKED, start) if start < len(said) else start
     if asked > start:
         return read_noun_phrase(said, asked) is not None or said.word(asked) in ("it", "them")
@@ -163,6 +169,16 @@ def _is_about_object(words: str, *, owned: bool) -> bool:
     if _ABOUT & heard:
         return True
     return read_relation(said, 0) is not None
+
+
+def note_subject(reading: Reading, start: int, end: int) -> None:
+    """Note the first thing that a clause before the first object names."""
+    for index in range(start, end):
+        phrase = read_noun_phrase(reading.said, index)
+        named = phrase is not None and phrase.known and phrase.head
+        if phrase is not None and named and (phrase.determined or index == start):
+            reading.subject = None if is_room(phrase.head) else phrase
+            return
 
 
 def skip_declined(reading: Reading, index: int) -> int:

@@ -1,15 +1,20 @@
 """What belongs to an object: parts, material, owner, topic, purpose."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.goals.drafts import Draft
+from ippon.guidance.language.goals.goal import Attribute, Relation
 from ippon.guidance.language.grammar import phrases
-from ippon.guidance.language.grammar.attributes import UNITS, listed_kind
+from ippon.guidance.language.grammar.attributes import UNITS, is_part, listed_kind
 from ippon.guidance.language.grammar.determiners import NUMBERS, may_be_noun
-from ippon.guidance.language.grammar.noun_phrase import STANDS, read_noun_phrase
+from ippon.guidance.language.grammar.heads import CODE
+from ippon.guidance.language.grammar.noun_phrase import STANDS, NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS, STOP
-from ippon.guidance.language.grammar.relation_phrase import ENTERING, is_searched_inside
+from ippon.guidance.language.grammar.places import is_searched_inside
+from ippon.guidance.language.grammar.relation_phrase import ENTERING
 from ippon.guidance.language.grammar.utterance import Utterance
-from ippon.guidance.language.requests.drafts import Draft
-from ippon.guidance.language.requests.goals import Attribute, Relation
 from ippon.guidance.language.words import word_set
 
 SUBJECTS = word_set(
@@ -22,6 +27,10 @@ COVERED = word_set("wrapped covered dressed painted decorated printed")
 _PEOPLE = word_set("me us him her them you my mine")
 _DIMENSIONS = word_set("long wide tall high deep thick")
 _PLACES_ON_IT = ("on it", "on them", "in it", "inside it", "on top")
+_SIZES = word_set("xs s m l xl xxl extra medium")
+_OWNING = word_set("has belongs")
+_STATES = word_set("missing broken torn off open gone loose")
+"""After a part, they say in which state it is: "one ear missing"."""
 _IDIOMS = word_set("life sake goodness")
 
 
@@ -30,6 +39,10 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     index = start
     if said.word(index) == "whose":
         return _whose(said, index, goal)
+    if (end := next_part(said, index, goal.attributes)) > index:
+        last = goal.attributes[-1]
+        goal.add(replace(last, value=without_article(said.said(index + 1, end))))
+        return end
     index += said.word(index) in ("and", "but")
     index += said.word(index) in SUBJECTS
     lacking = said.starts(index, phrases.LACKING)
@@ -37,6 +50,10 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     if (end := _measure(said, start)) > start:
         goal.add(Attribute(kind="size", value=said.said(start, end)))
         return end
+    coded = CODE.match(said.word(start)) and said.breaks(start) and said.breaks(start + 1)
+    if coded:
+        goal.add(Attribute(kind="which", value=said.said(start, start + 1)))
+        return start + 1  # "Bolts, M8".
     if said.word(index + 1) == "than":
         return _than(said, index, goal)
     if not length or (said.word(index) == "have" and said.breaks(index)):
@@ -47,7 +64,10 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     phrase = read_noun_phrase(said, index)
     if phrase is None or (not phrase.head and not phrase.attributes):
         return start
-    end = phrase.end
+    has = said.word(index - 1) in ("has", "have")
+    if has and not (phrase.determined or phrase.known or phrase.attributes or _is_plural(phrase)):
+        return start  # "Has stopped working".
+    end = phrase.end + (said.word(phrase.end) in _STATES and said.breaks(phrase.end + 1))
     if said.word(end) in ("on", "in", "at", "around") and said.word(end + 1) in ("its", "their"):
         part = read_noun_phrase(said, end + 1)
         end = end if part is None else part.end  # "With tennis balls on its feet".
@@ -56,6 +76,20 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     while length := said.starts(end, _PLACES_ON_IT) or said.starts(end, phrases.SIDES):
         end += length
     return end
+
+
+def next_part(said: Utterance, start: int, attributes: Sequence[Attribute]) -> int:
+    """Return the index after "and a handle" where a part was told before; the same for none."""
+    after = attributes and attributes[-1].kind == "feature"
+    if not after or said.word(start) not in ("and", "or") or said.breaks(start + 1):
+        return start
+    phrase = read_noun_phrase(said, start + 1)
+    part = phrase is not None and is_part(phrase.display.lower().rpartition(" ")[2])
+    return phrase.end if phrase is not None and part else start
+
+
+def _is_plural(phrase: NounPhrase) -> bool:
+    return phrase.display.endswith("s") or is_part(phrase.head.rpartition(" ")[2])
 
 
 def _than(said: Utterance, start: int, goal: Draft) -> int:
@@ -118,6 +152,9 @@ def read_material(said: Utterance, start: int, goal: Draft) -> int:
         if colour and not (said.word(start - 1) in COVERED and may_be_noun(said, index + 2)):
             goal.add(Attribute(kind="colour", value=said.word(index + 1)))
             return index + 2
+        if (end := _size(said, index)) > index:
+            goal.add(Attribute(kind="size", value=said.said(index + 1, end)))
+            return end
         index += said.word(index) == "in"
         if said.word(index) == "size" and not said.breaks(index + 1):
             goal.add(Attribute(kind="size", value=said.said(index, index + 2)))
@@ -125,6 +162,19 @@ def read_material(said: Utterance, start: int, goal: Draft) -> int:
         return start
     goal.add(Attribute(kind="material", value=word))
     return index + length + 1
+
+
+def _size(said: Utterance, start: int) -> int:
+    """Return the index after "in extra large", "in XL" or "in 42"; the same for none."""
+    if said.word(start) != "in":
+        return start
+    index = start + 1 + (said.word(start + 1) in ("a", "an"))
+    end = index
+    while said.word(end) in _SIZES or listed_kind(said.word(end)) == "size":
+        end += 1
+    end += said.word(end).isdigit() if end == index else said.word(end) in ("size", "one")
+    over = said.breaks(end) or said.word(end) in ("and", "or", "please")
+    return end if end > index and over else start
 
 
 def read_owner(said: Utterance, start: int, goal: Draft) -> int:
@@ -141,7 +191,7 @@ def read_owner(said: Utterance, start: int, goal: Draft) -> int:
 def read_topic(said: Utterance, start: int, goal: Draft) -> int:
     """Read "about cooking", "called Dune": what it is a picture or a book of."""
     index = start + (said.word(start) in SUBJECTS)
-    index += said.word(index) in BE
+    index += said.word(index) in ("is", "are", "was", "were")
     length = said.starts(index, phrases.TOPIC)
     word = said.word(index + length)
     if not length or said.breaks(index + length) or word in _PEOPLE or word in ("and", ""):
@@ -178,12 +228,44 @@ def read_purpose(said: Utterance, start: int, goal: Draft) -> int:
     return phrase.end
 
 
+def read_activity(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "that is ringing", "which fits this pot", "that doesn't work": what it does."""
+    if said.word(start) not in ("that", "which") or said.breaks(start + 1):
+        return start
+    index = start + 1
+    index += said.word(index) in ("still", "always", "only", "also", "just", "really")
+    verb, following = said.word(index), said.word(index + 1)
+    acts = verb in ("is", "are") and following.endswith("ing") and len(following) > 4
+    does = verb in ("doesn't", "don't", "can", "can't", "won't") and following not in STOP
+    plain = (
+        verb.endswith("s")
+        and not verb.endswith("ss")
+        and verb not in STOP | BE | {"has", "belongs"}
+    )
+    if not (acts or does or plain) or (said.breaks(index + 1) and not plain):
+        return start
+    end = index + 1 + (acts or does)
+    while end < len(said) and not said.breaks(end):
+        if said.word(end) in ("and", "or", "then", "please") or said.word(end) in PREPOSITIONS:
+            break
+        end += 1
+    begin = index + 1 if acts else start + 1
+    goal.add(Attribute(kind="feature", value=said.said(begin, end)))
+    return end
+
+
 def read_side(said: Utterance, start: int, goal: Draft) -> int:
     """Read "on the left" where no "of" follows."""
     length = said.starts(start, phrases.SIDES)
     if not length or said.word(start + length) == "of":
         return start
-    goal.add(Attribute(kind="which", value=said.said(start, start + length)))
+    side = Attribute(kind="which", value=said.said(start, start + length))
+    place = goal.relations[-1] if goal.relations else None
+    if place is not None and place.place.endswith(said.word(start - 1)):
+        # "On the second shelf from the top".
+        goal.relations[-1] = replace(place, attributes=(*place.attributes, side))
+    else:
+        goal.add(side)
     return start + length
 
 

@@ -1,0 +1,112 @@
+"""`ippon ask --follow`: prints how searches go on until they are over."""
+
+import json
+import queue
+import re
+
+import msgspec
+
+from app.cli.exit_status import exit_status
+from app.cli.options.tools import Ask
+from app.links.network.session import LinkError
+from app.messages.control import decode
+from app.messages.status import GoalStatus, Status, goal_of
+
+SILENT_S = 10.0
+NUMBERS_EVERY_S = 5.0
+"""How often it prints what a search does where only its numbers have changed."""
+
+
+def follow(updates: "queue.SimpleQueue[bytes]", goals: list[int], command: Ask) -> int:
+    """Print how the searches go on until all are over; return the highest exit status."""
+    left, worst = set(goals), 0
+    progress = _Progress()
+    counted: set[tuple[int, int]] = set()
+    while left:
+        try:
+            status = decode(updates.get(timeout=SILENT_S), Status)
+        except queue.Empty:
+            raise LinkError(f"the navigator has been silent for {SILENT_S:g} s") from None
+        listed = [goal_of(status, goal_id) for goal_id in goals if goal_id in left]
+        begun = [goal for goal in listed if goal is not None and goal.outcome != "queued"]
+        ended = [goal for goal in begun if goal.outcome != "active"]
+        if not begun:
+            continue
+        if command.json:
+            lead = status.goal.goal_id if status.goal is not None else None
+            for goal in begun:
+                if goal in ended or goal.goal_id == lead:
+                    print(json.dumps(_as_dict(status, goal)), flush=True)
+        else:
+            progress.show(status)
+            _show_counted(begun, counted)
+        for goal in ended:
+            if len(goals) > 1 and not command.json:
+                print(_end_of(goal), flush=True)
+            left.remove(goal.goal_id)
+            worst = max(worst, exit_status(goal))
+    return worst
+
+
+class _Progress:
+    """Prints what a search does when that changes; numbers alone change too often to read."""
+
+    def __init__(self) -> None:
+        self._line = ""
+        self._at_s = -NUMBERS_EVERY_S
+
+    def show(self, status: Status) -> None:
+        line = f"{status.state}: {status.why}"
+        is_soon = abs(status.elapsed_s - self._at_s) < NUMBERS_EVERY_S
+        if line == self._line or (is_soon and _words(line) == _words(self._line)):
+            return
+        self._line, self._at_s = line, status.elapsed_s
+        print(f"{status.elapsed_s:7.1f} s  {line}", flush=True)
+
+
+def _words(line: str) -> str:
+    return re.sub(r"[0-9.]+", "", line)
+
+
+def _show_counted(goals: list[GoalStatus], shown: set[tuple[int, int]]) -> None:
+    """Print the number and the place of each find of several, once."""
+    for goal in goals:
+        for find in goal.counted:
+            if (goal.goal_id, find.number) not in shown:
+                shown.add((goal.goal_id, find.number))
+                name = goal.display or goal.object.replace("_", " ")
+                print(f"{name}: find {find.number} {_place(find.position_world)}", flush=True)
+
+
+def _place(position_world: tuple[float, float, float]) -> str:
+    x, y, z = position_world
+    return f"at ({x:.1f}, {y:.1f}) m, {z:.1f} m high"
+
+
+def _end_of(goal: GoalStatus) -> str:
+    """Return how the search for one of several goals ended, in one line."""
+    place = ""
+    if goal.position_world is not None:
+        place = f" {_place(goal.position_world)}"
+    before = f", and {len(goal.counted)} before" if goal.counted else ""
+    return f"{goal.object.replace('_', ' ')}: {goal.outcome.replace('_', ' ')}{place}{before}"
+
+
+def _as_dict(status: Status, goal: GoalStatus) -> dict[str, object]:
+    find = status.find
+    if find is not None and find.goal_id != goal.goal_id:
+        find = None
+    return {
+        "goal_id": goal.goal_id,
+        "object": goal.object,
+        "outcome": goal.outcome,
+        "state": status.state,
+        "why": status.why,
+        "elapsed_s": round(status.elapsed_s, 2),
+        "path_length_m": round(status.path_length_m, 3),
+        "position_world": goal.position_world if find is None else find.position_world,
+        "out_of_reach_m": None if find is None else find.out_of_reach_m,
+        "find": None if find is None else find.number,
+        "counted": msgspec.to_builtins(goal.counted),
+        "attributes": [] if find is None else msgspec.to_builtins(find.attributes),
+    }

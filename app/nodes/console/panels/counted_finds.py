@@ -1,0 +1,93 @@
+"""What a search for several has found so far, each to be confirmed or rejected by itself."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final
+
+from app.messages.status import CountedFind, FindReport, GoalStatus, Status
+from app.nodes.console.link.commands import Actions, CommandError
+from app.nodes.console.panels.find_card import counted_find, counted_head
+
+LISTED: Final = 6
+"""Finds with buttons; a find that is confirmed makes room for the next one."""
+
+Try = Callable[[Callable[[], str]], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JudgedFind:
+    """A find with its goal."""
+
+    goal_id: int
+    name: str
+    find: CountedFind
+
+
+class CountedFindsPanel:
+    """Builds this list inside the Search tab."""
+
+    def __init__(self, gui: Any, actions: Actions, attempt: Try) -> None:
+        self._actions = actions
+        say = self._words = actions.say
+        self._shown: list[JudgedFind] = []
+        self._head = gui.add_html("", visible=False)
+        self._rows: list[tuple[Any, Any]] = []
+        for n in range(LISTED):
+            text = gui.add_html("", visible=False)
+            buttons = gui.add_button_group(
+                say("panel.counted.find", n=n + 1),
+                (say("panel.counted.confirm"), say("panel.counted.reject")),
+                visible=False,
+            )
+            buttons.on_click(lambda event, n=n: attempt(lambda: self._judge(n, event.target.value)))
+            self._rows.append((text, buttons))
+
+    def show(self, status: Status) -> None:
+        """List the finds that wait to be judged, the latest first, and name the confirmed ones."""
+        finds = judged_finds(status)
+        waiting = [one for one in reversed(finds) if not one.find.confirmed]
+        self._shown = waiting[:LISTED]
+        self._head.visible = bool(finds)
+        confirmed = [one.name for one in finds if one.find.confirmed]
+        self._head.content = counted_head(confirmed, len(waiting) - LISTED, self._words)
+        for n, (text, buttons) in enumerate(self._rows):
+            is_listed = n < len(self._shown)
+            text.visible = is_listed
+            buttons.visible = is_listed and not self._actions.recorded
+            if is_listed:
+                one = self._shown[n]
+                buttons.label = self._words("panel.counted.find", n=one.find.number)
+                text.content = counted_find(one.name, one.find.position_world, self._words)
+
+    def _judge(self, n: int, word: str) -> str:
+        if n >= len(self._shown):
+            raise CommandError(self._words("panel.counted.gone"))
+        one = self._shown[n]
+        is_one = word == self._words("panel.counted.confirm")
+        judge = self._actions.confirm_find if is_one else self._actions.reject_find
+        return judge(one.goal_id, one.find.number)
+
+
+def judged_finds(status: Status) -> list[JudgedFind]:
+    """Return what the present goals have found before their last finds, by goal and number."""
+    return [
+        JudgedFind(goal_id=goal.goal_id, name=f"{_name(goal)} {find.number}", find=find)
+        for goal in _present(status)
+        for find in goal.counted
+    ]
+
+
+def find_name(find: FindReport, status: Status) -> str:
+    """Return the name of the find that waits, where there are several; empty for the only one."""
+    goal = next((one for one in _present(status) if one.goal_id == find.goal_id), None)
+    if goal is not None and goal.count != 1:
+        return f"{_name(goal)} {find.number}"
+    return find.object.replace("_", " ") if status.tour else ""
+
+
+def _present(status: Status) -> list[GoalStatus]:
+    return status.tour or [goal for goal in (status.goal,) if goal is not None]
+
+
+def _name(goal: GoalStatus) -> str:
+    return goal.display or goal.object.replace("_", " ")

@@ -1,0 +1,1 @@
+"""A goal, and what a sentence says of it besides its name: attributes, places, counts, pronouns."""

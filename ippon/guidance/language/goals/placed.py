@@ -1,0 +1,71 @@
+"""Where an object is, as what follows it says."""
+
+from ippon.guidance.language.goals.drafts import Draft
+from ippon.guidance.language.goals.features import BE, COVERED, SUBJECTS, is_maker
+from ippon.guidance.language.goals.goal import Attribute
+from ippon.guidance.language.grammar.noun_phrase import STANDS, read_noun_phrase
+from ippon.guidance.language.grammar.places import is_room
+from ippon.guidance.language.grammar.relation_phrase import (
+    SPOTS,
+    is_guessed,
+    prepositions_at,
+    read_relation,
+)
+from ippon.guidance.language.grammar.utterance import Utterance
+from ippon.guidance.language.words import word_set
+
+_COVERS = word_set("frame cover sleeve binding wrapping")
+"""Of these, "in a wooden frame" tells what a thing looks like, not where it is."""
+_CROSSING = word_set(
+    "flew flown went gone blew blown rolled jumped climbed threw thrown kicked tossed bounced came"
+)
+_POSTURES = word_set("lying sitting standing hanging resting leaning hiding waiting sleeping being")
+_NEAR = 6
+
+
+def read_placed(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "on the sofa", "which fell behind the piano"; returns the index after it."""
+    phrase = read_relation(said, start)
+    if phrase is None or (goal.is_owned and said.word(start) in ("he", "she", "he's", "she's")):
+        return start
+    covered = phrase.relations[0].place in _COVERS or said.word(start - 1) in COVERED
+    if covered or is_maker(said, start, phrase.relations[0].place):
+        goal.add(Attribute(kind="feature", value=said.said(phrase.begin, phrase.end)))
+        return phrase.end
+    crossed = said.words(max(0, start - _NEAR), phrase.end)
+    if "over" in said.words(start, phrase.end) and _CROSSING & set(crossed):
+        goal.note(said.said(phrase.begin, phrase.end))
+        return phrase.end  # "It flew over the fence".
+    doing = said.word(start + 2)
+    relative = said.word(start) in ("that", "which") and said.word(start + 1) in BE
+    if relative and doing.endswith("ing") and doing not in _POSTURES:
+        goal.add(Attribute(kind="feature", value=doing))  # "That is dripping in the kitchen".
+    of = goal.is_owned and "of" in said.words(max(0, start - 4), start)
+    if of and start == goal.phrase.end and _is_of_person(phrase.relations[0].place):
+        goal.note(said.said(phrase.begin, phrase.end))
+        return phrase.end  # "The glasses of the lady in room 2".
+    guessed = phrase.soft or is_guessed(said, phrase, goal.phrase.end)
+    for place in phrase.relations:
+        # "It should be in the hall, but not on the floor": what is denied is certain.
+        if not guessed or (place.negated and not phrase.soft):
+            goal.relate(place)
+    goal.note(said.said(phrase.begin, phrase.end))
+    return phrase.end
+
+
+def read_spot(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "in the corner", which names no place: it is kept as it was said."""
+    index = start
+    while said.word(index) in SUBJECTS | BE | STANDS:
+        index += 1
+    relations, at = prepositions_at(said, index)
+    phrase = read_noun_phrase(said, at) if relations else None
+    if phrase is None or phrase.head.rpartition(" ")[2] not in SPOTS or not phrase.determined:
+        return start
+    goal.note(said.said(start, phrase.end))
+    return phrase.end
+
+
+def _is_of_person(place: str) -> bool:
+    """Tell whether a place is rather that of a person: "of the lady in room 2"."""
+    return is_room(place) or place[-1:].isdigit()
