@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import zenoh
 
@@ -23,6 +23,7 @@ from app.nodes.replay.messages import (
 from app.process.stop_signal import ProcessStopSignal, StopSignal
 from app.recording.channels import USUAL, Names
 from app.recording.frame_tree import WORLD
+from app.ros2.ippon_ros2.zenoh_side import stream_publisher
 
 logger = logging.getLogger(__name__)
 
@@ -144,14 +145,17 @@ def run_replay(config: ReplayConfig) -> None:
     if note := world_note(config.path, world):
         logger.warning("%s", note)
     session = open_client(config.connect)
-    publishers: dict[str, zenoh.Publisher] = {}
+    puts: dict[str, Callable[[bytes], Any]] = {}
 
     def put(key: str, payload: bytes) -> None:
-        if key not in publishers:
-            publishers[key] = session.declare_publisher(
-                f"{config.robot}/{key}", congestion_control=zenoh.CongestionControl.BLOCK
-            )
-        publishers[key].put(payload)
+        whole = f"{config.robot}/{key}"
+        if key not in puts and key in keys.KEPT:
+            puts[key] = stream_publisher(session, whole, kept=True)
+        elif key not in puts:
+            puts[key] = session.declare_publisher(
+                whole, congestion_control=zenoh.CongestionControl.BLOCK
+            ).put
+        puts[key](payload)
 
     try:
         while not stop.is_set():

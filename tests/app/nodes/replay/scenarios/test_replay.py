@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import queue
 import threading
 
 import numpy as np
@@ -11,6 +12,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from scipy.spatial.transform import Rotation
 
 from app.cli.main import run
+from app.links.network.subscription import subscribe
 from app.links.robot_streams.assembler import FrameAssembler
 from app.messages import keys
 from app.messages.cdr import encode, header, typestore
@@ -26,7 +28,7 @@ from app.messages.motion import decode_transforms, encode_transforms
 from app.nodes.replay.datasets import DatasetError, open_dataset
 from app.nodes.replay.floor_alignment import align_to_floor
 from app.nodes.replay.messages import RobotMessage, bag_messages
-from app.nodes.replay.node import ReplayConfig, messages_of, play, world_of
+from app.nodes.replay.node import ReplayConfig, messages_of, play, run_replay, world_of
 from app.nodes.replay.robot_names import read_names
 from app.recognition.frames import open_source
 from app.recording.writing.writer import SessionWriter
@@ -206,6 +208,26 @@ def test_the_root_of_tf_is_the_world_of_a_bag_without_map(tmp_path):
     (same,) = decode_transforms(first.payload)
     assert (first.at_s, first.key, same.parent, same.child) == (0.0, keys.TF_STATIC, "map", "odom")
     np.testing.assert_array_equal(same.T_parent_child, np.eye(4))
+
+
+def test_who_comes_after_the_start_of_a_replay_gets_its_fixed_transforms(
+    tmp_path, sessions, free_endpoint
+):
+    router, _ = sessions
+    began, heard = threading.Event(), queue.Queue()
+    subscribe(router, f"r/{keys.COLOR}", lambda _: began.set())
+
+    def come_late():
+        assert began.wait(20.0)
+        subscribe(router, f"r/{keys.TF_STATIC}", heard.put, kept=True)
+
+    late = threading.Thread(target=come_late)
+    late.start()
+    bag = _bag(tmp_path / "s", root="odom")
+    run_replay(ReplayConfig(path=bag, connect=free_endpoint, robot="r", rate=3.0))
+    late.join()
+    (same,) = decode_transforms(heard.get(timeout=5.0))
+    assert (same.parent, same.child) == ("map", "odom")
 
 
 @pytest.mark.parametrize(
