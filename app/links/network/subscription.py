@@ -31,10 +31,16 @@ def subscribe(
     handler: Any = zenoh.handlers.Callback(receive, indirect=False)
     if kept:
         history = zenoh.ext.HistoryConfig(detect_late_publishers=True)
-        return zenoh.ext.declare_advanced_subscriber(
+        subscriber: Any = zenoh.ext.declare_advanced_subscriber(
             session, key, handler, history=history
-        ).undeclare
-    return session.declare_subscriber(key, handler).undeclare
+        )
+    else:
+        subscriber = session.declare_subscriber(key, handler)
+
+    def end() -> None:
+        subscriber.undeclare()
+
+    return end
 
 
 def is_alive(session: zenoh.Session, token: str, timeout_s: float) -> bool:
