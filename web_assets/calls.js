@@ -16,7 +16,12 @@ function timeOf(call) {
 }
 
 export class Calls {
-  constructor(sides) {
+  // sides: the panels; send: sends a message and returns the reply; mayChange: whether this page
+  // commands the robot; show: flies to a place.
+  constructor(sides, send, mayChange, show) {
+    this.send = send;
+    this.mayChange = mayChange;
+    this.showPlace = show;
     this.known = null;
     this.newest = null;
     this.seen = 0;
@@ -151,8 +156,25 @@ export class Calls {
     told.append(name, make("small", "", call.occasion.text));
     if (call.count > 1) told.append(make("small", "", say("calls.times", { n: call.count })));
     if (call.webhook) told.append(make("small", "", say("calls.webhook.state", { state: call.webhook })));
-    node.append(told);
+    node.append(told, this.acts(call.occasion));
     return node;
+  }
+
+  acts({ kind, goal_id, object, position_world }) {
+    const acts = make("span", "acts");
+    if (position_world) {
+      const hint = say("goals.show.hint", { name: object });
+      acts.append(button(say("goals.show"), hint, () => this.showPlace(position_world)));
+    }
+    if (kind === "not_found" && this.mayChange()) {
+      const hint = say("goals.repeat.hint", { name: object });
+      const change = { goal_id, action: "repeat" };
+      acts.append(button(say("goals.repeat"), hint, async () => {
+        const reply = await this.send({ type: "queue", change });
+        at("calls-answer").textContent = reply?.text || say(reply ? "goals.done" : "link.silence.sentence");
+      }));
+    }
+    return acts;
   }
 
   kindRows(titles) {

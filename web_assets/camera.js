@@ -3,7 +3,7 @@
 import { BASE } from "./base.js";
 import { decimal, say } from "./words.js";
 
-const OLD_MS = 500; // A drive command needs an image that is at most this old.
+export const OLD_MS = 500; // A drive command needs an image that is at most this old.
 const LOST_MS = 2000;
 const SIZES = ["corner", "full"];
 const KEPT = "ippon-camera";
@@ -140,12 +140,15 @@ export class Camera {
 
   renderAge() {
     const age = this.age();
-    const state = age === null ? "none" : age > LOST_MS ? "lost" : age > OLD_MS ? "old" : "live";
+    const isPaused = document.body.hasAttribute("data-paused");
+    const state = age === null ? "none" : isPaused ? "paused" : age > LOST_MS ? "lost" : age > OLD_MS ? "old" : "live";
     this.section.dataset.state = state;
-    at("camera-age").textContent = age === null ? say("camera.age.none") : shownAge(age);
+    at("camera-age").textContent = age === null
+      ? say("camera.age.none")
+      : isPaused ? say("camera.age.paused") : shownAge(age);
     const rate = this.rate();
     const parts = [];
-    if (this.latency) parts.push(say("camera.latency", { n: Math.round(this.latency.ms) }));
+    if (this.latency && !isPaused) parts.push(say("camera.latency", { n: Math.round(this.latency.ms) }));
     if (rate !== null && state === "live") parts.push(say("camera.rate", { n: decimal(rate, rate < 3 ? 1 : 0) }));
     at("camera-latency").textContent = parts.join(", ");
     const lag = this.drawn?.header.lag_ms ?? 0;

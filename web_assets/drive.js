@@ -3,6 +3,7 @@
 import { say } from "./words.js";
 
 const PERIOD_MS = 50;
+const NOTE_MS = 250;
 const KEYS = {
   KeyW: { forward: 1 },
   KeyS: { forward: -1 },
@@ -16,14 +17,18 @@ const KEYS = {
 const at = (id) => document.getElementById(id);
 
 export class Drive {
-  // send: passes one message on; setMode: asks for another mode.
-  constructor(send, setMode) {
+  // send: passes one message on; setMode: asks for another mode; obstacle: tells why keys move
+  // nothing now, as text and as "control" or "picture".
+  constructor(send, setMode, obstacle) {
     this.send = send;
+    this.obstacle = obstacle;
+    this.drive = { mode: "auto" };
     this.mode = "auto";
     this.keys = new Set();
     this.pads = new Map();
     this.moving = false;
     setInterval(() => this.moving && this.post(), PERIOD_MS);
+    setInterval(() => this.renderNote(), NOTE_MS);
     document.addEventListener("visibilitychange", () => document.hidden && this.release());
     window.addEventListener("pagehide", () => this.release());
     this.listen(window);
@@ -45,22 +50,31 @@ export class Drive {
     at("pad").hidden = mode === "auto";
     at("pad-mode").textContent = say(`mode.${mode}`);
     at("pad-help").textContent = mode === "auto" ? "" : say(`pad.${mode}`);
-    const text = drive.intervention || (drive.waypoint ? say("pad.waypoint") : "");
-    at("pad-note").textContent = text;
-    at("pad-note").dataset.kind = drive.intervention ? "warn" : "";
+    this.drive = drive;
+    this.renderNote();
+  }
+
+  // Why keys move nothing, or how the last command was changed.
+  renderNote() {
+    if (this.mode === "auto") return;
+    const { kind, text } = this.obstacle() ?? {};
+    const { intervention, waypoint } = this.drive;
+    const isLacking = kind === "control";
+    const shown = isLacking ? text : intervention || text || (waypoint ? say("pad.waypoint") : "");
+    if (at("pad-note").textContent !== shown) at("pad-note").textContent = shown;
+    at("pad-note").dataset.kind = intervention || text ? "warn" : "";
+    at("pad-take").hidden = !isLacking;
   }
 
   adoptPad(button) {
     const [forward, turn, tilt] = button.dataset.hold.split(" ").map(Number);
     const end = (event) => {
       if (this.pads.delete(event.pointerId)) this.post();
-      delete button.dataset.held;
     };
     button.addEventListener("pointerdown", (event) => {
       event.preventDefault();
       button.setPointerCapture(event.pointerId);
-      button.dataset.held = "";
-      this.pads.set(event.pointerId, { forward, turn, tilt });
+      this.pads.set(event.pointerId, { button, forward, turn, tilt });
       this.post();
     });
     for (const kind of ["pointerup", "pointercancel", "lostpointercapture"]) {
@@ -70,8 +84,7 @@ export class Drive {
     button.addEventListener("keydown", (event) => {
       if (event.key !== "Enter" || event.repeat) return;
       event.preventDefault();
-      button.dataset.held = "";
-      this.pads.set("Enter", { forward, turn, tilt });
+      this.pads.set("Enter", { button, forward, turn, tilt });
       this.post();
     });
     button.addEventListener("keyup", (event) => event.key === "Enter" && end({ pointerId: "Enter" }));
@@ -106,8 +119,8 @@ export class Drive {
   release() {
     this.keys.clear();
     this.pads.clear();
-    for (const button of document.querySelectorAll("[data-held]")) delete button.dataset.held;
     if (this.moving) this.post();
+    else this.light();
   }
 
   held() {
@@ -120,7 +133,17 @@ export class Drive {
     return sum;
   }
 
+  // Shows which buttons are held, by a key or a finger.
+  light() {
+    const fingers = [...this.pads.values()].map(({ button }) => button);
+    for (const button of document.querySelectorAll("[data-hold]")) {
+      const isHeld = this.keys.has(`Key${button.querySelector("kbd").textContent}`);
+      button.toggleAttribute("data-held", isHeld || fingers.includes(button));
+    }
+  }
+
   post() {
+    this.light();
     const held = this.held();
     const moves = held.forward !== 0 || held.turn !== 0 || held.tilt !== 0;
     // Send zero once on release, then nothing: an idle page must not override another page.

@@ -8,12 +8,13 @@ const at = (id) => document.getElementById(id);
 export class Explanation {
   constructor() {
     this.shown = "";
-    this.closed = "";
+    this.number = 0;
+    this.closed = 0;
     at("explanation-close").addEventListener("click", () => this.close());
   }
 
   close() {
-    this.closed = this.shown;
+    this.closed = this.number;
     at("explanation").hidden = true;
   }
 
@@ -27,9 +28,10 @@ export class Explanation {
     const key = JSON.stringify(explanation ?? null);
     if (key === this.shown) return;
     // What was explained before this page was opened is not this person's question.
-    if (this.shown === "") this.closed = key;
+    if (this.shown === "") this.closed = explanation?.number ?? 0;
     this.shown = key;
-    at("explanation").hidden = !explanation || key === this.closed;
+    this.number = explanation?.number ?? 0;
+    at("explanation").hidden = !explanation || this.number === this.closed;
     if (!explanation) return;
     at("explanation-title").textContent = explanation.title;
     at("explanation-note").textContent = explanation.note;

@@ -14,12 +14,18 @@ export function clock(seconds) {
   return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}`;
 }
 
+// The outcome, and whether a find still waits for a verdict.
+function judged(goal, outcome, section) {
+  if (goal.confirmed) return say("goals.confirmed", { outcome });
+  if (goal.outcome !== "found" && goal.outcome !== "out_of_reach") return outcome;
+  return say(section === "active" ? "goals.judge" : "goals.unconfirmed", { outcome });
+}
+
 function stateOf(goal, section) {
   const isFind = goal.outcome === "found" || goal.outcome === "out_of_reach";
   const known = `goals.outcome.${goal.outcome}`;
   const outcome = has(known) ? say(known) : goal.outcome;
-  const judges = isFind && section === "active";
-  const parts = [goal.confirmed ? say("goals.confirmed", { outcome }) : judges ? say("goals.judge", { outcome }) : outcome];
+  const parts = [judged(goal, outcome, section)];
   if (goal.count !== 1) {
     const found = goal.counted.length + (isFind ? 1 : 0);
     parts.push(say(goal.count === "all" ? "goals.count.all" : "goals.count.some", { found, count: goal.count }));

@@ -1,5 +1,6 @@
 // Five steps for whoever opens the console for the first time. It covers no control and blocks none.
 
+import { openTab } from "./panel_tabs.js";
 import { say } from "./words.js";
 
 const KEY = "ippon-introduction";
@@ -41,7 +42,11 @@ export class Introduction {
     const one = STEPS[this.step];
     localStorage.setItem(KEY, one ? String(this.step) : DONE);
     this.box.hidden = one === undefined;
-    if (one === undefined) return;
+    if (one === undefined) {
+      // The next thing to do is there: type what to find, or judge a find.
+      openTab(this.view, "search");
+      return;
+    }
     const [name, tab] = one;
     at("introduction-title").textContent = say(`introduction.${name}`);
     at("introduction-text").textContent = say(`introduction.${name}.text`);
@@ -53,16 +58,7 @@ export class Introduction {
       this.step + 1 < STEPS.length ? "introduction.next" : "introduction.done",
     );
     if (!hasAsked) return;
-    this.open(say(`tab.${tab}`));
+    openTab(this.view, tab);
     at("introduction-next").focus();
-  }
-
-  open(name) {
-    const tabs = this.view.contentDocument?.querySelectorAll('[role="tab"]') ?? [];
-    const tab = [...tabs].find((one) => one.textContent.trim() === name);
-    // viser's tabs can be dragged: they are pressed by a pointer, not by a click.
-    for (const kind of ["pointerdown", "pointerup", "click"]) {
-      tab?.dispatchEvent(new PointerEvent(kind, { bubbles: true, isPrimary: true, pointerId: 1 }));
-    }
   }
 }

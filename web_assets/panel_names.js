@@ -16,8 +16,22 @@ function labelOf(field) {
   return null;
 }
 
+// A sentence needs the whole width, and an example says that it may be one.
+function widen(inner) {
+  for (const label of inner.querySelectorAll("label")) {
+    if (label.textContent.trim() !== say("field.find")) continue;
+    let row = label.parentElement;
+    while (row && !row.querySelector("input, textarea")) row = row.parentElement;
+    const field = row?.querySelector("input, textarea");
+    if (!field || field.placeholder) continue;
+    field.placeholder = say("field.find.example");
+    row.dataset.ipSentence = "";
+  }
+}
+
 export function nameFields(inner) {
   const name = () => {
+    widen(inner);
     for (const field of inner.querySelectorAll(`:is(${FIELDS}):is(${UNNAMED})`)) {
       const label = labelOf(field);
       if (label) field.setAttribute("aria-label", label);

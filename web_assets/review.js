@@ -215,6 +215,7 @@ function render() {
   const share = `${Math.min(100, (100 * state.position_s) / Math.max(session.duration_s, 0.1))}%`;
   done.style.width = share;
   head.style.left = share;
+  document.body.toggleAttribute("data-paused", !state.playing);
   play.textContent = say(state.playing ? "review.pause" : "review.play");
   if (document.activeElement !== speed) speed.value = state.speed;
   time.replaceChildren(clock(state.position_s), make("small", "", ` / ${clock(session.duration_s)}`));
@@ -223,7 +224,7 @@ function render() {
   const first = session.sessions[0];
   const live = state.growing ? `${say("review.growing")} – ` : "";
   const ended = state.ended ? `${say("review.ended")} – ` : "";
-  said.textContent = problem || (first ? `${live || ended}${first.name}${first.context ? ` – “${first.context}”` : ""}` : "");
+  said.textContent = problem || (first ? `${live || ended}${first.name}` : "");
   said.title = said.textContent;
   said.classList.toggle("problem", problem !== "");
 }

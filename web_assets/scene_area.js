@@ -14,7 +14,8 @@ export function followSceneArea(view, onChange) {
       if (isBelow) bottom = Math.max(0, whole.height - panel.top);
       else right = Math.max(0, whole.width - panel.left);
     }
-    const now = `${Math.round(right)} ${Math.round(bottom)} ${Math.round(whole.width)}`;
+    const size = `${Math.round(whole.width)} ${Math.round(whole.height)}`;
+    const now = `${Math.round(right)} ${Math.round(bottom)} ${size}`;
     if (now === known) return;
     known = now;
     document.body.style.setProperty("--scene-right", `${Math.round(right)}px`);

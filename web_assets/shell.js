@@ -3,7 +3,7 @@
 import { BASE } from "./base.js";
 import { showAnswers } from "./answers.js";
 import { Calls } from "./calls.js";
-import { Camera } from "./camera.js";
+import { Camera, OLD_MS } from "./camera.js";
 import { Drive, isTyping } from "./drive.js";
 import { Explanation } from "./explain.js";
 import { installFold } from "./fold.js";
@@ -12,8 +12,9 @@ import { installHover } from "./hover.js";
 import { Introduction } from "./introduction.js";
 import { clock, Goals } from "./goals.js";
 import { Lease, logInAgainIfAsked } from "./lease.js";
-import { notice } from "./notice.js";
+import { Notice } from "./notice.js";
 import { nameFields } from "./panel_names.js";
+import { openSearchAt } from "./panel_tabs.js";
 import { Plan } from "./plan.js";
 import { Sides } from "./side.js";
 import { Things } from "./things.js";
@@ -21,7 +22,7 @@ import { Robots } from "./robots.js";
 import { showWalk } from "./walk.js";
 import { followSceneArea } from "./scene_area.js";
 import { Waiting } from "./waiting.js";
-import { has, say } from "./words.js";
+import { decimal, has, say } from "./words.js";
 
 const PING_MS = 2000;
 const SILENT_MS = 5000;
@@ -151,8 +152,27 @@ function send(message) {
   if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
 }
 
-const drive = new Drive(send, (mode) => insist(request({ type: "drive", mode })));
+// Why the driving keys move nothing; a robot without control answers nothing.
+function obstacle() {
+  if (!lease.holds) return { kind: "control", text: say("pad.control") };
+  const age = camera.size === "off" ? null : camera.age();
+  if (age === null || age <= OLD_MS) return null;
+  return { kind: "picture", text: say("pad.old", { n: decimal(age / 1000, 1) }) };
+}
+
+const drive = new Drive(send, (mode) => insist(request({ type: "drive", mode })), obstacle);
 const lease = new Lease(send, (action) => insist(request({ type: "lease", action })), view);
+const verdict = (word) => ({ find }) =>
+  insist(request({ type: "verdict", verdict: word, goal_id: find.goal_id }));
+const notice = new Notice({
+  places: () => openSearchAt(view, ".ip-not-found"),
+  show: ({ find }) => {
+    openSearchAt(view, ".ip-now");
+    lookAt(find.position, find.size);
+  },
+  confirm: verdict("confirm"),
+  reject: verdict("reject"),
+});
 const explanation = new Explanation();
 const introduction = new Introduction(view);
 const onHelpKey = installHelp(isTyping);
@@ -161,7 +181,7 @@ const camera = new Camera(isTyping, () => plan.besideCamera());
 const sides = new Sides(isTyping);
 const isRecorded = () => document.body.classList.contains("review");
 const mayChange = () => !isRecorded() && lease.watching === "";
-const calls = new Calls(sides);
+const calls = new Calls(sides, request, mayChange, lookAt);
 const goals = new Goals(sides, request, mayChange, (position) => show(position));
 new Things(sides, lookAt, request);
 new Robots(sides, stateWord);
@@ -233,15 +253,8 @@ function render() {
   camera.drive(live && state.link === "live" ? state.drive.mode : camera.mode);
   // Stopping releases all keys: after Resume the operator must press one again.
   if (shown === "stopped") drive.release();
-  renderNotice(shown);
+  notice.render(state, shown, notDelivered, mayChange());
   renderVeil(shown);
-}
-
-function renderNotice(shown) {
-  const [title, text] = notice(state, shown, notDelivered, lease.watching === "");
-  at("notice").hidden = title === "";
-  at("notice-title").textContent = title;
-  at("notice-text").textContent = text;
 }
 
 function renderVeil(shown) {

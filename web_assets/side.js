@@ -48,13 +48,18 @@ export class Sides {
     if (this.opener?.checkVisibility()) this.opener.focus({ preventScroll: true });
   }
 
+  // A recording calls nobody and knows no other robots.
+  isMissing(name) {
+    return document.body.classList.contains("review") && ["calls", "robots"].includes(name);
+  }
+
   onKey(event) {
     if (this.isTyping(event.target) || event.ctrlKey || event.altKey || event.metaKey) return;
     if (event.repeat || document.querySelector("dialog[open]") !== null) return;
     const closes = event.key === "Escape" && !event.target.closest?.("form");
     const found = [...this.panels].find(([name, { key }]) =>
       closes ? name === this.open : key === event.code);
-    if (found === undefined) return;
+    if (found === undefined || this.isMissing(found[0])) return;
     event.preventDefault();
     event.stopImmediatePropagation();
     this.toggle(found[0]);

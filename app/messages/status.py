@@ -210,6 +210,13 @@ def goal_of(status: Status, goal_id: int) -> GoalStatus | None:
     return next((goal for goal in known if goal is not None and goal.goal_id == goal_id), None)
 
 
+def awaited_find(status: Status) -> FindReport | None:
+    """Return the find that waits for a verdict; None without one, and once it is confirmed."""
+    find = status.find
+    goal = None if find is None else goal_of(status, find.goal_id)
+    return None if goal is not None and goal.confirmed else find
+
+
 class Event(_Message, frozen=True):
     """An event for operator and review."""
 

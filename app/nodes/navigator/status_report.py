@@ -12,6 +12,7 @@ from app.messages.lease import LeaseStatus
 from app.messages.status import (
     FindAttribute,
     FindReport,
+    GoalStatus,
     LevelRow,
     LevelTable,
     MissionState,
@@ -33,7 +34,6 @@ from ippon.planning.plan import Plan
 PLAN_WINDOW: Final = 50
 """Frames over which truncated plans are counted; if half are truncated, the operator is told."""
 STILL = 1e-3
-ENDS = ("found", "exhausted")
 GOES_ON = ("looking_around", "searching", "approaching", "manual")
 
 
@@ -47,8 +47,6 @@ class StatusReport:
         self._first_command_at: float | None = None
         self.first_motion_s: float | None = None
         self._last_tilt: float | None = None
-        self._took_s: float | None = None
-        """Duration of the search that ended, while its find waits for confirmation."""
         self._plan: Plan | None = None
         self._cut_short: deque[bool] = deque(maxlen=PLAN_WINDOW)
 
@@ -114,7 +112,7 @@ class StatusReport:
                 first_motion_s=self.first_motion_s,
             ),
             frames=intake.frames,
-            elapsed_s=self._elapsed_s(state, snapshot),
+            elapsed_s=elapsed_s_of(active, snapshot),
             path_length_m=snapshot.path_length_m if snapshot else 0.0,
             best_ooi=snapshot.best_ooi if snapshot else 0.0,
             explored_m2=snapshot.explored_m2 if snapshot else 0.0,
@@ -139,16 +137,12 @@ class StatusReport:
         )
         return (text,)
 
-    def _elapsed_s(self, state: MissionState, snapshot: Snapshot | None) -> float:
-        """Return the time since the search began, or its duration if it ended."""
-        elapsed_s = snapshot.elapsed_s if snapshot else 0.0
-        if state in GOES_ON:
-            self._took_s = None
-        elif state in ENDS or self._took_s is not None:
-            # The smaller value: the next search may end before a status of it was published.
-            self._took_s = min(self._took_s or elapsed_s, elapsed_s)
-            return self._took_s
-        return elapsed_s
+
+def elapsed_s_of(goal: GoalStatus | None, snapshot: Snapshot | None) -> float:
+    """Return the time since the search began, or its duration if it has ended."""
+    if goal is not None and goal.took_s is not None:
+        return goal.took_s
+    return snapshot.elapsed_s if snapshot else 0.0
 
 
 def _state(

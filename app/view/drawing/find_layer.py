@@ -85,11 +85,12 @@ def marks_of(
     marks: list[ObjectMark] = []
     detections = tuple(d for d in detections if not any(_is_ruled_out(d, r) for r in rejected))
     if report is not None:
+        name = report.object.replace("_", " ") + "?" * report.perhaps
         marks.append(
             ObjectMark(
                 center_world=report.position_world,
                 size_m=report.size_m,
-                text=f"{report.object.replace('_', ' ')} {report.probability:.0%}",
+                text=f"{name} {report.probability:.0%}",
                 found=True,
             )
         )

@@ -25,6 +25,7 @@ from app.view.model.history import History
 from app.view.model.label_colors import LabelColors
 from app.view.model.picture_store import PictureStore
 from app.view.model.seek_history import SeekHistory
+from app.view.model.unfound_goals import UnfoundGoals
 from app.view.model.voxel_store import VoxelStore, VoxelUpdate
 from ippon.camera import PinholeCamera
 from ippon.geometry import Float64Array, base_pose
@@ -85,6 +86,7 @@ class SceneModel:
         self.detections: tuple[FoundObject, ...] = ()
         self.rejected: tuple[FindReport, ...] = ()
         """Finds of the present goal that the operator rejected."""
+        self.unfound = UnfoundGoals()
         self.history = History()
         self.label_colors = LabelColors()
         """Colours of the labels in the colour mode of things."""
@@ -127,6 +129,7 @@ class SceneModel:
             self._candidates = None
         self._last_find = status.find or self._last_find
         self.status = status
+        self.unfound.follow(status, self.candidates)
         self.history.add(status)
         self._changed.add("status")
         if self.voxel_size_m is None and math.isfinite(status.voxel_size_m):
@@ -288,6 +291,7 @@ class SceneModel:
         self.painted, self.rejected, self.rooms, self.things = (), (), (), ()
         self.far_evidence = NO_FAR_EVIDENCE
         self._candidates = self._last_find = None
+        self.unfound = UnfoundGoals()
         self.tree, self.path_world, self.detections = None, np.empty((0, 3)), ()
         self._changed |= {"voxels", "tree", "path", "pose", "detections", "painted", "far_evidence"}
 

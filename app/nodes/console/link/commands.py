@@ -97,6 +97,22 @@ class Controller(Protocol):
         """
         ...
 
+    def confirm_find(self, goal_id: int | None = None) -> str:
+        """Confirm the find of a goal; waits for the reply, so call it in a thread.
+
+        Raises:
+            CommandError: It was not delivered, or was refused.
+        """
+        ...
+
+    def reject_find(self, goal_id: int | None = None) -> str:
+        """Reject the find of a goal; waits for the reply, so call it in a thread.
+
+        Raises:
+            CommandError: It was not delivered, or was refused.
+        """
+        ...
+
     def change_queue(self, request: QueueRequest) -> str:
         """Change the queue of goals; waits for the reply, so call it in a thread.
 
@@ -132,6 +148,8 @@ class Actions(Protocol):
     """Whether a recording is shown, without a robot."""
     say: Words
     """The words of the replies, and of the panels."""
+    last_goal: int | None
+    """Number of the goal that was accepted last; None before the first."""
 
     def search(
         self,

@@ -54,7 +54,7 @@ class PanelRequests(ABC):
 
     recorded = False
     say: Words
-    _last_goal: int | None = None
+    last_goal: int | None = None
     """Number of the goal that was accepted last."""
 
     @abstractmethod
@@ -158,13 +158,13 @@ class PanelRequests(ABC):
             context=context,
             scenario=scenario,
             requester=REQUESTER,
-            joins=self._last_goal if joins_last else None,
+            joins=self.last_goal if joins_last else None,
             attributes=list(attributes),
             count=count,
             other=other,
         )
         accepted = self._request(keys.SEARCH, request, SearchAccepted)
-        self._last_goal = accepted.goal_id
+        self.last_goal = accepted.goal_id
         name = accepted.object.replace("_", " ")
         key = "reply.looking" + ".after" * (accepted.position > 0)
         key += ".joined" * (accepted.joined is not None)

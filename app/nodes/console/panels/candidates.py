@@ -3,12 +3,13 @@
 from collections.abc import Callable
 from typing import Any
 
-from app.messages.status import Status
 from app.nodes.console.link.commands import Actions, CommandError
-from app.nodes.console.panels import markup
+from app.nodes.console.panels.places_markup import candidate, not_found
 from app.nodes.console.scene.find_picture import crop
-from app.view.model.candidates import LISTED, Candidate
+from app.view.colors import QUIET
+from app.view.model.candidates import LISTED
 from app.view.model.scene_model import SceneModel
+from app.view.model.unfound_goals import UnfoundGoal
 
 Try = Callable[[Callable[[], str]], None]
 Search = Callable[[str, str], str]
@@ -20,9 +21,9 @@ class CandidatesPanel:
     def __init__(self, gui: Any, actions: Actions, attempt: Try, search: Search) -> None:
         self._actions = actions
         self._search = search
-        self._shown: tuple[Candidate, ...] | None = None
-        self._goal = ("", "")
-        """Object and context of the finished search."""
+        self._shown: UnfoundGoal | None = None
+        self._closed: int | None = None
+        """Number of the goal whose list was closed."""
         say = self._words = actions.say
         self._head = gui.add_html("", visible=False)
         self._rows: list[tuple[Any, Any]] = []
@@ -35,42 +36,54 @@ class CandidatesPanel:
             )
             buttons.on_click(lambda event, n=n: attempt(lambda: self._act(n, event.target.value)))
             self._rows.append((text, buttons))
+        self._close = gui.add_button(say("panel.places.close"), color=QUIET, visible=False)
+        self._close.on_click(lambda _: self._hide())
 
     @property
     def is_shown(self) -> bool:
         """Whether places are listed now."""
-        return bool(self._shown)
+        return self._shown is not None and bool(self._shown.places)
 
-    def show(self, model: SceneModel, status: Status) -> None:
-        """List the places after a search that ended without a find."""
-        goal = status.goal
-        is_over = status.state == "exhausted" and goal is not None
-        shown = model.candidates() if is_over else None
-        if goal is not None:
-            self._goal = (goal.object, goal.context)
-        if shown is self._shown:
+    def show(self, model: SceneModel) -> None:
+        """List the places of what was not found last, also while the next search runs."""
+        lost = model.unfound.latest
+        if lost is not None and lost.goal.goal_id == self._closed:
+            lost = None
+        if lost is self._shown:
             return
-        self._shown = shown
-        self._head.visible = is_over
-        self._head.content = markup.not_found(len(shown or ()), self._words)
-        start_ns = status.stamp_ns - int(status.elapsed_s * 1e9)
+        self._shown = lost
+        places = (lost and lost.places) or ()
+        self._head.visible = self._close.visible = lost is not None
+        if lost is not None:
+            count = None if lost.places is None else len(places)
+            self._head.content = not_found(lost.name, count, self._words)
         labels = [row.label for row in model.proximity.rows] if model.proximity is not None else []
         for n, (text, buttons) in enumerate(self._rows):
-            is_listed = shown is not None and n < len(shown)
+            is_listed = n < len(places)
             text.visible = is_listed
             buttons.visible = is_listed and not self._actions.recorded
-            if shown is not None and is_listed:
-                place = shown[n]
+            if lost is not None and is_listed:
+                place = places[n]
                 picture = None if place.picture is None else crop(place.picture)
                 label = labels[place.label] if place.label < len(labels) else ""
-                text.content = markup.candidate(n + 1, place, picture, label, start_ns, self._words)
+                text.content = candidate(n + 1, place, picture, label, lost.start_ns, self._words)
+
+    def _hide(self) -> None:
+        """Close the list; the next goal that is not found opens it again."""
+        lost = self._shown
+        if lost is None:
+            return
+        self._closed = lost.goal.goal_id
+        for part in (self._head, self._close, *(part for row in self._rows for part in row)):
+            part.visible = False
 
     def _act(self, n: int, word: str) -> str:
-        if self._shown is None or n >= len(self._shown):
+        places = (self._shown and self._shown.places) or ()
+        if self._shown is None or n >= len(places):
             raise CommandError(self._words("panel.places.gone"))
-        x, y, _ = self._shown[n].point_world
+        x, y, _ = places[n].point_world
         if word == self._words("panel.places.go"):
             return self._actions.go_to(x, y)
-        wanted, context = self._goal
-        asked, going = self._search(wanted, context), self._actions.go_to(x, y)
+        goal = self._shown.goal
+        asked, going = self._search(goal.object, goal.context), self._actions.go_to(x, y)
         return self._words("panel.places.first", asked=asked, n=n + 1, going=going)

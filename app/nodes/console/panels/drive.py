@@ -6,7 +6,9 @@ from typing import Any, Final, Literal, get_args
 from app.messages.driving import DriveModeName, DriveStatus
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
+from app.nodes.console.panels.drive_markup import intervention, painted
 from app.view.colors import QUIET
+from app.view.model.painted_area import mapped_m2
 from app.view.model.scene_model import Part, SceneModel
 
 Tool = Literal["explain", "go", "look_here", "not_here"]
@@ -52,6 +54,7 @@ class DrivePanel:
             self._undo = gui.add_button_group(
                 say("panel.drive.painted"), (say("panel.drive.undo"), say("panel.drive.clear"))
             )
+            self._regions = gui.add_html("")
         self._answer = gui.add_html("")
         self._mode.on_click(lambda event: self._set_mode(modes[event.target.value]))
         self._limit.on_update(lambda _: self._set_mode(self._drive.mode))
@@ -70,6 +73,14 @@ class DrivePanel:
         """Show what changed."""
         if "status" in changed and model.status is not None:
             self._show(model.status.drive)
+        if "painted" in changed:
+            self._list_painted(model)
+
+    def _list_painted(self, model: SceneModel) -> None:
+        """List what is painted, with how much of the map it covers."""
+        size_m = model.voxel_size_m or 0.0
+        regions = [(one.kind, mapped_m2(one, model.voxels, size_m)) for one in model.painted]
+        self._regions.content = painted(regions, self._words)
 
     def attempt(self, command: Callable[[], str]) -> None:
         """Run a command and show its result."""
@@ -93,8 +104,11 @@ class DrivePanel:
     def _show(self, drive: DriveStatus) -> None:
         if drive == self._drive and self._mode_text.content:
             return
+        if drive.mode != self._drive.mode:
+            # What was answered about another mode holds no more.
+            self._answer.content = ""
         self._drive = drive
         mode_text = self._words(f"panel.drive.{drive.mode}.text")
         self._mode_text.content = markup.choice(drive.mode, mode_text)
-        self._filter.content = markup.intervention(drive, self._words)
+        self._filter.content = intervention(drive, self._words)
         self._cancel.visible = drive.waypoint is not None

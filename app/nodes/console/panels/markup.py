@@ -3,16 +3,14 @@
 viser inserts HTML into the page unchanged, handlers included, so no other module builds HTML.
 """
 
-import base64
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from html import escape as _escape
 
 from app.messages.control import SentenceReading
-from app.messages.driving import DriveStatus
 from app.messages.status import Event, GoalStatus, LevelTable, Status, StreamStatus
 from app.view.colors import LEVEL_COLORS, Legend, Rgb, hex_of
-from app.view.model.candidates import Candidate
+from app.view.shown_state import shown_state
 from app.view.words import Words
 from ippon.guidance.language.goals.goal import Goal
 from ippon.guidance.language.words import with_article
@@ -22,6 +20,9 @@ LEVEL_ORDER: tuple[Level, ...] = (Level.CERTAIN, Level.NEAR, Level.AVERAGE, Leve
 
 NAMED = 12
 """Labels of one level that are listed in full."""
+
+FINDS = ("found", "perhaps")
+"""States with a find that waits for a verdict."""
 
 GOALS_SHOWN = 8
 """Goals of a sentence that are shown in full."""
@@ -65,12 +66,13 @@ def now(status: Status | None, say: Words) -> str:
     """Return the state of the robot and the reason for it."""
     if status is None:
         return f'<div class="ip-now">{muted(escape(say("panel.no_data")))}</div>'
-    state = say(f"panel.state.{status.state}")
+    shown = shown_state(status)
+    state = say(f"panel.state.{shown}")
     if status.find is not None and status.find.out_of_reach_m is not None:
-        state = say("panel.state.unreachable") if status.state == "found" else state
-    goal = f" <b>{words(status.goal.object)}</b>" if status.goal is not None else ""
+        state = say("panel.state.unreachable") if shown in FINDS else state
+    goal = f" <b>{_goal_name(status.goal)}</b>" if status.goal is not None else ""
     return (
-        f'<div class="ip-now" data-state="{status.state}">'
+        f'<div class="ip-now" data-state="{shown}">'
         f'<p class="ip-state">{escape(state)}{goal}</p>'
         f'<p class="ip-why">{escape(status.why)}</p></div>'
     )
@@ -124,22 +126,12 @@ def choice(chosen: str, text: str) -> str:
     return f'<p class="ip-choice" data-choice="{escape(chosen)}">{escape(text)}</p>'
 
 
-def intervention(drive: DriveStatus, say: Words) -> str:
-    """Return the safety filter's intervention, or the waypoint that the robot drives to."""
-    if drive.intervention:
-        return f'<p class="ip-answer ip-bad">{escape(drive.intervention)}</p>'
-    if drive.waypoint is not None:
-        x, y = (say.number(v, 1) for v in drive.waypoint)
-        return answer(say("panel.drive.waypoint", x=x, y=y), ok=True)
-    return ""
-
-
 def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus], say: Words) -> str:
     """List the goals of a tour and the waiting ones, and the last four finished ones."""
     rows = [
-        f"<li><b>{words(goal.object)}</b> <span>{escape(outcome)}</span></li>"
+        f"<li><b>{_goal_name(goal)}</b> <span>{escape(outcome)}</span></li>"
         for goal in (*queue, *list(history)[::-1][:4])
-        for outcome in (say(f"panel.outcome.{goal.outcome}"),)
+        for outcome in (_outcome(goal, say),)
     ]
     if not rows:
         return ""
@@ -147,38 +139,22 @@ def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus], say: Words
     return f'<ul class="ip-goals">{"".join(rows)}</ul>{hint}'
 
 
-def not_found(count: int, say: Words) -> str:
-    """Return the heading of the candidate list after a search without a find."""
-    text = say("panel.places.some" if count else "panel.places.none")
-    return f'<p class="ip-not-found">{escape(text)}</p>'
+def _goal_name(goal: GoalStatus) -> str:
+    """Return what is searched for as the requester named it, escaped."""
+    return escape(goal.display) if goal.display else words(goal.object)
 
 
-def candidate(
-    number: int,
-    place: Candidate,
-    picture: bytes | None,
-    label: str,
-    start_ns: int,
-    say: Words,
-) -> str:
-    """Return one candidate: image, probability, position, and when it was seen."""
-    x, y, z = (say.number(v, 1) for v in place.point_world)
-    image = f'<span class="ip-no-picture">{escape(say("panel.places.no_image"))}</span>'
-    seen = say("panel.places.unseen")
-    if picture is not None and place.picture is not None:
-        data = base64.b64encode(picture).decode()
-        image = f'<img alt="" src="data:image/jpeg;base64,{data}">'
-        since_ns = place.picture.picture.stamp_ns - start_ns
-        key = "panel.places.before" if since_ns < 0 else "panel.places.seen"
-        seen = say(key, time=_clock(since_ns), m=say.number(place.picture.depth_m, 1))
-    likely = escape(say("panel.places.likely", share=say.percent(place.probability)))
-    taken_for = say("panel.places.classified", label=label.replace("_", " "))
-    line = f"{escape(taken_for)}<br>" if label else ""
-    where = escape(say("panel.places.where", x=x, y=y, z=z))
-    return (
-        f'<div class="ip-candidate">{image}<p><b>{number}</b> {likely}<br>'
-        f"{line}<span>{where}<br>{escape(seen)}</span></p></div>"
-    )
+def _outcome(goal: GoalStatus, say: Words) -> str:
+    """Return how far a goal is, and how many are found where several are wanted."""
+    is_find = goal.outcome in ("found", "out_of_reach")
+    parts = [say(f"panel.outcome.{goal.outcome}")]
+    if is_find:
+        parts.append(say(f"panel.outcome.{'confirmed' if goal.confirmed else 'unconfirmed'}"))
+    if goal.count != 1:
+        found = len(goal.counted) + is_find
+        key = "goals.count.all" if goal.count == "all" else "goals.count.some"
+        parts.append(say(key, found=found, count=goal.count))
+    return ", ".join(parts)
 
 
 def levels(table: LevelTable | None, say: Words) -> str:
@@ -324,7 +300,7 @@ def streams(rows: Iterable[StreamStatus], say: Words) -> str:
 def event_log(events: Iterable[Event], start_ns: int, say: Words) -> str:
     """List the latest events, the newest first."""
     rows = "".join(
-        f'<li data-kind="{event.kind}"><time>{_clock(event.stamp_ns - start_ns)}</time>'
+        f'<li data-kind="{event.kind}"><time>{clock(event.stamp_ns - start_ns)}</time>'
         f"<span>{escape(event.text)}</span></li>"
         for event in list(events)[-14:][::-1]
     )
@@ -339,6 +315,7 @@ def _age(age_s: float | None, say: Words) -> str:
     return escape(say("panel.streams.never")) if age_s is None else f"{say.number(age_s, 1)} s"
 
 
-def _clock(nanoseconds: int) -> str:
+def clock(nanoseconds: int) -> str:
+    """Return a time as minutes and seconds."""
     seconds = max(0, nanoseconds // 1_000_000_000)
     return f"{seconds // 60}:{seconds % 60:02d}"

@@ -9,12 +9,13 @@ import viser
 
 from app.messages.control import SearchRequest
 from app.messages.plain_text import as_sentence
-from app.messages.status import FindReport, Status
+from app.messages.status import FindReport, MissionState, Status, awaited_find
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.candidates import CandidatesPanel
 from app.nodes.console.panels.counted_finds import CountedFindsPanel, find_name
 from app.nodes.console.panels.find_card import find_card
+from app.nodes.console.panels.last_question import LastQuestion, Question
 from app.nodes.console.panels.proximity import ProximityPanel
 from app.nodes.console.scene.find_picture import outlined
 from app.view.colors import QUIET
@@ -29,6 +30,10 @@ MAX_SCENARIO: Final = 200
 MAX_TYPED: Final = 2100
 USUAL_SCENARIO: Final = SearchRequest(object="hat").scenario
 _ENDS: Final = ("found", "exhausted")
+_GOING: Final = ("pause", "end")
+_HELD: Final = ("resume", "end")
+_STOPPED: Final = ("end",)
+"""After a stop the bar has Resume."""
 
 
 class SearchPanel:
@@ -38,6 +43,10 @@ class SearchPanel:
         self._actions = actions
         say = self._words = actions.say
         self._find: FindReport | None = None
+        self._find_waits = False
+        """Whether the find that is shown waits for a verdict."""
+        self._verdict: tuple[Any, ...] = ()
+        """The buttons for it; none for a recording."""
         self._judged: int | None = None
         """Number of the goal of a tour whose find is shown."""
         self._state = ""
@@ -45,6 +54,15 @@ class SearchPanel:
         """Whether the shown reply is removed when the search ends."""
         self._proposed = ("", "")
         """What stands in the fields beside an ambiguous reading that is shown for correction."""
+        self._last = LastQuestion()
+        self._answering: Question | None = None
+        """What is being answered: a second press of Search is no second question."""
+        self._shown_question = ("", "")
+        """What stood in the fields when its search was accepted."""
+        self._accepted: set[int] = set()
+        """Goals of the question that is being answered."""
+        self._next = ""
+        """Names of the goals that come after the present ones; empty for none."""
         self._ready: list[Goal] = []
         """Goals of that reading; Search starts them if the fields are left as they are."""
         if not actions.recorded:
@@ -52,12 +70,7 @@ class SearchPanel:
         self._understood = gui.add_html("")
         self._answer = gui.add_html("")
         self._now = gui.add_html(markup.now(None, say))
-        self._steer = gui.add_button_group(
-            say("panel.search.steer"),
-            tuple(say(f"panel.search.{word}") for word in ("pause", "resume", "end")),
-            visible=False,
-        )
-        self._steer.on_click(lambda event: self._control(event.target.value))
+        self._steer = {words: self._build_steer(gui, words) for words in (_GOING, _HELD, _STOPPED)}
         self._build_find(gui)
         self._counted = CountedFindsPanel(gui, actions, self._try)
         self._candidates = CandidatesPanel(gui, actions, self._try, self._search)
@@ -77,9 +90,7 @@ class SearchPanel:
     def _build_query(self, gui: Any) -> None:
         say = self._words
         with gui.add_form(None) as form:
-            self._wanted = gui.add_text(
-                say("panel.search.find"), "", hint=say("panel.search.find.hint")
-            )
+            self._wanted = gui.add_text(say("field.find"), "", hint=say("panel.search.find.hint"))
             self._context = gui.add_text(
                 say("panel.search.context"), "", hint=say("panel.search.context.hint")
             )
@@ -92,6 +103,14 @@ class SearchPanel:
         search.on_click(lambda _: form.submit())
         form.on_submit(lambda _: self._ask())
 
+    def _build_steer(self, gui: Any, words: tuple[str, ...]) -> Any:
+        """Build the buttons that steer a search in one state; one group is visible at a time."""
+        say = self._words
+        labels = tuple(say(f"panel.search.{word}") for word in words)
+        group = gui.add_button_group(say("panel.search.steer"), labels, visible=False)
+        group.on_click(lambda event: self._control(event.target.value))
+        return group
+
     def _build_find(self, gui: Any) -> None:
         with gui.add_folder(None, visible=False) as self._find_box:
             self._found = gui.add_html("")
@@ -102,6 +121,7 @@ class SearchPanel:
     def _build_verdict(self, gui: Any) -> None:
         confirm = gui.add_button(self._words("panel.search.confirm"), color=(0, 121, 90))
         reject = gui.add_button(self._words("panel.search.reject"), color=QUIET)
+        self._verdict = (confirm, reject)
         confirm.on_click(lambda _: self._try(lambda: self._actions.confirm_find(self._judged)))
         reject.on_click(lambda _: self._try(lambda: self._actions.reject_find(self._judged)))
 
@@ -110,6 +130,26 @@ class SearchPanel:
         if len(typed) > MAX_TYPED:
             self._say(self._words("panel.search.long", most=MAX_TYPED, n=len(typed)), ok=False)
             return
+        question = (typed, context, self._scenario.value.strip())
+        if question == self._answering:
+            return
+        if self._last.repeats(question):
+            self._say(self._words("panel.search.repeats"), ok=False)
+            return
+        self._answering, self._accepted = question, set[int]()
+        try:
+            self._answer_question(typed, context)
+        finally:
+            self._answering = None
+        if self._accepted:
+            self._last.accepted(question, self._accepted)
+            self._shown_question = self._fields()
+
+    def _fields(self) -> tuple[str, str]:
+        """Return what stands in the fields for object and context."""
+        return self._wanted.value.strip(), self._context.value.strip()
+
+    def _answer_question(self, typed: str, context: str) -> None:
         self._understood.content = ""
         ready, self._ready = self._ready, []
         if ready and (typed, context) == self._proposed:
@@ -165,7 +205,7 @@ class SearchPanel:
         problem = _problem(wanted, context, scenario, self._words)
         if problem is not None:
             raise CommandError(problem)
-        return self._actions.search(
+        text = self._actions.search(
             wanted,
             context,
             scenario,
@@ -174,11 +214,20 @@ class SearchPanel:
             count=count,
             other=other,
         )
+        if self._actions.last_goal is not None:
+            self._accepted.add(self._actions.last_goal)
+        return text
 
     def _control(self, word: str) -> None:
         actions, say = self._actions, self._words
-        done = {"pause": actions.pause, "resume": actions.resume, "end": actions.cancel}
+        done = {"pause": actions.pause, "resume": actions.resume, "end": self._end}
         self._try({say(f"panel.search.{name}"): act for name, act in done.items()}[word])
+
+    def _end(self) -> str:
+        """End the search, and say what the robot goes on with."""
+        names = self._next
+        ended = self._actions.cancel()
+        return f"{ended} {self._words('panel.search.next', names=names)}" if names else ended
 
     def _try(self, command: Callable[[], str]) -> None:
         try:
@@ -191,34 +240,56 @@ class SearchPanel:
         self._fades = ok
 
     def _show_status(self, status: Status, model: SceneModel) -> None:
+        self._last.follow(status)
+        if self._last.is_outdated() and self._fields() == self._shown_question:
+            # The words of a search that is over do not stand beside another one.
+            self._wanted.value = self._context.value = self._understood.content = ""
+        self._next = _next_names(status)
         self._now.content = markup.now(status, self._words)
         self._goals.content = markup.goals(
             [*status.tour, *status.queue], status.history, self._words
         )
         has_search = status.goal is not None and status.state != "exhausted"
-        self._steer.visible = has_search and not self._actions.recorded
+        is_steered = has_search and not self._actions.recorded
+        for words, group in self._steer.items():
+            group.visible = is_steered and words == _steering(status.state)
         if status.state != self._state and status.state in _ENDS and self._fades:
             self._answer.content = ""
         self._state = status.state
-        self._candidates.show(model, status)
+        self._candidates.show(model)
         self._counted.show(status)
         find = status.find
         self._camera.visible = (
             find is None and not self._candidates.is_shown and model.image is not None
         )
-        if find == self._find:
+        waits = awaited_find(status) is not None
+        if (find, waits) == (self._find, self._find_waits):
             return
-        self._find = find
+        self._find, self._find_waits = find, waits
         self._judged = find.goal_id if find is not None and status.tour else None
         name = "" if find is None else find_name(find, status)
         self._found.content = "" if find is None else find_card(find, self._words, name=name)
         if find is not None and model.image is not None:
             show_jpeg_in_panel(self._crop, outlined(model.image.encoded, find.box_px))
         self._find_box.visible = find is not None
+        for button in self._verdict:
+            button.visible = waits
 
     def _show_camera(self, jpeg: bytes) -> None:
         if jpeg.startswith(b"\xff\xd8"):
             show_jpeg_in_panel(self._camera, jpeg)
+
+
+def _steering(state: MissionState) -> tuple[str, ...]:
+    return {"paused": _HELD, "stopped": _STOPPED}.get(state, _GOING)
+
+
+def _next_names(status: Status) -> str:
+    first = status.queue[0] if status.queue else None
+    if first is None:
+        return ""
+    tour = [one for one in status.queue if one is first or (one.tour and one.tour == first.tour)]
+    return ", ".join(one.display or one.object.replace("_", " ") for one in tour)
 
 
 def _both(one: str, other: str) -> str:

@@ -38,6 +38,8 @@ class ShownPicture(msgspec.Struct, frozen=True, kw_only=True):
 class ClickExplanation(msgspec.Struct, frozen=True, kw_only=True):
     """Content of the explanation card; all texts are plain text."""
 
+    number: int = 0
+    """Of the question: a card that was closed opens for the next one."""
     title: str = ""
     thing: str = ""
     """The remembered thing that is explained; empty for a surface or viewpoint."""

@@ -5,6 +5,8 @@ import queue
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
+import msgspec
+
 from app.messages.control import InspectReply
 from app.nodes.console.link.commands import CommandError
 from app.nodes.console.link.navigator_link import NavigatorLink
@@ -85,9 +87,10 @@ class Explanations:
     def _explain(self, question: Question, worker: ThreadPoolExecutor) -> None:
         origin, direction, client_id = question
         ceiling_m = self._views.options_of(client_id).ceiling_m
-        self.now, highlight, voxel = self._builder.explain(origin, direction, ceiling_m)
+        explained, highlight, voxel = self._builder.explain(origin, direction, ceiling_m)
         self._views.highlight_for_all(highlight)
         self._asked += 1
+        self.now = msgspec.structs.replace(explained, number=self._asked)
         if voxel is not None:
             worker.submit(self._inspect, self._asked, voxel)
 

@@ -6,30 +6,28 @@ import threading
 import time
 import zlib
 from concurrent.futures import ThreadPoolExecutor
-from typing import Final, Literal
+from typing import Final
 
 import msgspec
 import viser
 
 from app.links.network.inbox import Inbox
 from app.messages import keys
-from app.messages.driving import DriveStatus, WalkStatus
-from app.messages.lease import LeaseStatus
 from app.nodes.console.calls.call_detection import CallDetection
 from app.nodes.console.calls.call_log import CallLog
 from app.nodes.console.camera.camera_scene import CAMERA_PARTS, camera_scene
 from app.nodes.console.critical_thread import OnFailure, critical_thread
 from app.nodes.console.link.navigator_link import NavigatorLink
-from app.nodes.console.link.versions import difference, not_understood
+from app.nodes.console.link.versions import not_understood
 from app.nodes.console.panels.tabs import Tabs
 from app.nodes.console.scene.browser_views import BrowserViews
-from app.nodes.console.scene.click_explanation import ClickExplanation
 from app.nodes.console.scene.clicks import Clicks
 from app.nodes.console.scene.explanations import Explanations
 from app.nodes.console.scene.goal_list import goal_list
 from app.nodes.console.scene.place_requests import PlaceRequests
 from app.nodes.console.scene.pointed_places import name_under
 from app.nodes.console.scene.scene_requests import Hover
+from app.nodes.console.scene.shell_state import ShellState, shell_state, waiting_state
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.browsers import acting_browser
 from app.nodes.console.web.viser_server import LoopbackViserServer
@@ -44,7 +42,6 @@ DRAW_S: Final = 0.05
 PICTURE_S: Final = 0.7
 """Interval between two camera images in the scene; the panel shows every image."""
 NOTICE_S: Final = 0.2
-LIVE_S: Final = 2.0
 FETCH_S: Final = 1.0
 """Interval between attempts to fetch topics published before the console subscribed."""
 _WITH_THE_MAP: Final = (keys.MAP_KEYFRAME, keys.FAR_EVIDENCE, keys.PAINTED, keys.MAP_ALIGNMENT)
@@ -52,40 +49,6 @@ _WITH_THE_MAP: Final = (keys.MAP_KEYFRAME, keys.FAR_EVIDENCE, keys.PAINTED, keys
 
 EVERY: Final = (keys.MAP_VOXELS, keys.MAP_KEYFRAME, keys.EVENT, keys.TF, keys.TF_STATIC)
 """Topics of which every message counts."""
-
-
-class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
-    """State shown in the status bar and the notices of the page."""
-
-    instance: str
-    """Random; changes when the console restarts."""
-    robot: str = ""
-    link: Literal["waiting", "live", "silent"]
-    link_text: str = ""
-    silent_s: float = 0.0
-    state: str | None = None
-    why: str = ""
-    object: str = ""
-    context: str = ""
-    elapsed_s: float = 0.0
-    frame_age_ms: float | None = None
-    best_ooi: float = 0.0
-    drive: DriveStatus = DriveStatus()
-    walk: WalkStatus | None = None
-    """Directions for the person who carries the camera; None for none."""
-    lease: LeaseStatus = LeaseStatus()
-    warning: str = ""
-    """Warning about the console, for example a version difference."""
-    has_map: bool = False
-    out_of_reach_m: float | None = None
-    """Distance of a find from the nearest reachable place; None when it is reachable."""
-    explanation: ClickExplanation | None = None
-    goals: int = 0
-    """Checksum of the list of goals, which pages fetch when it changes."""
-    waiting: int = 0
-    """Number of goals that wait."""
-    calls: int = 0
-    """Checksum of the calls, which pages fetch when it changes."""
 
 
 class SceneThread:
@@ -269,37 +232,19 @@ class SceneThread:
         self._state_feed.calls = msgspec.json.encode(self._calls.shown())
 
     def _shell_state(self) -> ShellState:
-        link, status = self._link, self.model.status
-        silence = link.silence_s()
+        link, feed, status = self._link, self._state_feed, self.model.status
         if status is None or self._unread:
-            nobody = link.say("link.nobody", endpoint=link.endpoint, robot=link.robot)
-            return ShellState(
-                instance=self._instance, link="waiting", link_text=self._unread or nobody
-            )
-        goal = status.goal
+            return waiting_state(self._instance, link, self._unread)
         link.drive_status, link.lease_status = status.drive, link.lease_in(status)
-        return ShellState(
+        return shell_state(
+            status,
+            link,
+            self.model.unfound.latest,
             instance=self._instance,
-            robot=status.robot,
-            link="live" if silence < LIVE_S else "silent",
-            silent_s=round(silence) if silence >= LIVE_S else 0.0,
-            state=status.state,
-            why=status.why,
-            object=goal.object.replace("_", " ") if goal is not None else "",
-            context=goal.context if goal is not None else "",
-            elapsed_s=float(int(status.elapsed_s)),
-            frame_age_ms=round(status.timings.frame_age_ms),
-            best_ooi=round(status.best_ooi, 2),
             has_map=self.model.voxels.count > 0,
-            out_of_reach_m=None if status.find is None else status.find.out_of_reach_m,
-            drive=status.drive,
-            walk=status.walk,
-            lease=link.lease_status,
-            warning=difference(status.version, link.say),
             explanation=self._explanations.now,
-            goals=zlib.crc32(self._state_feed.goals),
-            waiting=len(status.queue),
-            calls=zlib.crc32(self._state_feed.calls),
+            goals=zlib.crc32(feed.goals),
+            calls=zlib.crc32(feed.calls),
         )
 
     async def _joined(self, client: viser.ClientHandle) -> None:

@@ -18,8 +18,8 @@ _NAMES: Final = (
     "answers.js", "base.js", "calls.js", "camera.css", "camera.js", "camera_worker.js",
     "draw_rate.js", "drive.css", "drive.js", "explain.js", "fold.js", "goals.js", "help.js",
     "hover.js", "introduction.css", "introduction.js", "lease.css", "lease.js", "login.css",
-    "map_first.js", "notice.js", "one_layout.js", "panel_names.js", "plan.css", "plan.js",
-    "plan_drawing.js", "robots.js", "scene_area.js", "side.css", "side.js", "things.js",
+    "map_first.js", "notice.js", "one_layout.js", "panel_names.js", "panel_tabs.js", "plan.css",
+    "plan.js", "plan_drawing.js", "robots.js", "scene_area.js", "side.css", "side.js", "things.js",
     "waiting.js", "walk.css", "walk.js", "words.js",
 )  # fmt: skip
 _TYPES: Final = {

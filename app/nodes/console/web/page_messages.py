@@ -81,6 +81,14 @@ class ShellSearch(msgspec.Struct, tag="search", forbid_unknown_fields=True):
     object: Annotated[str, msgspec.Meta(min_length=1, max_length=80)]
 
 
+class ShellVerdict(msgspec.Struct, tag="verdict", forbid_unknown_fields=True):
+    """Whether a find is what is searched for."""
+
+    id: int
+    verdict: Literal["confirm", "reject"]
+    goal_id: int
+
+
 class ShellNote(msgspec.Struct, tag="note", forbid_unknown_fields=True):
     """What a person says of a remembered thing."""
 
@@ -160,7 +168,7 @@ class ShellReply(msgspec.Struct, tag="reply"):
 ShellMessage = (
     ShellPing | ShellCommand | ShellDrive | ShellInput | ShellAlive | ShellLease | ShellRoom
     | ShellLook | ShellFrame | ShellHover | ShellSearch | ShellNote | ShellTheme | ShellQueue
-    | ShellSaved
+    | ShellSaved | ShellVerdict
 )  # fmt: skip
 
 

@@ -33,6 +33,7 @@ from app.nodes.console.web.page_messages import (
     ShellSaved,
     ShellSearch,
     ShellTheme,
+    ShellVerdict,
     ShellYou,
     page_messages,
     until_one_ends,
@@ -197,7 +198,10 @@ class _Standing:
             await self._put(msgspec.json.encode(you))
 
 
-_Command = ShellCommand | ShellDrive | ShellRoom | ShellSearch | ShellNote | ShellQueue | ShellSaved
+_Command = (
+    ShellCommand | ShellDrive | ShellRoom | ShellSearch | ShellNote | ShellQueue | ShellSaved
+    | ShellVerdict
+)  # fmt: skip
 
 
 async def _name(
@@ -235,6 +239,10 @@ async def _carried_out(command: _Command, controller: Controller, state_feed: St
             return text
         case ShellSearch():
             return await asyncio.to_thread(controller.search_for, command.object)
+        case ShellVerdict(verdict=verdict, goal_id=goal_id):
+            is_it = verdict == "confirm"
+            judge = controller.confirm_find if is_it else controller.reject_find
+            return await asyncio.to_thread(judge, goal_id)
         case ShellNote():
             text = await asyncio.to_thread(controller.note_thing, command.change)
             state_feed.exports.names_changed()

@@ -116,6 +116,14 @@ class Navigator:
             raise CommandError(self.problem)
         return f"Looking for: {wanted}."
 
+    def confirm_find(self, goal_id=None):
+        self.actions.append(("confirm", goal_id))
+        return "Confirmed."
+
+    def reject_find(self, goal_id=None):
+        self.actions.append(("reject", goal_id))
+        return "The search continues."
+
     def change_queue(self, request):
         self.actions.append(request)
         if self.problem is not None:

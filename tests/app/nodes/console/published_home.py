@@ -16,6 +16,7 @@ from app.messages.control import (
     ControlReply,
     ControlRequest,
     ErrorReply,
+    FeedbackRequest,
     SavedSearch,
     SavedSearches,
     SearchAccepted,
@@ -86,6 +87,7 @@ class PublishedHome:
             keys.SENTENCE: self._sentence,
             keys.VOCABULARY: self._accept,
             keys.GOTO: self._accept,
+            keys.DRIVE: lambda _: encode(Accepted(detail="manual")),
             keys.PAINT: self._accept,
             keys.QUEUE: self._accept,
             keys.SEARCHES: self._accept,
@@ -263,6 +265,9 @@ class PublishedHome:
         return encode(as_reading(SentenceAnswer(request, RULES, "", "", ""), 1.0))
 
     def _feedback(self, payload):
+        if decode(payload, FeedbackRequest).verdict == "confirm":
+            self.goal = msgspec.structs.replace(self.goal, confirmed=True)
+            return encode(Accepted())
         self.find = None
         self.state = "searching"
         return encode(Accepted())

@@ -5,10 +5,11 @@ import pytest
 
 from app.messages.driving import DriveStatus
 from app.messages.lease import LeaseStatus
+from app.messages.status import GoalStatus
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.frame_intake import Stopwatch
 from app.nodes.navigator.state.goal_queue import GoalQueue
-from app.nodes.navigator.status_report import PLAN_WINDOW, StatusReport
+from app.nodes.navigator.status_report import PLAN_WINDOW, StatusReport, elapsed_s_of
 from ippon.command import Command
 from ippon.mission.config import MissionConfig
 from ippon.mission.mission import Mission
@@ -139,18 +140,10 @@ def test_each_goal_has_its_own(report, clock):
     assert report.first_motion_s is None
 
 
-def test_the_clock_of_a_search_stands_while_its_find_is_judged(report):
-    told = [
-        report._elapsed_s(state, SimpleNamespace(elapsed_s=elapsed_s))
-        for state, elapsed_s in (
-            ("searching", 8.0),
-            ("found", 9.0),
-            ("found", 60.0),
-            ("stopped", 70.0),
-            ("found", 80.0),
-            ("searching", 90.0),
-            ("found", 95.0),
-            ("found", 3.0),
-        )
-    ]
-    assert told == [8.0, 9.0, 9.0, 9.0, 9.0, 90.0, 95.0, 3.0]
+def test_the_clock_stops_with_the_find_whatever_the_operator_does_then():
+    snapshot = SimpleNamespace(elapsed_s=90.0)
+    goal = GoalStatus(goal_id=1, object="hat", outcome="active")
+    assert elapsed_s_of(goal, snapshot) == 90.0
+    found = GoalStatus(goal_id=1, object="hat", outcome="found", took_s=31.4)
+    assert elapsed_s_of(found, snapshot) == 31.4
+    assert elapsed_s_of(None, None) == 0.0

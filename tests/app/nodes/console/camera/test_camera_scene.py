@@ -1,3 +1,5 @@
+import msgspec
+
 from app.messages.scene import FoundObject
 from app.nodes.console.camera.camera_scene import camera_scene
 from app.view.model.scene_model import SceneModel
@@ -33,3 +35,10 @@ def test_nothing_is_drawn_without_a_navigator():
     scene = camera_scene(SceneModel())
     assert scene.objects == ()
     assert scene.T_world_base is None
+
+
+def test_a_doubtful_find_has_a_question_mark(stage):
+    model = SceneModel()
+    find = msgspec.structs.replace(stage.find_of(), perhaps=True)
+    model.on_status(stage.status_of("found", find=find))
+    assert camera_scene(model).objects[0].text == "hat? 93%"

@@ -19,6 +19,7 @@ from app.messages.status import (
 )
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.find_card import counted_find, counted_head, find_card
+from app.nodes.console.panels.places_markup import candidate, not_found
 from app.view.colors import COLOR_MODES, legend, tree_legend
 from app.view.model.candidates import Candidate
 from app.view.model.picture_store import StoredPicture
@@ -89,8 +90,8 @@ def test_no_text_from_outside_becomes_markup(text, stage):
         markup.warnings([text]),
         markup.figures(status, 3, ENGLISH),
         markup.streams([StreamStatus(name=text, age_s=None, rate_hz=0.0)], ENGLISH),
-        markup.not_found(3, ENGLISH),
-        markup.candidate(1, PLACE, None, text, 0, ENGLISH),
+        not_found(text, 3, ENGLISH),
+        candidate(1, PLACE, None, text, 0, ENGLISH),
         markup.event_log([Event(stamp_ns=1, kind="error", text=text)], 0, ENGLISH),
     ):
         _assert_harmless(html)
@@ -185,7 +186,9 @@ def test_a_find_that_no_way_leads_to_says_so(stage):
     assert "Found <b>hat</b>" in markup.now(
         stage.status_of(state="found", goal=goal, find=near), ENGLISH
     )
-    assert "<span>out of reach</span>" in markup.goals([], [goal], ENGLISH)
+    assert "<span>out of reach, not confirmed</span>" in markup.goals([], [goal], ENGLISH)
+    judged = msgspec.structs.replace(goal, confirmed=True)
+    assert "<span>out of reach, confirmed</span>" in markup.goals([], [judged], ENGLISH)
 
 
 def test_a_place_says_how_likely_where_when_and_what_else_it_may_be():
@@ -197,10 +200,10 @@ def test_a_place_says_how_likely_where_when_and_what_else_it_may_be():
         T_world_camera=np.eye(4),
     )
     seen = replace(PLACE, picture=VoxelPicture(picture=picture, u=5, v=5, depth_m=1.84))
-    html = markup.candidate(2, seen, b"jpeg", "coffee_table", 10_000_000_000, ENGLISH)
+    html = candidate(2, seen, b"jpeg", "coffee_table", 10_000_000_000, ENGLISH)
     for said in ("41% likely", "classified as: coffee table", "at (2.4, 5.2) m, 0.6 m high"):
         assert said in html
     assert "seen at 0:42 from 1.8 m" in html
     assert "data:image/jpeg;base64,anBlZw==" in html
-    assert "before this search" in markup.candidate(2, seen, b"jpeg", "", 60_000_000_000, ENGLISH)
-    assert "no image available" in markup.candidate(1, PLACE, None, "", 0, ENGLISH)
+    assert "before this search" in candidate(2, seen, b"jpeg", "", 60_000_000_000, ENGLISH)
+    assert "no image available" in candidate(1, PLACE, None, "", 0, ENGLISH)

@@ -506,7 +506,7 @@ def test_goals_are_ordered_edited_repeated_and_saved_by_keyboard(page, parts, sh
     expect(goals.locator("#goals-waiting li").first).to_contain_text("near the window")
     expect(goals.locator("#goals-waiting li").nth(2)).to_contain_text("<b>remote</b>")
     expect(goals.locator("#goals-ended li").first).to_contain_text(
-        "given up: not found · 1 of 3 found · 2 finds rejected · 6:52"
+        "not found · 1 of 3 found · 2 finds rejected · 6:52"
     )
     expect(goals.locator("#goals-ended li").nth(1)).to_contain_text("found, confirmed · 2:13")
     shoot("goals", 500)

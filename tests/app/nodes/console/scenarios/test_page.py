@@ -108,6 +108,7 @@ def test_stop_by_click_and_by_space_and_resume(home, page):
     expect(page.locator("#notice")).to_contain_text(
         "The robot does not move until you press Resume"
     )
+    expect(panels(page).get_by_role("button", name="Resume", exact=True)).to_be_hidden()
     page.locator("#resume").click()
     expect_state(page, "Searching")
     panels(page).locator("canvas[data-engine]").click()
@@ -171,6 +172,8 @@ def test_the_search_can_be_paused_resumed_and_ended(home, page):
     ]:
         view.get_by_role("button", name=word, exact=True).click()
         expect_state(page, state)
+        other = {"Paused": "Pause", "Searching": "Resume"}[state]
+        expect(view.get_by_role("button", name=other, exact=True)).to_be_hidden()
         page.wait_for_timeout(300)
         assert action in home.requests[-1][1]
 
@@ -246,6 +249,9 @@ def test_a_first_visit_is_introduced_and_the_next_one_is_not(shared, browser, ho
     page.reload()
     expect(card).to_contain_text("5 of 5")
     page.get_by_role("button", name="Done").click()
+    expect(panels(page).get_by_role("tab", name="Search")).to_have_attribute(
+        "aria-selected", "true"
+    )
     page.reload()
     expect(page.locator("#state")).not_to_have_text("Connecting")
     expect(card).to_be_hidden()

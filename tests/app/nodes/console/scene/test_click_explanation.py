@@ -13,6 +13,7 @@ from app.messages.images import CompressedColor, StampedCamera
 from app.messages.motion import StampedTransform
 from app.nodes.console.link.commands import CommandError
 from app.nodes.console.panels import markup
+from app.nodes.console.panels.drive_markup import intervention
 from app.nodes.console.scene.click_explanation import (
     ExplanationBuilder,
     marked,
@@ -212,7 +213,7 @@ def test_a_click_off_the_floor_or_without_a_ray_commands_nothing():
 
 def test_what_the_filter_says_is_escaped(stage):
     drive = stage.status_of().drive
-    assert markup.intervention(drive, ENGLISH) == ""
+    assert intervention(drive, ENGLISH) == ""
     hostile = msgspec.structs.replace(drive, intervention="<img onerror=x>")
-    assert "<img" not in markup.intervention(hostile, ENGLISH)
+    assert "<img" not in intervention(hostile, ENGLISH)
     assert "&lt;img" in markup.choice("auto", "<img>")

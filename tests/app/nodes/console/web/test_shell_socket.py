@@ -196,3 +196,11 @@ def test_the_theme_of_a_page_is_that_of_its_browser(client, browsers):
             shell.send('{"type":"ping","t":1}')
             hear(shell, "pong")
             assert browser.has_light_theme is light
+
+
+def test_a_verdict_is_about_the_find_of_a_goal(client, navigator):
+    with client.socket("/api/ws") as shell:
+        for verdict in ("confirm", "reject"):
+            shell.send(f'{{"type":"verdict","id":1,"verdict":"{verdict}","goal_id":7}}')
+            assert hear(shell, "reply")["ok"]
+    assert [one for one in navigator.actions if one != "renew"] == [("confirm", 7), ("reject", 7)]

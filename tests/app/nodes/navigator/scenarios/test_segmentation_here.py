@@ -24,10 +24,7 @@ from app.nodes.navigator.config import NavigatorConfig  # noqa: E402
 from app.nodes.navigator.node import Navigator  # noqa: E402
 from ippon.mapping.objects.surface_voxels import N_USED, NO_LABEL  # noqa: E402
 from tests.app.nodes.navigator.scenarios.standing_robot import Robot  # noqa: E402
-from tests.ippon.segmentation.backends.test_pretrained import (  # noqa: E402
-    save_clipseg,
-    save_tokenizer,
-)
+from tests.ippon.segmentation.backends.tiny_models import save_clipseg  # noqa: E402
 
 PATIENCE_S = 300.0
 
@@ -35,9 +32,7 @@ PATIENCE_S = 300.0
 @pytest.fixture
 def model(tmp_path):
     """A folder with a CLIPSeg that has learnt nothing."""
-    torch.manual_seed(0)
     save_clipseg(tmp_path)
-    save_tokenizer(tmp_path)
     return tmp_path
 
 

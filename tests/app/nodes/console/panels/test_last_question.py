@@ -1,0 +1,42 @@
+from app.messages.status import GoalStatus
+from app.nodes.console.panels.last_question import LastQuestion
+from tests.app.nodes.console.drawn_home import status_of
+
+HAT = ("hat", "", "a flat")
+
+
+def _asked(goal_ids):
+    last = LastQuestion()
+    last.accepted(HAT, set(goal_ids))
+    return last
+
+
+def test_a_question_whose_goals_go_on_is_told_once():
+    last = _asked([1, 2])
+    assert last.repeats(HAT), "before the navigator has told of the goals"
+    assert not last.repeats(HAT), "pressed again: it is meant"
+    last = _asked([1, 2])
+    last.follow(status_of(queue=[GoalStatus(goal_id=2, object="mug")]))
+    assert not last.repeats(("hat", "in the hall", "a flat"))
+    assert last.repeats(HAT)
+
+
+def test_a_question_that_is_over_may_be_asked_again():
+    last = _asked([1, 2])
+    over = [GoalStatus(goal_id=n, object="hat", outcome="exhausted") for n in (1, 2)]
+    last.follow(status_of(goal=over[0], history=[over[1]]))
+    assert not last.repeats(HAT)
+    assert not LastQuestion().repeats(HAT)
+
+
+def test_a_question_that_is_over_is_outdated_by_the_next_goal():
+    last = _asked([1])
+    found = GoalStatus(goal_id=1, object="hat", outcome="found")
+    mug = GoalStatus(goal_id=2, object="mug", outcome="active")
+    last.follow(status_of("found", goal=found))
+    assert not last.is_outdated(), "it may be asked again"
+    last.follow(status_of(goal=mug, queue=[GoalStatus(goal_id=1, object="hat")]))
+    assert not last.is_outdated(), "it waits"
+    last.follow(status_of(goal=mug, history=[found]))
+    assert last.is_outdated()
+    assert not last.is_outdated(), "said once"

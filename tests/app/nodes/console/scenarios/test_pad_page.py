@@ -1,0 +1,119 @@
+"""The driving pad in a real browser: it says why nothing moves, and covers no camera."""
+
+import pytest
+from playwright.sync_api import expect
+
+from app.messages.driving import DriveStatus
+from tests.app.nodes.console.opened_page import PageParts, expect_state, open_tab, panels
+from tests.chromium import box_at_rest
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture(scope="module")
+def parts(stage, browser):
+    parts = PageParts(stage, browser, most_voxels=2_000)
+    yield parts
+    parts.close()
+
+
+@pytest.fixture(scope="module")
+def opened(parts):
+    return parts.open_page()
+
+
+@pytest.fixture
+def page(opened, parts):
+    """The page of a robot in Manual that nobody has control of."""
+    home = parts.home
+    home.begin_again()
+    home.state = "manual"
+    home.status_changes = {"drive": DriveStatus(mode="manual")}
+    opened.set_viewport_size({"width": 1440, "height": 900})
+    expect_state(opened, "Manual")
+    if opened.locator("#lease-release").is_visible():
+        opened.locator("#lease-release").click()
+    expect(opened.locator("#holder")).to_have_text("nobody")
+    return opened
+
+
+def test_without_control_the_pad_says_so_and_offers_it(page):
+    note = page.locator("#pad-note")
+    expect(note).to_have_text("You have no control: press Take.")
+    page.keyboard.down("w")
+    expect(page.get_by_role("button", name="Forward", exact=True)).to_have_attribute(
+        "data-held", ""
+    )
+    page.keyboard.up("w")
+    expect(page.locator("[data-held]")).to_have_count(0)
+    page.locator("#pad-take").click()
+    expect(page.locator("#holder")).to_have_text("you")
+    expect(note).not_to_contain_text("control")
+    expect(page.locator("#pad-take")).to_be_hidden()
+
+
+def test_an_old_picture_is_said_on_the_pad(page, parts):
+    page.locator("#pad-take").click()
+    expect(page.locator("#camera")).to_have_attribute("data-state", "live")
+    parts.home.frozen = True
+    expect(page.locator("#pad-note")).to_contain_text("s old")
+    reason = "stopped: no picture for 0.8 s"
+    parts.home.status_changes = {"drive": DriveStatus(mode="manual", intervention=reason)}
+    expect(page.locator("#pad-note")).to_have_text(reason)
+
+
+def test_a_robot_that_drives_to_a_point_is_not_said_to_be_in_manual(page, parts):
+    open_tab(page, "Drive")
+    panels(page).get_by_role("button", name="Manual", exact=True).click()
+    answer = panels(page).locator(".ip-answer")
+    expect(answer).not_to_have_count(0)
+    parts.home.status_changes = {"drive": DriveStatus(waypoint=(1.0, 2.0))}
+    expect_state(page, "Driving to a point")
+    expect(page.locator("#mode")).to_have_text("Auto")
+    expect(page.locator("#notice")).to_contain_text("Driving to the point that you clicked")
+    parts.home.status_changes = {"drive": DriveStatus()}
+    expect(answer).to_have_count(0)
+
+
+def _meet(one, other):
+    return (
+        one["x"] < other["x"] + other["width"]
+        and other["x"] < one["x"] + one["width"]
+        and one["y"] < other["y"] + other["height"]
+        and other["y"] < one["y"] + one["height"]
+    )
+
+
+def test_on_a_phone_the_camera_is_free_of_pad_and_plan(page):
+    page.set_viewport_size({"width": 390, "height": 844})
+    expect(page.locator("#plan")).to_be_hidden()
+    camera, pad = (box_at_rest(page.locator(name)) for name in ("#camera-picture", "#pad"))
+    assert not _meet(camera, pad)
+    assert camera["height"] > 200, "and it is not small"
+    panel = box_at_rest(panels(page).locator("[data-dock-region='right']"))
+    assert not _meet(panel, pad)
+
+
+def test_on_a_phone_the_plan_is_free_of_notice_camera_and_tools(page, parts, stage):
+    parts.home.begin_again()
+    parts.home.find, parts.home.state = stage.find_of(), "found"
+    page.set_viewport_size({"width": 390, "height": 844})
+    expect(page.locator("#notice")).to_be_visible()
+    page.locator("#plan-open").click()
+    expect(page.locator("#notice")).to_be_hidden()
+    expect(page.locator("#camera")).to_be_hidden()
+    drawn, tools = (box_at_rest(page.locator(n)) for n in ("#plan-picture", ".plan-tools"))
+    assert not _meet(drawn, tools)
+    assert tools["height"] < 60, "one row"
+    page.locator("#plan-close").click()
+    expect(page.locator("#notice")).to_be_visible()
+
+
+def test_the_camera_of_a_paused_recording_is_not_said_to_be_old(page, parts):
+    parts.home.frozen = True
+    camera = page.locator("#camera")
+    expect(camera).to_have_attribute("data-state", "lost")
+    page.evaluate("document.body.toggleAttribute('data-paused', true)")
+    expect(camera).to_have_attribute("data-state", "paused")
+    expect(page.locator("#camera-age")).to_have_text("paused")
+    page.evaluate("document.body.toggleAttribute('data-paused', false)")

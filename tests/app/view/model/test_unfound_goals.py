@@ -1,0 +1,40 @@
+from app.messages.status import GoalStatus
+from app.view.model.candidates import Candidate
+from app.view.model.unfound_goals import UnfoundGoals
+from tests.app.nodes.console.drawn_home import status_of
+
+PLACES = (Candidate(point_world=(1.0, 2.0, 0.5), probability=0.4, label=0, picture=None),)
+HAT = GoalStatus(goal_id=1, object="hat", outcome="active")
+GONE = GoalStatus(goal_id=1, object="hat", display="red hat", outcome="exhausted")
+MUG = GoalStatus(goal_id=2, object="mug", outcome="active")
+
+
+def _followed(*statuses):
+    unfound = UnfoundGoals()
+    for status in statuses:
+        unfound.follow(status, lambda: PLACES)
+    return unfound.latest
+
+
+def test_what_was_not_found_is_kept_with_its_places_while_the_next_goal_runs():
+    over = status_of("exhausted", goal=GONE)
+    latest = _followed(status_of(goal=HAT), over, status_of(goal=MUG, history=[GONE]))
+    assert (latest.name, latest.places) == ("red hat", PLACES)
+    again = GoalStatus(goal_id=3, object="hat", outcome="active")
+    assert _followed(status_of(goal=HAT), over, status_of(goal=again, history=[GONE])) is None
+
+
+def test_an_end_that_was_missed_is_told_without_places_of_the_next_goal():
+    latest = _followed(status_of(goal=HAT), status_of(goal=MUG, history=[GONE]))
+    assert (latest.name, latest.places) == ("red hat", None)
+
+
+def test_what_ended_before_the_first_status_is_no_news():
+    assert _followed(status_of(goal=MUG, history=[GONE])) is None
+    assert _followed(status_of("exhausted", goal=GONE)).name == "red hat"
+
+
+def test_of_a_tour_the_goals_without_a_find_are_told():
+    found = GoalStatus(goal_id=2, object="mug", outcome="found", tour=1)
+    tour = status_of(goal=found, tour=[GONE, found])
+    assert _followed(status_of(goal=HAT), tour).goal == GONE
