@@ -150,9 +150,7 @@ def read_clock_offset(text: str) -> float:
     Raises:
         RobotFileError: There is no such profile, or it is invalid.
     """
-    if text in PROFILES:
-        return 0.0
-    offset_ms = _read(text).camera.clock_offset_ms
+    offset_ms = 0.0 if text in PROFILES else _read(text).camera.clock_offset_ms
     if not abs(offset_ms) <= MOST_OFFSET_MS:
         raise RobotFileError(
             f"robot profile {text}: camera.clock_offset_ms is {offset_ms:g}; it may be -"
@@ -162,7 +160,13 @@ def read_clock_offset(text: str) -> float:
 
 
 def read_rmw_zenoh(text: str) -> Settings | None:
-    """Return the topics of a robot with `middleware: rmw_zenoh`; None for another one.
+    """Return the topics of a robot with `middleware: rmw_zenoh`, as `read_ros2`; else None."""
+    settings = read_ros2(text)
+    return settings if settings.middleware == RMW_ZENOH else None
+
+
+def read_ros2(text: str) -> Settings:
+    """Return the ROS 2 topics of a robot.
 
     Args:
         text: Name of a built-in profile, or path of a YAML file.
@@ -170,10 +174,7 @@ def read_rmw_zenoh(text: str) -> Settings | None:
     Raises:
         RobotFileError: There is no such profile, or it is invalid.
     """
-    if text in PROFILES:
-        return None
-    settings = _settings(_read(text))
-    return settings if settings.middleware == RMW_ZENOH else None
+    return read_settings({}) if text in PROFILES else _settings(_read(text))
 
 
 def profile_names() -> tuple[str, ...]:

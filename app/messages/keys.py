@@ -116,6 +116,9 @@ NAVIGATOR_ALIVE = "alive/navigator"
 SEEN = (HEATMAP, BOXES, MASKS, MASKS_COMPRESSED, LABEL_NAMES, DETECTOR_NAME)
 """Topics of segmentations and detectors."""
 
+KEPT = (TF_STATIC, LABEL_NAMES, DETECTOR_NAME)
+"""Topics that are sent once: their publisher keeps the last messages for late subscribers."""
+
 ROS_TYPES = {
     COLOR: "sensor_msgs/msg/CompressedImage",
     COLOR_RAW: "sensor_msgs/msg/Image",

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,6 +15,7 @@ import zenoh
 
 from app.links.network.requests import RequestRefusedError, last_message, serve
 from app.links.network.session import LinkError, open_client
+from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.control import encode
 from app.messages.recording import RecordingStatus, RecordRequest
@@ -34,7 +36,7 @@ SILENT_S: Final = 4.0
 IDLE_S: Final = 0.1
 REPLY_S: Final = 5.0
 LATCHED_TOPICS: Final = (
-    keys.CONFIGURATION, keys.STATUS, keys.LABELS, keys.LEVELS, keys.TF_STATIC, keys.CAMERA_INFO,
+    keys.CONFIGURATION, keys.STATUS, keys.LABELS, keys.LEVELS, keys.CAMERA_INFO,
     keys.MAP_KEYFRAME, keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS,
     keys.FAR_EVIDENCE,
 )  # fmt: skip
@@ -72,6 +74,8 @@ class Recorder:
         self._queue = WriteQueue()
         self._network: zenoh.Session | None = None
         self._publishers: dict[str, zenoh.Publisher] = {}
+        self._kept: list[Callable[[], None]] = []
+        """Ends of the subscriptions to topics that are sent once."""
         self._requests: deque[tuple[RecordRequest, Future[RecordingStatus]]] = deque()
         self._session: Session | None = None
         self._status = RecordingStatus(state="off", text="nothing is recorded")
@@ -131,14 +135,25 @@ class Recorder:
         folder = str(self._session.writer.folder)
         self._status = RecordingStatus(state="recording", text="recording", session=folder)
         logger.info("recording to %s", folder)
+        self._catch_up()
+
+    def _catch_up(self) -> None:
+        """Get what was sent before: kept topics by subscription, latched ones by request."""
+        if (network := self._network) is None:
+            return
+        self._kept = [
+            subscribe(network, self._key(key), partial(self._queue.put, key), kept=True)
+            for key in keys.KEPT
+        ]
         threading.Thread(
-            target=self._request_last_messages, name="last messages", daemon=True
+            target=self._request_last_messages, args=(network,), name="last messages", daemon=True
         ).start()
 
-    def _request_last_messages(self) -> None:
-        network = self._network
-        if network is None:
-            return
+    def _unsubscribe_kept(self) -> None:
+        while self._kept:
+            self._kept.pop()()
+
+    def _request_last_messages(self, network: zenoh.Session) -> None:
         for key in LATCHED_TOPICS:
             try:
                 payload = last_message(network, self._key(key), 2.0)
@@ -165,6 +180,7 @@ class Recorder:
             work(session)
         except OSError as error:
             self._session = None
+            self._unsubscribe_kept()
             session.writer.abandon()
             self._fail(f"the recording ended: {error.strerror} ({session.writer.folder})")
 
@@ -198,6 +214,7 @@ class Recorder:
         session, self._session = self._session, None
         if session is None:
             return
+        self._unsubscribe_kept()
         folder = str(session.writer.folder)
         size, count = session.writer.written_bytes, session.writer.messages
         try:
@@ -268,7 +285,8 @@ class Recorder:
 
         def receive(sample: zenoh.Sample) -> None:
             key = str(sample.key_expr)[skipped:]
-            if key != keys.COLOR_RAW:  # The navigator publishes it as JPEG.
+            # The navigator publishes raw colour as JPEG; `_catch_up` subscribes to kept topics.
+            if key != keys.COLOR_RAW and key not in keys.KEPT:
                 self._queue.put(key, sample.payload.to_bytes())
 
         handler: Any = zenoh.handlers.Callback(receive, indirect=False)
@@ -290,13 +308,12 @@ class Recorder:
             return
         if self._session is not None:
             # Topics that are published on change alone may have changed meanwhile.
-            threading.Thread(
-                target=self._request_last_messages, name="last messages", daemon=True
-            ).start()
+            self._catch_up()
 
     def _close_network(self) -> None:
         network, self._network = self._network, None
         self._publishers = {}
+        self._kept = []
         if network is not None:
             network.close()  # pyright: ignore[reportUnknownMemberType]
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
@@ -13,7 +13,9 @@ from app.links.robot_streams.assembler import FrameAssembler, assemble
 from app.messages.cdr import MessageError
 from app.nodes.replay.datasets import Dataset, DatasetError, open_dataset, read_color, read_depth
 from app.nodes.replay.floor_alignment import align_to_floor, base_below, camera_on_base
-from app.nodes.replay.messages import bag_messages
+from app.nodes.replay.messages import bag_messages, bag_world, is_bag, world_note
+from app.recording.channels import USUAL, Names
+from app.recording.frame_tree import WORLD
 from ippon.errors import FrameRejectedError
 from ippon.frame import NANOSECONDS, Frame
 from ippon.geometry import Float64Array
@@ -35,6 +37,15 @@ class FrameSource:
     """Transform from the recording's world to the world of the frames: z up, floor at 0."""
     track: bool = False
     """Find the poses by the images; frames without one are left out."""
+    world: str = WORLD
+    """Frame of a bag that is taken as the world."""
+    names: Names = field(default_factory=lambda: USUAL)
+    """Topics of a bag of a robot that has names of its own."""
+
+    @property
+    def note(self) -> str:
+        """What a user should know of its poses; empty for nothing."""
+        return world_note(self.path, self.world)
 
     @property
     def count(self) -> int | None:
@@ -45,32 +56,36 @@ class FrameSource:
         """Yield the frames in order, without heatmaps.
 
         Raises:
-            DatasetError: An image cannot be read, or a bag lacks a topic.
+            DatasetError: An image cannot be read, or no image of a bag becomes a frame.
         """
         if self.dataset is None:
-            return _bag_frames(self.path)
+            return _bag_frames(self.path, self.world, self.names)
         if self.track:
             return _tracked_frames(self.dataset)
         return _dataset_frames(self.dataset, self.T_map_world)
 
 
-def open_source(path: Path, floor_m: float | None = None, *, track: bool = False) -> FrameSource:
+def open_source(
+    path: Path, floor_m: float | None = None, *, track: bool = False, names: Names = USUAL
+) -> FrameSource:
     """Open a dataset's folder, a recording or a bag.
 
     Args:
         path: Path in one of the formats of `ippon replay`.
         floor_m: Height of a dataset's floor along its up direction; None estimates it.
         track: Find the poses of a dataset by its images; none are read.
+        names: Topics of a bag of a robot that has names of its own.
 
     Raises:
-        DatasetError: The format is unknown, or the data are damaged.
+        DatasetError: The format is unknown, the data are damaged, or no image of a bag can have a
+            pose.
     """
     if not path.exists():
         raise DatasetError(f"{path} does not exist")
-    if path.is_file() or any(path.glob("*.mcap")) or (path / "metadata.yaml").exists():
+    if is_bag(path):
         if track:
             raise DatasetError(f"{path} is a bag: only the poses of datasets can be tracked here")
-        return FrameSource(path, None, np.eye(4))
+        return FrameSource(path, None, np.eye(4), world=bag_world(path, names), names=names)
     dataset = open_dataset(path, poses=not track)
     if track:
         return FrameSource(path, dataset, np.eye(4), track=True)
@@ -118,13 +133,17 @@ def _frame(
     )
 
 
-def _bag_frames(path: Path) -> Iterator[Frame]:
-    assembler = FrameAssembler()
-    for message in bag_messages(path, 0.0, heatmaps=False):
+def _bag_frames(path: Path, world: str, names: Names) -> Iterator[Frame]:
+    assembler, count = FrameAssembler(), 0
+    for message in bag_messages(path, 0.0, heatmaps=False, world=world, names=names):
         try:
             assemble(assembler, message.key, message.payload)
             frame = assembler.take()
         except (MessageError, FrameRejectedError):
             continue
         if frame is not None:
+            count += 1
             yield frame
+    if not count:
+        lacks = assembler.missing() or "readable images"
+        raise DatasetError(f"{path}: no image can be mapped; the last one lacks {lacks}")

@@ -6,8 +6,10 @@ and every reader of bags can show a String.
 
 import re
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
+from types import MappingProxyType
 from typing import Any, Final
 
 from app.messages import keys
@@ -26,6 +28,10 @@ LATCHED: Final = frozenset(
         keys.DETECTOR_NAME,
     }
 )  # fmt: skip
+Names = Mapping[tuple[str, str], str]
+"""Keys by name and type of the topics of a robot that has names of its own."""
+USUAL: Final[Names] = MappingProxyType({})
+"""Of a robot without such names."""
 
 _STRING_HEADER: Final = b"\x00\x01\x00\x00"
 _NOT_ROS: Final = re.compile(r"[^A-Za-z0-9_/]")
@@ -72,15 +78,28 @@ def ros_name(path: str) -> str:
     return "/" + "/".join(f"_{part}" if part[0].isdigit() else part for part in parts)
 
 
-def key_of(name: str, metadata: dict[str, str]) -> str | None:
+def key_of(name: str, kind: str, metadata: dict[str, str], names: Names = USUAL) -> str | None:
     """Return the key of a recorded topic, None for an unknown topic.
 
-    In bags of other programs, which lack our metadata, the end of the name decides.
+    In bags of other programs, which lack our metadata, the robot's own names decide, and then the
+    end of the name.
+
+    Args:
+        name: Of the topic.
+        kind: Its type.
+        metadata: Of its channel.
+        names: Of the robot.
     """
     if KEY in metadata:
         return metadata[KEY]
-    bare = name.strip("/")
-    known = [key for key in keys.ROS_TYPES if bare == key or bare.endswith("/" + key)]
+    if (name, kind) in names:
+        return names[name, kind]
+    bare, taken = name.strip("/"), set(names.values())
+    known = [
+        key
+        for key in keys.ROS_TYPES
+        if key not in taken and (bare == key or bare.endswith("/" + key))
+    ]
     return max(known, key=len, default=None)
 
 

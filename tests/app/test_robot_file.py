@@ -15,6 +15,7 @@ from app.robot_file import (
     read_detector,
     read_profile,
     read_rmw_zenoh,
+    read_ros2,
     template,
 )
 from ippon.robot import ZED
@@ -199,6 +200,7 @@ def test_a_robot_without_a_bridge_has_its_topics_and_limits(tmp_path):
     path.write_text(template(ZED), encoding="utf-8")
     assert read_rmw_zenoh(str(path)) is None
     assert read_rmw_zenoh("zed") is None
+    assert read_ros2("zed").topics["tf"].name == read_ros2(str(path)).topics["tf"].name == "/tf"
     path.write_text(template(ZED) + section.replace("7\n", "-1\n"), encoding="utf-8")
     with pytest.raises(RobotFileError, match="`ros2: domain` is a number from 0 to 232; got -1"):
         read_rmw_zenoh(str(path))

@@ -6,6 +6,7 @@ from app.links.network.registry import resolve_address
 from app.links.network.session import LinkError
 from app.nodes.replay.datasets import DatasetError
 from app.nodes.replay.node import ReplayConfig, run_replay
+from app.nodes.replay.robot_names import read_names
 from app.process.parent_watch import end_with_parent
 
 
@@ -24,6 +25,7 @@ def run_replay_command(command: Replay) -> int:
             heatmaps=command.heatmaps,
             poses=command.poses,
             floor_m=command.floor_m,
+            names=read_names(command.profile),
         )
     except ValueError as error:
         raise UsageError(str(error)) from error

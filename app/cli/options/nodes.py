@@ -244,6 +244,8 @@ class Replay:
     hand-held), and for recordings without poses."""
     floor_m: float | None = None
     """Height of a dataset's floor along its up direction; by default estimated."""
+    profile: str | None = None
+    """Robot profile (YAML) whose section `ros2` names the topics of a bag."""
     parent_pid: int | None = None
     """Exit when this process has ended."""
 

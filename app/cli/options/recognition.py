@@ -38,6 +38,8 @@ class Recognise:
     track: bool = False
     """Find the poses of a dataset by its images: for a camera that knew none, held 0.8 to 1.8 m
     high, which sees the floor once."""
+    profile: str | None = None
+    """Robot profile (YAML) whose section `ros2` names the topics of a bag."""
     segmentation: Segmentation = field(default_factory=Segmentation)
 
 
@@ -61,4 +63,6 @@ class Calibrate:
     """Edge length of a voxel."""
     floor_m: float | None = None
     """Height of a dataset's floor along its up direction; by default estimated."""
+    profile: str | None = None
+    """Robot profile (YAML) whose section `ros2` names the topics of a bag."""
     segmentation: Segmentation = field(default_factory=Segmentation)

@@ -14,6 +14,7 @@ from app.cli.nodes.segment import segmenter_of
 from app.cli.options.recognition import Calibrate
 from app.errors import UsageError
 from app.nodes.replay.datasets import DatasetError
+from app.nodes.replay.robot_names import read_names
 from app.recognition.calibration import (
     Calibrated,
     CalibrationError,
@@ -37,7 +38,10 @@ def run_calibrate(command: Calibrate) -> int:
     if not command.out.parent.is_dir():
         raise UsageError(f"--out: the folder {command.out.parent} does not exist")
     try:
-        sources = [open_source(path, command.floor_m) for path in command.recordings]
+        names = read_names(command.profile)
+        sources = [open_source(path, command.floor_m, names=names) for path in command.recordings]
+        for note in filter(None, (source.note for source in sources)):
+            print(f"ippon: {note}", file=sys.stderr)
         files = [command.known or path / KNOWN_OBJECTS for path in command.recordings]
         known = [read_known_objects(path) for path in files]
         every = tuple(dict.fromkeys(label for one in known for label in one.labels))

@@ -12,6 +12,7 @@ from app.cli.nodes.segment import segmenter_of
 from app.cli.options.recognition import Recognise
 from app.errors import UsageError
 from app.nodes.replay.datasets import DatasetError
+from app.nodes.replay.robot_names import read_names
 from app.recognition.frames import open_source
 from app.recognition.page import page_of
 from app.recognition.recognition import (
@@ -40,7 +41,10 @@ def run_recognise(command: Recognise) -> int:
     if not objects:
         raise UsageError("--find takes comma-separated objects, such as cup,tv")
     try:
-        source = open_source(command.path, command.floor_m, track=command.track)
+        names = read_names(command.profile)
+        source = open_source(command.path, command.floor_m, track=command.track, names=names)
+        if source.note:
+            print(f"ippon: {source.note}", file=sys.stderr)
         own = command.observation_model
         models = ObservationModels([] if own is None else [read_observation_model(own)])
         recognition = Recognition(objects, models, voxel_size_m=command.voxel_size_m)

@@ -10,8 +10,8 @@ import zenoh.ext
 
 def subscribe(
     session: zenoh.Session, key: str, take: Callable[[bytes], None], *, kept: bool = False
-) -> None:
-    """Pass every message of a key to `take` while the session is open.
+) -> Callable[[], None]:
+    """Pass every message of a key to `take` while the session is open; return what ends that.
 
     By default, zenoh's Python binding gives each subscription its own thread, and messages of two
     keys can overtake one another. A command is a tilt and a twist, and a frame is five messages:
@@ -31,9 +31,16 @@ def subscribe(
     handler: Any = zenoh.handlers.Callback(receive, indirect=False)
     if kept:
         history = zenoh.ext.HistoryConfig(detect_late_publishers=True)
-        zenoh.ext.declare_advanced_subscriber(session, key, handler, history=history)
+        subscriber: Any = zenoh.ext.declare_advanced_subscriber(
+            session, key, handler, history=history
+        )
     else:
-        session.declare_subscriber(key, handler)
+        subscriber = session.declare_subscriber(key, handler)
+
+    def end() -> None:
+        subscriber.undeclare()
+
+    return end
 
 
 def is_alive(session: zenoh.Session, token: str, timeout_s: float) -> bool:

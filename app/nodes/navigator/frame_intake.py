@@ -40,8 +40,6 @@ _STREAM_OF: Final = {
     keys.COLOR: "colour",
 }
 """Stream that counts the messages of each topic, "" for none; decoded in this order."""
-_KEPT: Final = (keys.TF_STATIC, keys.LABEL_NAMES, keys.DETECTOR_NAME)
-"""Topics that are asked for what was sent before."""
 UNMATCHED: Final = 10
 """Consecutive heatmaps and detections without a matching image after which the operator is told."""
 REQUIRED: Final = ("colour", "depth", "pose")
@@ -86,7 +84,7 @@ class FrameIntake:
             # Poses arrive faster than images, and interpolation needs each of them.
             size = 100 if topic in (keys.TF, keys.CONTACT) else MAX_WAITING
             self._waiting[topic] = deque(maxlen=size)
-            kept = topic in _KEPT
+            kept = topic in keys.KEPT
             self._receivers[topic] = self._receiver(topic, stream)
             take = self._take_tf if topic == keys.TF else self._receivers[topic]
             subscribe(session, f"{robot}/{topic}", take, kept=kept)

@@ -1,6 +1,6 @@
 """The messages of a robot, from a dataset or a bag, in order and with their times."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -9,21 +9,25 @@ import numpy as np
 from rosbags.highlevel import AnyReader, AnyReaderError
 
 from app.messages import keys
-from app.messages.images import encode_camera, encode_color, encode_depth
+from app.messages.cdr import MessageError
+from app.messages.images import decode_color_raw, encode_camera, encode_color, encode_depth
 from app.messages.motion import StampedTransform, encode_transforms
 from app.nodes.replay.datasets import Dataset, DatasetError, read_color, read_depth
 from app.nodes.replay.floor_alignment import align_to_floor, base_below, camera_on_base
-from app.recording.channels import key_of
+from app.recording.channels import USUAL, Names, key_of
 from app.recording.errors import RecordingError
+from app.recording.frame_tree import BASE, TOPICS, WORLD, FrameTree
 from app.recording.reading.recording import Recording
 from ippon.frame import NANOSECONDS
 from ippon.geometry import Float64Array
 
 CAMERA_FRAME: Final = "camera_color_optical_frame"
 FROM_ROBOT: Final = (
-    keys.COLOR, keys.DEPTH, keys.DEPTH_RAW, keys.CAMERA_INFO, keys.TF, keys.TF_STATIC,
-    keys.CONTACT, *keys.SEEN,
+    keys.COLOR, keys.COLOR_RAW, keys.DEPTH, keys.DEPTH_RAW, keys.CAMERA_INFO, keys.TF,
+    keys.TF_STATIC, keys.CONTACT, *keys.SEEN,
 )  # fmt: skip
+MOST_NAMED: Final = 12
+"""Topics that an error names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,8 +79,8 @@ def dataset_messages(
 def _pose_message(T_map_camera: Float64Array, stamp_ns: int) -> bytes:
     T_map_base = base_below(T_map_camera)
     links = (
-        ("map", "base_link", T_map_base),
-        ("base_link", CAMERA_FRAME, camera_on_base(T_map_base, T_map_camera)),
+        (WORLD, BASE, T_map_base),
+        (BASE, CAMERA_FRAME, camera_on_base(T_map_base, T_map_camera)),
     )
     return encode_transforms(
         StampedTransform(stamp_ns=stamp_ns, parent=a, child=b, T_parent_child=T)
@@ -84,8 +88,52 @@ def _pose_message(T_map_camera: Float64Array, stamp_ns: int) -> bytes:
     )
 
 
+def is_bag(path: Path) -> bool:
+    """Return whether a path is a bag or a recording, and not the folder of a dataset."""
+    return path.is_file() or any(path.glob("*.mcap")) or (path / "metadata.yaml").exists()
+
+
+def bag_world(path: Path, names: Names = USUAL) -> str:
+    """Return the frame of a bag that is taken as the world: `map`, or the root of its tf.
+
+    Args:
+        path: See `bag_messages`.
+        names: See `bag_messages`.
+
+    Raises:
+        DatasetError: It is not a bag, lacks a topic that a frame needs, or its transforms do not
+            lead to the camera.
+    """
+    tree = FrameTree()
+    for message in _bag_messages(path, 0.0, TOPICS, names):
+        try:
+            tree.add(message.key, message.payload)
+        except MessageError:
+            continue
+        if WORLD in tree.names and not tree.problem():
+            return WORLD
+    if problem := tree.problem():
+        raise DatasetError(
+            f"{path}: no image has a pose: {problem}. Record again with tf and tf_static, and with "
+            "what is missing (static_transform_publisher), or let the poses be found by the images "
+            "(`ippon replay --no-poses`, and `ippon navigate --profile hand-held`)"
+        )
+    return tree.world
+
+
+def world_note(path: Path, world: str) -> str:
+    """Return what a user should know of the world of a bag's poses; empty for `map`."""
+    return "" if world == WORLD else f"{path} has no frame 'map': {world!r} is taken as the world"
+
+
 def bag_messages(
-    path: Path, start_s: float, *, heatmaps: bool, poses: bool = True
+    path: Path,
+    start_s: float,
+    *,
+    heatmaps: bool,
+    poses: bool = True,
+    world: str = WORLD,
+    names: Names = USUAL,
 ) -> Iterator[RobotMessage]:
     """Yield the recorded messages of the robot of a bag.
 
@@ -94,22 +142,42 @@ def bag_messages(
         start_s: Earlier messages are skipped, except fixed transforms.
         heatmaps: Whether to send recorded heatmaps and detections.
         poses: Whether to send recorded poses; without, a bag needs none.
+        world: Frame of the bag that is taken as the world (`bag_world`); `map` is put there.
+        names: Topics of a robot that has names of its own.
 
     Raises:
         DatasetError: It is not a bag, or lacks a topic that a frame needs.
     """
     left_out = (*(() if heatmaps else keys.SEEN), *(() if poses else (keys.TF, keys.TF_STATIC)))
+    if poses and world != WORLD:
+        same = StampedTransform(stamp_ns=0, parent=WORLD, child=world, T_parent_child=np.eye(4))
+        yield RobotMessage(0.0, keys.TF_STATIC, encode_transforms([same]))
     wanted = [key for key in FROM_ROBOT if key not in left_out]
+    for message in _bag_messages(path, start_s, wanted, names, poses=poses):
+        if message.key != keys.COLOR_RAW:
+            yield message
+            continue
+        try:
+            color, stamp_ns, frame_id = decode_color_raw(message.payload)
+        except MessageError as error:
+            raise DatasetError(f"{path}: {error}") from error
+        yield RobotMessage(message.at_s, keys.COLOR, encode_color(color, stamp_ns, frame_id))
+
+
+def _bag_messages(
+    path: Path, start_s: float, wanted: Sequence[str], names: Names, *, poses: bool = True
+) -> Iterator[RobotMessage]:
     if path.is_dir() and not any(path.glob("*.mcap")):
-        yield from _rosbag_messages(path, start_s, wanted)
+        yield from _rosbag_messages(path, start_s, wanted, names, poses=poses)
         return
     try:
-        recording = Recording(path)
+        recording = Recording(path, names=names)
     except RecordingError as error:
         raise DatasetError(str(error)) from error
     try:
-        _check(path, recording.keys, wanted)
-        for message in recording.all_messages(wanted):
+        topics = [(channel.topic, channel.type) for channel in recording.index.channels.values()]
+        _check(path, recording.keys, topics, poses=poses)
+        for message in recording.all_messages(_used(wanted, recording.keys)):
             at = (message.time_ns - recording.start_ns) * 1e-9 - start_s
             if at >= 0.0 or message.key == keys.TF_STATIC:
                 yield RobotMessage(max(at, 0.0), message.key, message.payload)
@@ -117,17 +185,23 @@ def bag_messages(
         recording.close()
 
 
-def _rosbag_messages(path: Path, start_s: float, wanted: list[str]) -> Iterator[RobotMessage]:
+def _rosbag_messages(
+    path: Path, start_s: float, wanted: Sequence[str], names: Names, *, poses: bool
+) -> Iterator[RobotMessage]:
     try:
         with AnyReader([path]) as reader:
-            found = [(c, key_of(c.topic, {})) for c in reader.connections]
+            found = [(c, key_of(c.topic, c.msgtype, {}, names)) for c in reader.connections]
             known = {
                 c.topic: key
                 for c, key in found
-                if key is not None and key in wanted and keys.ROS_TYPES[key] == c.msgtype
+                if key is not None and keys.ROS_TYPES[key] == c.msgtype
             }
-            _check(path, tuple(known.values()), wanted)
-            used = [c for c, _ in found if c.topic in known]
+            topics = [(c.topic, c.msgtype) for c, _ in found]
+            _check(path, tuple(known.values()), topics, poses=poses)
+            read = _used(wanted, tuple(known.values()))
+            used = [c for c, _ in found if known.get(c.topic) in read]
+            if not used:
+                return
             for connection, time_ns, raw in reader.messages(connections=used):
                 key, at = known[connection.topic], (time_ns - reader.start_time) * 1e-9 - start_s
                 if at >= 0.0 or key == keys.TF_STATIC:
@@ -136,19 +210,30 @@ def _rosbag_messages(path: Path, start_s: float, wanted: list[str]) -> Iterator[
         raise DatasetError(f"{path} is not a readable bag: {error}") from error
 
 
-def _check(path: Path, found: tuple[str, ...], wanted: list[str]) -> None:
+def _used(wanted: Sequence[str], found: Collection[str]) -> tuple[str, ...]:
+    """Return the keys to read: raw colour only where there is no compressed one."""
+    return tuple(key for key in wanted if key != keys.COLOR_RAW or keys.COLOR not in found)
+
+
+def _check(
+    path: Path, found: Collection[str], topics: Iterable[tuple[str, str]], *, poses: bool
+) -> None:
     """Refuse a bag without the topics of a frame.
 
     Raises:
-        DatasetError: Names the missing topics.
+        DatasetError: Names the missing topics, and those of the bag with their types.
     """
-    missing = [
-        key for key in (keys.COLOR, keys.CAMERA_INFO, keys.TF) if key in wanted and key not in found
-    ]
-    if keys.DEPTH not in found and keys.DEPTH_RAW not in found:
-        missing.append(keys.DEPTH)
-    if missing:
-        raise DatasetError(
-            f"{path} has no topic that ends in {', '.join(missing)}: without colour, depth, camera "
-            "info and tf there is nothing to map"
-        )
+    needed = [(keys.COLOR, keys.COLOR_RAW), (keys.DEPTH, keys.DEPTH_RAW), (keys.CAMERA_INFO,)]
+    if poses:
+        needed.append((keys.TF,))
+    missing = [several for several in needed if not set(several) & set(found)]
+    if not missing:
+        return
+    kinds = {keys.ROS_TYPES[key] for several in missing for key in several}
+    there = sorted({f"{name} ({kind})" for name, kind in topics if kind in kinds})
+    raise DatasetError(
+        f"{path} has no topic that ends in {', '.join(' or '.join(s) for s in missing)}: without "
+        "colour, depth, camera info and tf there is nothing to map. It has "
+        f"{', '.join(there[:MOST_NAMED]) or 'no other topic'} of such types; topics with other "
+        "names: --profile FILE with a section `ros2` that names them (`ippon profile`)"
+    )

@@ -3,17 +3,27 @@
 import logging
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import zenoh
 
 from app.links.network.session import open_client
 from app.messages import keys
 from app.nodes.replay.datasets import DatasetError, open_dataset
-from app.nodes.replay.messages import RobotMessage, bag_messages, dataset_messages
+from app.nodes.replay.messages import (
+    RobotMessage,
+    bag_messages,
+    bag_world,
+    dataset_messages,
+    is_bag,
+    world_note,
+)
 from app.process.stop_signal import ProcessStopSignal, StopSignal
+from app.recording.channels import USUAL, Names
+from app.recording.frame_tree import WORLD
+from app.ros2.ippon_ros2.zenoh_side import stream_publisher
 
 logger = logging.getLogger(__name__)
 
@@ -38,6 +48,8 @@ class ReplayConfig:
     """Send the recorded poses; without, the navigator must track the camera."""
     floor_m: float | None = None
     """Height of a dataset's floor along up; None estimates it."""
+    names: Names = field(default_factory=lambda: USUAL)
+    """Topics of a bag of a robot that has names of its own."""
 
     def __post_init__(self) -> None:
         """Refuse an invalid prefix, rate or start."""
@@ -48,8 +60,26 @@ class ReplayConfig:
             raise ValueError(f"the start is 0 s or later; got {self.start_s:g}")
 
 
-def messages_of(config: ReplayConfig, first_stamp_ns: int) -> Iterator[RobotMessage]:
+def world_of(config: ReplayConfig) -> str:
+    """Return the frame that is taken as the world: `map`, or the root of a bag's tf.
+
+    Raises:
+        DatasetError: The path cannot be replayed, or no image of the bag can have a pose.
+    """
+    if not config.poses or not is_bag(config.path):
+        return WORLD
+    return bag_world(config.path, config.names)
+
+
+def messages_of(
+    config: ReplayConfig, first_stamp_ns: int, world: str = WORLD
+) -> Iterator[RobotMessage]:
     """Yield the messages of one round.
+
+    Args:
+        config: What to replay.
+        first_stamp_ns: Stamp of the first frame of a dataset.
+        world: Frame of a bag that is taken as the world.
 
     Raises:
         DatasetError: The path cannot be replayed.
@@ -57,9 +87,15 @@ def messages_of(config: ReplayConfig, first_stamp_ns: int) -> Iterator[RobotMess
     path = config.path
     if not path.exists():
         raise DatasetError(f"there is no {path}")
-    is_bag = path.is_file() or any(path.glob("*.mcap")) or (path / "metadata.yaml").exists()
-    if is_bag:
-        return bag_messages(path, config.start_s, heatmaps=config.heatmaps, poses=config.poses)
+    if is_bag(path):
+        return bag_messages(
+            path,
+            config.start_s,
+            heatmaps=config.heatmaps,
+            poses=config.poses,
+            world=world,
+            names=config.names,
+        )
     dataset = open_dataset(path, poses=config.poses)
     return dataset_messages(
         dataset, config.start_s, first_stamp_ns, config.floor_m, poses=config.poses
@@ -67,7 +103,11 @@ def messages_of(config: ReplayConfig, first_stamp_ns: int) -> Iterator[RobotMess
 
 
 def play(
-    config: ReplayConfig, put: Callable[[str, bytes], None], stop: StopSignal, first_stamp_ns: int
+    config: ReplayConfig,
+    put: Callable[[str, bytes], None],
+    stop: StopSignal,
+    first_stamp_ns: int,
+    world: str = WORLD,
 ) -> int:
     """Send one round at the recorded times; return the number of colour images sent.
 
@@ -78,7 +118,7 @@ def play(
     """
     began = time.monotonic()
     images = 0
-    for sent in messages_of(config, first_stamp_ns):
+    for sent in messages_of(config, first_stamp_ns, world):
         late_s = time.monotonic() - began - sent.at_s / config.rate
         if late_s < 0.0:
             stop.wait(-late_s)
@@ -101,19 +141,25 @@ def run_replay(config: ReplayConfig) -> None:
     stop = ProcessStopSignal()
     # Before the network is opened, so that a wrong folder is reported immediately.
     next(messages_of(config, 0), None)
+    world = world_of(config)
+    if note := world_note(config.path, world):
+        logger.warning("%s", note)
     session = open_client(config.connect)
-    publishers: dict[str, zenoh.Publisher] = {}
+    puts: dict[str, Callable[[bytes], Any]] = {}
 
     def put(key: str, payload: bytes) -> None:
-        if key not in publishers:
-            publishers[key] = session.declare_publisher(
-                f"{config.robot}/{key}", congestion_control=zenoh.CongestionControl.BLOCK
-            )
-        publishers[key].put(payload)
+        whole = f"{config.robot}/{key}"
+        if key not in puts and key in keys.KEPT:
+            puts[key] = stream_publisher(session, whole, kept=True)
+        elif key not in puts:
+            puts[key] = session.declare_publisher(
+                whole, congestion_control=zenoh.CongestionControl.BLOCK
+            ).put
+        puts[key](payload)
 
     try:
         while not stop.is_set():
-            images = play(config, put, stop, time.time_ns())
+            images = play(config, put, stop, time.time_ns(), world)
             logger.info("%s: %d images", config.path, images)
             if not config.loop or not images:
                 break

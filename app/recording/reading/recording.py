@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.recording.channels import key_of, to_wire
+from app.recording.channels import USUAL, Names, key_of, to_wire
 from app.recording.errors import RecordingError
 from app.recording.reading.file_index import Entries, FileIndex, Scanner
 from app.recording.reading.mcap_records import read_message, unpack_chunk
@@ -34,8 +34,18 @@ class RecordedMessage:
 class Recording:
     """An open file. Not thread-safe: one thread owns it."""
 
-    def __init__(self, path: Path, progress: Callable[[float], None] | None = None) -> None:
+    def __init__(
+        self,
+        path: Path,
+        progress: Callable[[float], None] | None = None,
+        names: Names = USUAL,
+    ) -> None:
         """Open a file, or a session's folder, and index its messages.
+
+        Args:
+            path: The file or folder.
+            progress: Called with the share that is indexed.
+            names: Topics of a robot that has names of its own.
 
         Raises:
             RecordingError: There is no file, or it has no known message.
@@ -45,6 +55,7 @@ class Recording:
         self.index: FileIndex = self._scanner.scan(progress)
         self.damaged: Counter[str] = Counter()
         """Number of unreadable messages, by error."""
+        self._names = names
         self._entries: dict[str, list[tuple[Entries, str]]] = {}
         self.start_ns = self.end_ns = 0
         self._adopt()
@@ -76,7 +87,7 @@ class Recording:
         self._entries.clear()
         for number, entries in self.index.entries.items():
             channel = self.index.channels[number]
-            key = key_of(channel.topic, channel.metadata)
+            key = key_of(channel.topic, channel.type, channel.metadata, self._names)
             if key is not None and channel.encoding == "cdr":
                 self._entries.setdefault(key, []).append((entries, channel.type))
         ranges = [

@@ -2,6 +2,7 @@
 
 import os
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -9,8 +10,10 @@ from typing import Final
 from mcap.writer import CompressionType, Writer
 
 from app.messages import keys
+from app.messages.cdr import MessageError
 from app.recording.channels import Topic, to_recorded, topic_of
 from app.recording.errors import RecordingError
+from app.recording.frame_tree import FrameTree
 from app.recording.reading.recording import Recording
 from app.recording.timeline import TIMELINE_ATTACHMENT, pack_timeline, timeline_of
 from app.recording.writing.bag_metadata import write_bag_metadata
@@ -50,9 +53,15 @@ def check(path: Path, *, repair: bool) -> RecordingCheck:
     """
     recording = Recording(path)
     try:
-        count = sum(1 for _ in recording.all_messages())
+        count, tree = 0, FrameTree()
+        for message in recording.all_messages():
+            count += 1
+            with suppress(MessageError):
+                tree.add(message.key, message.payload)
         problems = list(recording.index.problems)
         problems += [f"{text} ({n} messages)" for text, n in recording.damaged.items()]
+        if keys.TF in recording.keys and (problem := tree.problem()):
+            problems.append(f"no image has a pose: {problem}")
         missing = tuple(key for key in EXPECTED if key not in recording.keys)
         mend = repair and not recording.index.complete
         if mend:

@@ -17,6 +17,7 @@ from app.recording.notes import read_notes
 from app.recording.reading.recording import Recording
 from app.recording.writing.limits import RecordingLimits
 from app.recording.writing.write_queue import WriteQueue
+from app.ros2.ippon_ros2.zenoh_side import stream_publisher
 
 ROBOT = "test/robot-1"
 
@@ -83,6 +84,24 @@ def test_what_is_said_is_recorded_with_who_asked_for_it(sessions, record):
     assert recording.index.complete
     (note,) = read_notes(recording.path)
     assert (note.text, note.author) == ("a note", "Anna")
+    recording.close()
+
+
+@pytest.mark.parametrize("waits", [False, True])
+def test_what_was_sent_once_before_the_recording_is_in_it(sessions, record, waits):
+    _, client = sessions
+    put = stream_publisher(client, f"{ROBOT}/{keys.TF_STATIC}", kept=True)
+    put(b"once")
+    finish = record(limits=RecordingLimits(min_free_gb=0.0), wait=waits)
+    _await(lambda: last_message(client, f"{ROBOT}/{keys.RECORDING}", 1.0))
+    if waits:
+        _request(client, "start")
+    time.sleep(0.5)
+    put(b"again")
+    time.sleep(0.5)
+    (recording,) = finish()
+    sent = [m.payload for m in recording.all_messages((keys.TF_STATIC,))]
+    assert sent == [b"once", b"again"]
     recording.close()
 
 

@@ -56,7 +56,7 @@ class GoalOutput:
         self._last_ns = 0
         self._goal = _publisher(session, f"{robot}/{keys.NAVIGATION_GOAL}")
         self._active = _publisher(session, f"{robot}/{keys.NAVIGATION_ACTIVE}")
-        self._subscriber = subscribe(session, f"{robot}/{keys.NAVIGATION_STATUS}", self._receive)
+        subscribe(session, f"{robot}/{keys.NAVIGATION_STATUS}", self._receive)
 
     def send(self, goal: NavigationGoal | None, T_map_base: Float64Array, stamp_ns: int) -> None:
         """Put a goal in force, or none.

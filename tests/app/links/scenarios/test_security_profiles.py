@@ -1,6 +1,7 @@
 """What each role of `ippon certificates` can do, and what it cannot."""
 
 import datetime as dt
+import queue
 import time
 
 import pytest
@@ -11,6 +12,7 @@ from app.links.network.session import PROFILE, LinkError, open_client, open_rout
 from app.links.network.subscription import is_alive, subscribe
 from app.messages import keys
 from app.messages.control import Accepted, ControlReply, ControlRequest, FeedbackRequest
+from app.ros2.ippon_ros2.zenoh_side import stream_publisher
 
 
 @pytest.fixture(scope="module")
@@ -135,6 +137,16 @@ def test_a_recorder_only_watches(network):
     recorder = network("recorder")
     with pytest.raises(LinkError, match="no reply on ippon/control"):
         ask(recorder, "ippon/control", ControlRequest(action="stop"), ControlReply, 0.5)
+
+
+@pytest.mark.parametrize("topic", keys.KEPT)
+def test_what_a_robot_sent_once_reaches_every_role_that_comes_late(network, topic):
+    put = stream_publisher(network("robot"), f"ippon/{topic}", kept=True)
+    put(b"once")
+    for role in ("console", "requester", "recorder", "navigator"):
+        heard = queue.Queue()
+        subscribe(network(role), f"ippon/{topic}", heard.put, kept=True)
+        assert heard.get(timeout=10.0) == b"once", role
 
 
 REFUSED = "A refused TLS certificate looks the same"

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import queue
 import threading
 
 import numpy as np
@@ -11,15 +12,25 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from scipy.spatial.transform import Rotation
 
 from app.cli.main import run
+from app.links.network.subscription import subscribe
 from app.links.robot_streams.assembler import FrameAssembler
 from app.messages import keys
-from app.messages.cdr import typestore
-from app.messages.images import decode_camera, decode_color, decode_depth
-from app.messages.motion import decode_transforms
+from app.messages.cdr import encode, header, typestore
+from app.messages.images import (
+    decode_camera,
+    decode_color,
+    decode_depth,
+    decompress_color,
+    encode_color,
+    encode_depth_raw,
+)
+from app.messages.motion import decode_transforms, encode_transforms
 from app.nodes.replay.datasets import DatasetError, open_dataset
 from app.nodes.replay.floor_alignment import align_to_floor
 from app.nodes.replay.messages import RobotMessage, bag_messages
-from app.nodes.replay.node import ReplayConfig, messages_of, play
+from app.nodes.replay.node import ReplayConfig, messages_of, play, run_replay, world_of
+from app.nodes.replay.robot_names import read_names
+from app.recognition.frames import open_source
 from app.recording.writing.writer import SessionWriter
 from ippon.geometry import invert_transform, make_transform, rotation_z
 from ippon.mapping.objects.surface_changes import SurfaceTracker
@@ -164,6 +175,181 @@ def test_a_bag_of_ros_2_in_sqlite_is_replayed(tmp_path):
     got = [(s.key, s.payload) for s in bag_messages(tmp_path / "bag", 0.0, heatmaps=True)]
     assert got == [(k, p) for _, k, p in all_messages() if k in kinds]
     assert isinstance(next(bag_messages(tmp_path / "bag", 0.0, heatmaps=True)), RobotMessage)
+
+
+def _bag(folder, *, root="map", camera=True, late_s=0.0):
+    """Write a session whose tf has another root, no camera, or stamps of its own."""
+    writer = SessionWriter(folder, "r")
+    for time_ns, key, payload in all_messages():
+        if key == keys.TF:
+            base, mount = decode_transforms(payload)
+            base = dataclasses.replace(base, parent=root)
+            links = [base, mount] if camera else [base]
+            moved = [
+                dataclasses.replace(t, stamp_ns=t.stamp_ns + round(late_s * 1e9)) for t in links
+            ]
+            writer.add(key, encode_transforms(moved), time_ns, 0.0)
+        else:
+            writer.add(key, payload, time_ns, 0.0)
+    writer.close()
+    return folder
+
+
+def test_the_root_of_tf_is_the_world_of_a_bag_without_map(tmp_path):
+    bag, mapped = _bag(tmp_path / "a", root="odom"), _bag(tmp_path / "b")
+    source = open_source(bag)
+    assert source.note == f"{bag} has no frame 'map': 'odom' is taken as the world"
+    assert open_source(mapped).note == ""
+    poses = [frame.T_world_camera for frame in source.frames()]
+    assert len(poses) > 5
+    np.testing.assert_allclose(poses, [f.T_world_camera for f in open_source(mapped).frames()])
+    config = ReplayConfig(path=bag, start_s=1.0)
+    first = next(messages_of(config, 0, world_of(config)))
+    (same,) = decode_transforms(first.payload)
+    assert (first.at_s, first.key, same.parent, same.child) == (0.0, keys.TF_STATIC, "map", "odom")
+    np.testing.assert_array_equal(same.T_parent_child, np.eye(4))
+
+
+def test_who_comes_after_the_start_of_a_replay_gets_its_fixed_transforms(
+    tmp_path, sessions, free_endpoint
+):
+    router, _ = sessions
+    began, heard = threading.Event(), queue.Queue()
+    subscribe(router, f"r/{keys.COLOR}", lambda _: began.set())
+
+    def come_late():
+        assert began.wait(20.0)
+        subscribe(router, f"r/{keys.TF_STATIC}", heard.put, kept=True)
+
+    late = threading.Thread(target=come_late)
+    late.start()
+    bag = _bag(tmp_path / "s", root="odom")
+    run_replay(ReplayConfig(path=bag, connect=free_endpoint, robot="r", rate=3.0))
+    late.join()
+    (same,) = decode_transforms(heard.get(timeout=5.0))
+    assert (same.parent, same.child) == ("map", "odom")
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["replay"],
+        ["recognise", "--find", "cup"],
+        ["calibrate", "--out", "model.json", "--known", "objects.json"],
+    ],
+)
+def test_a_bag_whose_images_cannot_have_a_pose_is_refused(command, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "objects.json").write_text('{"objects": [], "absent": ["cup"]}')
+    bag = _bag(tmp_path / "s", root="odom", camera=False)
+    assert run([command[0], str(bag), *command[1:]]) == 2
+    error = capsys.readouterr().err
+    assert (
+        "no image has a pose: no way from 'odom' to 'camera_color_optical_frame': nothing names "
+        "'camera_color_optical_frame'; tf has base_link, odom, and there is no tf_static"
+    ) in error
+    assert "ippon replay --no-poses" in error
+
+
+def test_a_bag_whose_poses_are_of_another_time_is_refused(tmp_path):
+    with pytest.raises(DatasetError, match=r"no image can be mapped; .* lacks tf from map to cam"):
+        list(open_source(_bag(tmp_path / "s", late_s=100.0)).frames())
+
+
+def test_the_doctor_says_that_images_cannot_have_a_pose(tmp_path, capsys):
+    assert run(["doctor", str(_bag(tmp_path / "a", camera=False))]) == 0
+    out = capsys.readouterr().out
+    assert "no image has a pose: no way from 'map' to 'camera_color_optical_frame'" in out
+    assert "whole" not in out
+    assert run(["doctor", str(_bag(tmp_path / "b", root="odom"))]) == 0
+    assert "no image has a pose" not in capsys.readouterr().out
+
+
+ROBOT = """
+name: own
+body: {radius_m: 0.3, height_m: 1.0, clearance_m: 0.05}
+motion: {max_speed_m_s: 0.5, max_turn_deg_s: 40}
+camera: {height_m: 1.0, horizontal_fov_deg: 70, width_over_height: 1.6, tilt: 0}
+ros2: {namespace: /own, color: front/rgb, depth: front/range, camera_info: front/info}
+"""
+
+
+@pytest.fixture(scope="module")
+def own_bag(tmp_path_factory):
+    """A bag with raw images on topics of a robot's own names, and another camera's images."""
+    folder = tmp_path_factory.mktemp("own")
+    topics = {
+        keys.COLOR: ("/own/front/rgb", keys.ROS_TYPES[keys.COLOR_RAW]),
+        keys.DEPTH: ("/own/front/range", keys.ROS_TYPES[keys.DEPTH_RAW]),
+        keys.CAMERA_INFO: ("/own/front/info", keys.ROS_TYPES[keys.CAMERA_INFO]),
+        keys.TF: ("/tf", keys.ROS_TYPES[keys.TF]),
+    }
+    other = ("/rear/camera/color/image_raw/compressed", keys.ROS_TYPES[keys.COLOR])
+    with Writer(folder / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        to = {
+            topic: writer.add_connection(*topic, typestore=typestore())
+            for topic in (*topics.values(), other)
+        }
+        for time_ns, key, payload in all_messages():
+            if key == keys.COLOR:
+                writer.write(to[other], time_ns, encode_color(np.zeros((8, 8, 3), "u1"), 0, "rear"))
+            if key in topics:
+                writer.write(to[topics[key]], time_ns, _raw(key, payload))
+    (folder / "own.yaml").write_text(ROBOT)
+    return folder / "bag", folder / "own.yaml"
+
+
+def _raw(key, payload):
+    if key == keys.DEPTH:
+        depth = decode_depth(payload)
+        return encode_depth_raw(depth.depth, depth.stamp_ns, "front")
+    if key == keys.COLOR:
+        color = decode_color(payload)
+        pixels = decompress_color(color.encoded)
+        height, width = pixels.shape[:2]
+        return encode(
+            "sensor_msgs/msg/Image", header=header(color.stamp_ns, "front"), height=height,
+            width=width, encoding="rgb8", is_bigendian=0, step=3 * width, data=pixels.reshape(-1),
+        )  # fmt: skip
+    return payload
+
+
+def test_a_bag_is_read_with_the_names_of_its_robot(own_bag):
+    bag, profile = own_bag
+    frames = list(open_source(bag, names=read_names(str(profile))).frames())
+    assert len(frames) > 5
+    for frame in frames:
+        assert frame.color.shape == (40, 64, 3)
+        np.testing.assert_allclose(frame.depth, 2.0, atol=1e-3)
+    config = ReplayConfig(path=bag, names=read_names(str(profile)))
+    assert {m.key for m in messages_of(config, 0)} == {
+        keys.COLOR, keys.DEPTH_RAW, keys.CAMERA_INFO, keys.TF,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["replay"],
+        ["recognise", "--find", "cup"],
+        ["calibrate", "--out", "model.json", "--known", "objects.json"],
+    ],
+)
+def test_topics_that_a_bag_has_under_other_names_are_listed(command, own_bag, capsys, monkeypatch):
+    bag, profile = own_bag
+    monkeypatch.chdir(bag.parent)
+    assert run([command[0], str(bag), *command[1:]]) == 2
+    error = capsys.readouterr().err
+    assert (
+        "has no topic that ends in camera/depth/image_raw/compressedDepth or "
+        "camera/depth/image_raw, camera/color/camera_info: "
+    ) in error
+    assert "It has /own/front/info (sensor_msgs/msg/CameraInfo), /own/front/range (" in error
+    assert "--profile FILE" in error
+    profile.with_name("none.yaml").write_text(ROBOT.replace("front/range", "front/deep"))
+    assert run([command[0], str(bag), *command[1:], "--profile", "none.yaml"]) == 2
+    error = capsys.readouterr().err
+    assert "image_raw/compressedDepth or camera/depth/image_raw: " in error
 
 
 def test_a_bag_without_depth_is_refused_by_name(tmp_path, capsys):

@@ -1,0 +1,27 @@
+"""Names of the topics of a bag, as the profile of its robot has them."""
+
+from app.recording.channels import Names
+from app.robot_file import read_ros2
+from app.ros2.ippon_ros2.settings import COMPRESSED, STREAMS
+
+
+def read_names(profile: str | None) -> Names:
+    """Return the keys of a robot's topics, by name and type: those that its bridge carries.
+
+    The compressed topics that image_transport puts beside an image are among them.
+
+    Args:
+        profile: Name of a built-in profile, or path of a YAML file; None for no names.
+
+    Raises:
+        RobotFileError: There is no such profile, or it is invalid.
+    """
+    names: dict[tuple[str, str], str] = {}
+    if profile is None:
+        return names
+    for stream, topic in read_ros2(profile).topics.items():
+        for kind, key in STREAMS[stream][1].items() if stream in STREAMS else ():
+            names[topic.name, kind] = key
+            if kind == COMPRESSED:
+                names[f"{topic.name}/{key.rsplit('/', 1)[-1]}", kind] = key
+    return names

@@ -1,0 +1,70 @@
+import numpy as np
+import pytest
+
+from app.messages import keys
+from app.messages.images import encode_camera
+from app.messages.motion import StampedTransform, encode_transforms
+from app.recording.frame_tree import FrameTree
+from ippon.camera import PinholeCamera
+
+OPTICAL = "optical"
+
+
+def tree_of(*moving, fixed=()):
+    tree = FrameTree()
+    tree.add(
+        keys.CAMERA_INFO, encode_camera(PinholeCamera.from_horizontal_fov(4, 3, 1.0), 0, OPTICAL)
+    )
+    for key, edges in ((keys.TF, moving), (keys.TF_STATIC, fixed)):
+        links = [edge.split(">") for edge in edges]
+        transforms = [
+            StampedTransform(stamp_ns=0, parent=a, child=b, T_parent_child=np.eye(4))
+            for a, b in links
+        ]
+        if transforms:
+            tree.add(key, encode_transforms(transforms))
+    return tree
+
+
+MOUNT = ("base_link>link", "link>optical")
+
+
+@pytest.mark.parametrize(
+    ("moving", "world"),
+    [
+        (("odom>base_link",), "odom"),
+        (("map>odom", "odom>base_link"), "map"),
+        (("earth>map", "map>odom", "odom>base_link"), "map"),
+        (("odom>footprint", "footprint>base_link"), "odom"),
+    ],
+)
+def test_the_world_is_map_or_the_root(moving, world):
+    tree = tree_of(*moving, fixed=MOUNT)
+    assert tree.problem() == ""
+    assert tree.world == world
+
+
+@pytest.mark.parametrize(
+    ("moving", "fixed", "why", "names"),
+    [
+        (
+            ("odom>base_link",), (), "no way from 'odom' to 'optical': nothing names 'optical'",
+            "base_link, odom, and there is no tf_static",
+        ),
+        (
+            ("odom>base_link",), ("map>room", *MOUNT),
+            "no way from 'map' to 'base_link': it ends at 'odom'",
+            "base_link, link, map, odom, optical, room",
+        ),
+        (
+            ("odom>base_link",), ("link>optical",),
+            "no way from 'odom' to 'optical': it ends at 'link'", "base_link, link, odom, optical",
+        ),
+        ((), MOUNT, "nothing says where 'base_link' is", "base_link, link, optical"),
+        (("odom>base",), ("base>optical",), "nothing says where 'base_link' is",
+         "base, odom, optical"),
+        ((), (), "nothing says where 'base_link' is", "no frame, and there is no tf_static"),
+    ],
+)  # fmt: skip
+def test_what_is_missing_is_said_with_the_frames_that_there_are(moving, fixed, why, names):
+    assert tree_of(*moving, fixed=fixed).problem() == f"{why}; tf has {names}"
