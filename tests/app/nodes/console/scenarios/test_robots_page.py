@@ -223,19 +223,25 @@ def test_a_robot_that_is_not_there_is_refused(parts):
     assert (answer.status, answer.headers["location"]) == (303, "/")
 
 
-def test_a_page_whose_robot_does_not_answer_names_those_that_do(parts, stage, browser):
+@pytest.fixture
+def lost(parts, stage, browser):
+    """The page of a console whose robot does not answer."""
     console = stage.ConsoleProcess(parts[4], stage.free_port(), robot="site/robot-99")
     window = new_window(browser)
     console.wait_until_up()
     page = window.new_page()
     page.goto(console.url)
-    expect(page.locator("#state")).to_have_text("Waiting")
-    expect(page.locator("#veil-robots")).to_contain_text("Robots that answer here:")
-    _shoot(page, "waiting")
-    link = page.locator("#veil-robots").get_by_role("link").first
-    name = link.inner_text()
-    link.click()
-    expect(page.locator("#robot")).to_have_text(name)
-    expect(page.locator("#veil")).to_be_hidden()
+    yield page
     window.close()
     console.close()
+
+
+def test_a_page_whose_robot_does_not_answer_names_those_that_do(lost):
+    expect(lost.locator("#state")).to_have_text("Waiting")
+    expect(lost.locator("#veil-robots")).to_contain_text("Robots that answer here:")
+    _shoot(lost, "waiting")
+    link = lost.locator("#veil-robots").get_by_role("link").first
+    name = link.inner_text()
+    link.click()
+    expect(lost.locator("#robot")).to_have_text(name)
+    expect(lost.locator("#veil")).to_be_hidden()
