@@ -26,6 +26,8 @@ TICK_S = 0.02
 RETRY_S = 1.0
 CONNECT_S = 3.0
 CHECK_S = 4.0
+ALWAYS_SENT = ("color", "depth", "camera_info", "tf", "tf_static", "odom")
+"""What a robot sends all the time, or has sent once; the others may be silent for long."""
 LAST_SPINS = 4
 END_S = 10.0
 """A middleware whose shutdown hangs for so long is left behind: its traces go to the log."""
@@ -248,6 +250,8 @@ def _check(node: Any, stop: StopFlag) -> int:
         executor.spin_once(timeout_sec=0.1)
     good = True
     for key, stream in node.streams.items():
+        if key in ALWAYS_SENT and not stream.problem and stream.received == 0:
+            stream.problem = f"has a publisher, but nothing came in {CHECK_S:g} s"
         good = good and not stream.problem
         rate = f"{stream.received / CHECK_S:.1f} Hz, {stream.bytes / CHECK_S / 1e6:.2f} MB/s"
         text = stream.problem or f"{stream.type}, {stream.reliability}, {rate}"

@@ -9,7 +9,7 @@ import struct
 import time
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import zenoh
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
@@ -38,8 +38,12 @@ from .settings import (
 )
 from .zenoh_side import stream_publisher
 
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
 logger = logging.getLogger(__name__)
 
+NOBODY = "nobody publishes it"
 DISCOVER_S = 0.5
 MISSING_AFTER_S = 5.0
 """Time without a publisher after which a topic is reported."""
@@ -59,7 +63,7 @@ class Stream:
     received: int = 0
     carried: int = 0
     bytes: int = 0
-    problem: str = "no publisher"
+    problem: str = NOBODY
 
 
 class BridgeNode(Node):  # type: ignore[misc]
@@ -103,7 +107,7 @@ class BridgeNode(Node):  # type: ignore[misc]
                 self._again.discard(key)
                 self.destroy_subscription(self._subscriptions_of.pop(key))
             if key not in self._subscriptions_of:
-                self._try_to_subscribe(key, stream, types.get(stream.topic.name, []))
+                self._try_to_subscribe(key, stream, types)
         for key, topic in self._settings.topics.items():
             if key in PUBLISHED and key not in self._commands:
                 self._try_to_publish(key, topic, types.get(topic.name, []))
@@ -123,12 +127,13 @@ class BridgeNode(Node):  # type: ignore[misc]
                 rows.append((key, topic.name, problem, kind))
         return rows
 
-    def _try_to_subscribe(self, key: str, stream: Stream, types: list[str]) -> None:
+    def _try_to_subscribe(self, key: str, stream: Stream, there: dict[str, list[str]]) -> None:
         topic, accepted = stream.topic, STREAMS[key][1]
+        types = there.get(topic.name, [])
         publishers = self.get_publishers_info_by_topic(topic.name)
         stream.publishers = len(publishers)
         if not publishers:
-            stream.problem = "no publisher"
+            stream.problem = NOBODY + self._others(topic, accepted, there)
             return
         kind = topic.type or next((one for one in accepted if one in types), None)
         if kind is None or kind not in types:
@@ -159,6 +164,17 @@ class BridgeNode(Node):  # type: ignore[misc]
                 "%s is published volatile: what was sent before now is lost; publish it transient "
                 "local", topic.name,
             )  # fmt: skip
+
+    def _others(self, topic: Topic, accepted: Iterable[str], there: dict[str, list[str]]) -> str:
+        """Return the published topics of a fitting type, those of a like name first."""
+        wanted = {topic.type} if topic.type else set(accepted)
+        last = topic.name.rsplit("/", 1)[-1]
+        found = sorted(
+            (name.rsplit("/", 1)[-1] != last, name)
+            for name, types in there.items()
+            if wanted & set(types) and self.count_publishers(name) > 0
+        )
+        return f"; there is {', '.join(name for _, name in found[:4])}" if found else ""
 
     def _carry(self, stream: Stream, limit: RateLimit, put: Any, payload: bytes) -> None:
         stream.received += 1
@@ -245,12 +261,9 @@ class BridgeNode(Node):  # type: ignore[misc]
 
     def _report_missing(self, types: dict[str, list[str]]) -> None:
         for key, stream in self.streams.items():
-            if stream.problem == "no publisher":
-                near = [
-                    n for n in types if n.rsplit("/", 1)[-1] == stream.topic.name.rsplit("/", 1)[-1]
-                ]
-                hint = f"; there is {', '.join(near[:3])}" if near else ""
-                self._report(key, f"{key}: nobody publishes {stream.topic.name}{hint}")
+            if stream.publishers == 0:
+                others = self._others(stream.topic, STREAMS[key][1], types)
+                self._report(key, f"{key}: nobody publishes {stream.topic.name}{others}")
             elif stream.problem:
                 self._report(key, f"{key}: {stream.topic.name} {stream.problem}")
         for key, topic in self._settings.topics.items():

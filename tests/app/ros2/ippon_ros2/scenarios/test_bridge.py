@@ -154,12 +154,31 @@ def test_a_second_bridge_for_the_same_robot_is_refused(rig):
 
 def test_check_says_what_is_there_and_what_is_not(rig):
     check = rig.start_bridge("--check")
-    assert check.child.wait(timeout=30) == 1
+    image = encode_depth_raw(np.full((48, 64), 2.0, np.float32), 5_000_000_000, "camera")
+    while check.child.poll() is None:
+        rig.publish("/scout/camera/depth/image_raw", image)
+        time.sleep(0.1)
+    assert check.child.returncode == 1
     lines = check.log().splitlines()
     assert any(line.startswith("ok") and "camera/depth/image_raw" in line for line in lines)
+    silent = next(line for line in lines if "/scout/odom" in line)
+    assert silent.startswith("MISSING")
+    assert silent.endswith("has a publisher, but nothing came in 4 s")
     wrong = next(line for line in lines if "/scout/bumper" in line)
     assert wrong.startswith("MISSING")
     assert "is std_msgs/msg/Float64; needed: std_msgs/msg/Bool" in wrong
+
+
+def test_check_names_the_topics_that_a_wrong_name_may_mean(rig):
+    section = {**PROFILE["ros2"], "depth": "aligned/depth"}
+    path = rig.folder / "misnamed.yaml"
+    path.write_text(yaml.safe_dump({**PROFILE, "ros2": section}))
+    check = rig.start_bridge("--check", "--profile", str(path))
+    assert check.child.wait(timeout=30) == 1
+    line = next(line for line in check.log().splitlines() if "/scout/aligned/depth" in line)
+    assert line.startswith("MISSING")
+    assert "nobody publishes it; there is" in line
+    assert "/scout/camera/depth/image_raw" in line
 
 
 def test_the_robot_stops_when_the_bridge_is_ended(rig):
