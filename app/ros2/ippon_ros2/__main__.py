@@ -179,7 +179,12 @@ def _connect(endpoint: str, stop: StopFlag) -> zenoh.Session | None:
             return _open(settings)
         except zenoh.ZError as error:  # noqa: PERF203
             if not said:
-                logger.warning("no navigator answers at %s: waiting (%s)", endpoint, error)
+                # What follows in zenoh's text are places in its source.
+                reason = str(error).split(" at /", 1)[0]
+                logger.warning(
+                    "no navigator answers at %s: waiting; is it running, and is the endpoint "
+                    "right? A refused TLS certificate looks the same (%s)", endpoint, reason,
+                )  # fmt: skip
             said = True
             stop.wait(RETRY_S)
     return None
