@@ -32,6 +32,12 @@ def names(group: str) -> tuple[str, ...]:
     return tuple(sorted(_found(group)))
 
 
+def module_of(group: str, name: str) -> str | None:
+    """Return the module that an installed package adds under a name; None for no such name."""
+    point = _found(group).get(name)
+    return None if point is None else point.module
+
+
 def load(group: str, name: str) -> Any:
     """Return an addition.
 

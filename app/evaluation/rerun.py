@@ -63,7 +63,7 @@ def rerun_episode(
         tell(f"the row was made with configuration {row.config_hash}, this is {present}")
     scene = load_home(row.home, coloured_mugs=bool(row.colour))
     spec = _spec(row, scene)
-    prior, method, version = EmbeddedPrior(), method_named(row.method), version_text()
+    prior, method, version = EmbeddedPrior(), method_named(row.method), version_text([row.method])
     clocks = Clocks(wall=time.perf_counter, cpu=time.process_time)
     guidance = Trial(trial, scene, version, clocks, prior).guidance(spec, method)
     root = path / SESSIONS / f"{row.episode_id}.{row.method}"

@@ -149,6 +149,12 @@ class EvaluationFolder:
             return rows
         table = self.path / TABLE_FILE
         if not table.is_file():
+            failed = len(self.errors())
+            if failed:
+                raise EvaluationError(
+                    f"{self.path} holds no results: {failed} episodes ended with an error; see "
+                    f"{self._errors}"
+                )
             raise EvaluationError(
                 f"{self.path} holds no results; make some with `ippon eval run --out {self.path}`"
             )

@@ -16,7 +16,7 @@ from app.evaluation.setup import (
     settings_of,
     trial_of,
 )
-from app.evaluation.version import version_text
+from app.evaluation.version import code_of, version_text
 from app.evaluation.workers.process_workers import ProcessWorkers, Workers
 from app.evaluation.workers.ray_workers import RayWorkers
 from app.evaluation.workers.worker import Job, WorkerSetup, list_home, run_job
@@ -65,9 +65,10 @@ def run_evaluation(
     except ValueError as error:
         raise EvaluationError(str(error)) from error
     check_request(config, methods)
-    version = version_text()
+    version = version_text(methods)
     folder = EvaluationFolder(config.out)
     folder.check_homes(homes)
+    _check_code(folder, methods)
     folder.open_for(settings_of(config, trial, methods, version, mission_changes))
     workers = _workers(config, WorkerSetup(trial=trial, catalogue=catalogue, version=version))
     try:
@@ -78,6 +79,23 @@ def run_evaluation(
     finally:
         workers.close()
     return EvaluationResult(rows=folder.merge() if folder.has_rows() else 0, failed=failed)
+
+
+def _check_code(folder: EvaluationFolder, methods: Sequence[str]) -> None:
+    """Refuse to mix rows of an installed method before and after its code was changed.
+
+    Raises:
+        EvaluationError: The folder has rows that other code has made.
+    """
+    now = {name: code for name in methods if (code := code_of(name)) is not None}
+    if not now or not folder.has_rows():
+        return
+    for row in folder.rows():
+        if row.method in now and now[row.method] not in row.version.split(", "):
+            raise EvaluationError(
+                f"the code of {row.method} has changed since the rows in {folder.path} were made; "
+                "take another --out, or give the changed method another name"
+            )
 
 
 def _workers(config: EvaluationConfig, setup: WorkerSetup) -> Workers:
@@ -160,7 +178,7 @@ def _run(
         if isinstance(outcome, BaseException):
             failed += 1
             folder.write_error(name, trace_of(outcome))
-            observer.advance(f"{name}: {outcome}")
+            observer.advance(f"{name}: {type(outcome).__name__}: {outcome}")
             continue
         for row in outcome:
             folder.write(row)

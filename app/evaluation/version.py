@@ -1,21 +1,48 @@
 """Versions that a row depends on: this program, its commit, and libraries."""
 
+import hashlib
 import importlib.metadata
+import importlib.util
 import os
 import platform
 import subprocess
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
+
+from ippon import extensions
 
 _LIBRARIES: Final = ("numpy", "numba", "ompl", "scipy")
 
 
-def version_text() -> str:
-    """Return the versions on one line: "ippon 0.1.0 1a2b3c4, python 3.11, numpy 2.1.0"."""
+def version_text(methods: Iterable[str]) -> str:
+    """Return the versions on one line: "ippon 0.1.0 1a2b3c4, python 3.11, numpy 2.1.0".
+
+    Args:
+        methods: Of the evaluation; of installed ones the code is named, too, see `code_of`.
+    """
     parts = [f"ippon {importlib.metadata.version('ippon')} {_commit()}"]
     parts.append(f"python {platform.python_version()}")
     parts += [f"{name} {importlib.metadata.version(name)}" for name in _LIBRARIES]
+    parts += [code for name in methods if (code := code_of(name)) is not None]
     return ", ".join(parts)
+
+
+def code_of(method: str) -> str | None:
+    """Return name and digest of the code of an installed method: "mine code 1a2b3c4d".
+
+    All Python files of its package count. None for a method of this program: the commit names it.
+    """
+    module = extensions.module_of(extensions.METHODS, method)
+    spec = None if module is None else importlib.util.find_spec(module.partition(".")[0])
+    if spec is None:
+        return None
+    folders = [Path(folder) for folder in spec.submodule_search_locations or ()]
+    files = sorted(file for folder in folders for file in folder.rglob("*.py"))
+    if not files and spec.origin is not None:
+        files = [Path(spec.origin)]
+    digest = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+    return f"{method} code {digest[:8]}"
 
 
 def _commit() -> str:

@@ -10,19 +10,20 @@ from rich.console import Console
 from rich.table import Table
 
 from app.cli.options.evaluation import EvalReport
+from app.evaluation.report.report_data import ReportData
 from app.evaluation.report.report_files import read_report_data, write_report
-from ippon.evaluation.summary import REFERENCE, Comparison, Effect, MethodSummary
+from ippon.evaluation.summary import Effect, MethodSummary
 
 
 def run_eval_report(command: EvalReport) -> int:
     """Print the table; write report.html and report.json beside the rows."""
-    data = read_report_data(command.folder)
+    data = read_report_data(command.folder, command.reference)
     page = write_report(data)
     if command.json:
         print(json.dumps([json_line(s) for s in data.summaries], indent=1))
     else:
         screen = Console()
-        _print_tables(screen, data.summaries, data.comparisons)
+        _print_tables(screen, data)
         _print_effects(screen, "a correct sentence (with, without)", data.contexts)
         _print_effects(screen, "a known home (second object with and without map)", data.seconds)
         print(f"\n{page}")
@@ -47,9 +48,8 @@ def json_line(s: MethodSummary) -> dict[str, Any]:
     }
 
 
-def _print_tables(
-    screen: Console, summaries: Sequence[MethodSummary], comparisons: Sequence[Comparison]
-) -> None:
+def _print_tables(screen: Console, data: ReportData) -> None:
+    summaries, comparisons = data.summaries, data.comparisons
     heads = ("method", "n", "succ", "SPL", "95 %", "find", "hits", "ms", "×")
     table = _table("means over episodes, 95 % intervals over homes", heads)
     for s in summaries:
@@ -71,9 +71,11 @@ def _print_tables(
         style="dim",
     )
     if not comparisons:
+        if len(summaries) > 1:
+            screen.print(f"no method shares episodes with {data.reference}: see --reference")
         return
     heads = ("method", "n", "SPL", "95 %", "p", "ratio", "succ", "time")
-    pairs = _table(f"{REFERENCE} less each, on the same episodes", heads)
+    pairs = _table(f"{data.reference} less each, on the same episodes", heads)
     for c in comparisons:
         low, high = c.spl.ci95
         pairs.add_row(

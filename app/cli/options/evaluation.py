@@ -29,6 +29,8 @@ class EvalReport:
 
     folder: Positional[Path]
     """Folder that `ippon eval run` wrote."""
+    reference: str = "ippon"
+    """Method that the others are compared with, episode by episode."""
     json: bool = False
     """Print the table as JSON."""
 

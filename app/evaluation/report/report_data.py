@@ -16,6 +16,8 @@ class ReportData:
     rows: Sequence[EpisodeRow]
     summaries: Sequence[MethodSummary]
     comparisons: Sequence[Comparison]
+    """Of the reference with each other method, on the same episodes."""
+    reference: str
     later: Sequence[EpisodeRow]
     """Searches for a second object and their counterparts; not in the tables of means."""
     contexts: Sequence[Effect]

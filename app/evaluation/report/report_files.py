@@ -10,6 +10,7 @@ from app.evaluation.report.report_data import ReportData
 from app.evaluation.report.report_page import report_page
 from app.evaluation.results_folder import EvaluationFolder
 from ippon.evaluation.summary import (
+    REFERENCE,
     compare,
     context_effects,
     second_object_effects,
@@ -18,19 +19,27 @@ from ippon.evaluation.summary import (
 )
 
 
-def read_report_data(path: Path) -> ReportData:
+def read_report_data(path: Path, reference: str = REFERENCE) -> ReportData:
     """Return means, intervals and paired tests of a folder's rows.
 
+    Args:
+        path: The folder.
+        reference: Method that the others are compared with.
+
     Raises:
-        EvaluationError: The folder holds no results, or damaged ones.
+        EvaluationError: The folder holds no results, damaged ones, or none of the reference.
     """
     folder = EvaluationFolder(path)
     rows = folder.rows()
     alone = singles(rows)
+    names = sorted({row.method for row in alone})
+    if reference != REFERENCE and reference not in names:
+        raise EvaluationError(f"{path} has no rows of {reference}; there are {', '.join(names)}")
     return ReportData(
         rows=alone,
         summaries=summarise(alone),
-        comparisons=compare(alone),
+        comparisons=compare(alone, reference),
+        reference=reference,
         later=[row for row in rows if row.kind != "single"],
         contexts=context_effects(rows),
         seconds=second_object_effects(rows),

@@ -18,7 +18,6 @@ from ippon.evaluation.outcome import FAILURES, Failure
 from ippon.evaluation.row import EpisodeRow
 from ippon.evaluation.statistics import PairedDifference
 from ippon.evaluation.summary import (
-    REFERENCE,
     Effect,
     MethodSummary,
     by_method,
@@ -65,7 +64,10 @@ def report_page(data: ReportData) -> str:
         interval_plot(data.summaries),
     ]
     if data.comparisons:
-        parts += [f"<h2>{REFERENCE} against each, on the same episodes</h2>", _pairs_table(data)]
+        parts += [
+            f"<h2>{escape(data.reference)} against each, on the same episodes</h2>",
+            _pairs_table(data),
+        ]
     if data.contexts:
         parts += ["<h2>Effect of a correct sentence</h2>", _effects_table(data.contexts)]
     if data.seconds:

@@ -4,10 +4,12 @@ import os
 import shutil
 import signal
 import time
+from types import SimpleNamespace
 
 import pytest
 
 from app.errors import UsageError
+from app.evaluation import run
 from app.evaluation.config import EvaluationConfig
 from app.evaluation.results_folder import TABLE_FILE, EvaluationFolder
 from app.evaluation.run import run_evaluation
@@ -21,6 +23,18 @@ def test_homes_of_one_name_are_refused_before_anything_starts(room, tmp_path, ob
     with pytest.raises(UsageError, match="have the same name"):
         run_evaluation(EvaluationConfig(out=out, homes=(str(room), str(other))), observer)
     assert not out.exists()
+
+
+def test_rows_of_changed_code_are_not_mixed_with_those_before(tmp_path, monkeypatch):
+    codes = {"mine": "mine code 11111111"}
+    monkeypatch.setattr(run, "code_of", codes.get)
+    row = SimpleNamespace(method="mine", version="ippon 0.1.0 1a2b, mine code 11111111")
+    folder = SimpleNamespace(path=tmp_path, has_rows=lambda: True, rows=lambda: [row])
+    run._check_code(folder, ["ippon", "mine"])
+    codes["mine"] = "mine code 22222222"
+    run._check_code(folder, ["ippon"])
+    with pytest.raises(UsageError, match="the code of mine has changed since the rows in"):
+        run._check_code(folder, ["ippon", "mine"])
 
 
 def _arguments(out, room, workers=1):

@@ -149,3 +149,11 @@ def test_every_episode_says_how_to_watch_it(results, make_row, capsys):
     assert page.count(">recording</a>") == 1
     assert "3 episodes that found the object" in page
     assert "starts with the map of the search before it" in page
+
+
+def test_methods_are_compared_with_the_reference_that_is_named(results, capsys):
+    run_eval_report(EvalReport(folder=results.path, reference="oracle"))
+    assert "oracle less each, on the same episodes" in capsys.readouterr().out
+    assert "oracle against each" in (results.path / "report.html").read_text()
+    with pytest.raises(UsageError, match="has no rows of greedy_nbv; there are ippon, oracle"):
+        run_eval_report(EvalReport(folder=results.path, reference="greedy_nbv"))
