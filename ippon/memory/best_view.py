@@ -66,9 +66,7 @@ def better_views(
         if box is None:
             continue
         score = _score(frame, box)
-        if score >= max(_LEAST_SCORE, BETTER * one.view_score) and _is_visible(
-            frame, T_camera_world, one, box
-        ):
+        if score >= max(_LEAST_SCORE, BETTER * one.view_score) and _is_visible(frame, one, box):
             found.append((score, one, box))
     found.sort(key=lambda view: view[1].view_score - view[0])
     return tuple(
@@ -102,12 +100,7 @@ def _score(frame: Frame, box: tuple[float, float, float, float]) -> float:
     return wide * high / (width * height) * (1.0 - off) * whole if whole >= _LEAST_WHOLE else 0.0
 
 
-def _is_visible(
-    frame: Frame,
-    T_camera_world: Float64Array,
-    one: Instance,
-    box: tuple[float, float, float, float],
-) -> bool:
+def _is_visible(frame: Frame, one: Instance, box: tuple[float, float, float, float]) -> bool:
     """Return whether depth shows enough of the thing's box, and not what is before or behind it."""
     width, height = frame.camera.width, frame.camera.height
     shares = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
@@ -121,7 +114,7 @@ def _is_visible(
     seen = np.stack(
         [(u - camera.cx) / camera.fx * depth, (v - camera.cy) / camera.fy * depth, depth], axis=1
     )
-    off = transform_points(invert_transform(T_camera_world), seen) - np.array(one.position_world)
+    off = transform_points(frame.T_world_camera, seen) - np.array(one.position_world)
     inside = (np.abs(off) <= 0.5 * np.array(one.size_m) + _EDGE_M).all(axis=1) & (depth > 0.0)
     return float(inside.mean()) >= _LEAST_SHOWN
 

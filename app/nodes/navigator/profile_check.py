@@ -105,12 +105,10 @@ def depth_unit_mismatch(frame: Frame) -> str | None:
     The floor tells: in the right unit, many of the pixels that look down at it have its depth. A
     wall before the camera has other depths than the floor in any unit.
     """
-    camera = frame.camera
     height_m = float(frame.T_world_camera[2, 3] - frame.T_world_base[2, 3])
-    v, u = np.mgrid[0 : camera.height : _FLOOR_STRIDE, 0 : camera.width : _FLOOR_STRIDE]
-    rays = np.stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, np.ones(u.shape)])
-    down = -np.tensordot(frame.T_world_camera[2, :3], rays, axes=1)
-    depth = frame.depth[v, u].astype(np.float64)
+    some = np.s_[::_FLOOR_STRIDE, ::_FLOOR_STRIDE]
+    down = -(frame.camera.rays()[some] @ frame.T_world_camera[2, :3])
+    depth = frame.depth[some].astype(np.float64)
     looks_at_floor = (down * _FLOOR_REACH_M > height_m) & (depth > 0.0)
     if height_m <= 0.0 or np.count_nonzero(looks_at_floor) < _FLOOR_LEAST:
         return None

@@ -44,6 +44,12 @@ WIDTH, HEIGHT = 640, 480
 LEVEL = np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]])
 POSES = [make_transform(rotation_z(0.1 * n) @ LEVEL, (0.2 * n, 0.0, 1.5)) for n in range(3)]
 LOST = np.full((4, 4), np.inf)
+READERS = [
+    ["replay"],
+    ["recognise", "--find", "cup"],
+    ["calibrate", "--out", "model.json", "--known", "objects.json"],
+]
+"""Commands that read a bag, with what each needs beside it."""
 
 
 def _images(folder, color, depth, unit_m):
@@ -230,14 +236,7 @@ def test_who_comes_after_the_start_of_a_replay_gets_its_fixed_transforms(
     assert (same.parent, same.child) == ("map", "odom")
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        ["replay"],
-        ["recognise", "--find", "cup"],
-        ["calibrate", "--out", "model.json", "--known", "objects.json"],
-    ],
-)
+@pytest.mark.parametrize("command", READERS)
 def test_a_bag_whose_images_cannot_have_a_pose_is_refused(command, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "objects.json").write_text('{"objects": [], "absent": ["cup"]}')
@@ -327,14 +326,7 @@ def test_a_bag_is_read_with_the_names_of_its_robot(own_bag):
     }  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        ["replay"],
-        ["recognise", "--find", "cup"],
-        ["calibrate", "--out", "model.json", "--known", "objects.json"],
-    ],
-)
+@pytest.mark.parametrize("command", READERS)
 def test_topics_that_a_bag_has_under_other_names_are_listed(command, own_bag, capsys, monkeypatch):
     bag, profile = own_bag
     monkeypatch.chdir(bag.parent)
