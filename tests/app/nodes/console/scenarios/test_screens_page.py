@@ -139,9 +139,12 @@ def test_nothing_is_cut_off_on_a_small_screen_or_enlarged(at_first, width, heigh
     at_first.wait_for_timeout(600)
     assert in_page(at_first, CUT_OFF) == []
     for name in _views(at_first):
-        wrong = in_panels(at_first, CUT_OFF) if name in TABS else in_page(at_first, CUT_OFF)
+        look = in_panels if name in TABS else in_page
+        if look(at_first, CUT_OFF):
+            # viser's tabs can be dragged: while a press on one ends, the panel takes no pointer.
+            at_first.wait_for_timeout(500)
         _keep(at_first, f"{width}-{name}")
-        assert wrong == [], name
+        assert look(at_first, CUT_OFF) == [], name
 
 
 SLOW = """() => {
