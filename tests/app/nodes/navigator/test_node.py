@@ -130,9 +130,9 @@ def idle(launch_shared, shared_endpoint):
 
 @pytest.fixture
 def start_robot(launch, free_endpoint):
-    def start(speed="1"):
-        where = ("--connect", free_endpoint, "--robot", "r", "--home", "3", "--width", "240")
-        return launch("sim", *where, "--speed", speed)
+    def start(home="3", start="0", speed="1"):
+        where = ("--connect", free_endpoint, "--robot", "r", "--home", home, "--start", start)
+        return launch("sim", *where, "--width", "240", "--speed", speed)
 
     return start
 
@@ -154,7 +154,8 @@ def test_a_search_from_the_query_to_the_find_and_on(operator, start_robot, navig
     assert operator.search("bed").position == 1
 
     operator.follow_map()
-    start_robot("max")
+    # The sofa is near, and the bed in another room.
+    start_robot("8", "1", "max")
     # The queued goal starts by itself, on the same map.
     status = operator.wait_for(lambda s: _wants(s, "bed"), follow_map=True)
     assert [(goal.object, goal.outcome) for goal in status.history] == [("sofa", "found")]
