@@ -34,7 +34,7 @@ HUMBLE = Path(__file__).with_name("humble_browser")
 takes the processor's time from the tests and from what they test."""
 KEEP_PICTURES = "IPPON_KEEP_PICTURES"
 """Set it to a folder to keep the pictures that tests take, with scenes in full resolution."""
-SHARPNESS = 1.0 if KEEP_PICTURES in os.environ else 0.4
+SHARPNESS = 1.0 if KEEP_PICTURES in os.environ else 0.2
 """Pixels of a scene for each of the page's: with fewer, the rest of the page stays as it is, and so
 do all places on the screen."""
 PATIENCE_MS = 90_000

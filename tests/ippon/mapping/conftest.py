@@ -85,8 +85,8 @@ def _render_kernel(directions, origin, boxes, depth, seen):
                     a = (boxes[number, axis] - origin[axis]) / directions[v, u, axis]
                     b = (boxes[number, axis + 3] - origin[axis]) / directions[v, u, axis]
                     # A ray along a face has no number on one side: 0 / 0.
-                    near = max(near, a if a < b or b != b else b)
-                    far = min(far, a if a > b or b != b else b)
+                    near = max(near, a if a < b or np.isnan(b) else b)
+                    far = min(far, a if a > b or np.isnan(b) else b)
                 if near <= far and 1e-6 < near < nearest:
                     nearest = near
                     seen[v, u] = number
