@@ -22,7 +22,7 @@ from tests.app.nodes.console.page_checks import (
     in_page,
     in_panels,
 )
-from tests.chromium import KEEP_PICTURES, new_window
+from tests.chromium import KEEP_PICTURES, box_at_rest, new_window
 
 pytestmark = pytest.mark.browser
 
@@ -55,6 +55,9 @@ def at_first(parts):
     page, home = parts
     home.begin_again()
     page.set_viewport_size({"width": 1440, "height": 900})
+    # What the test before showed as another operator's is the robot's again.
+    expect(page.locator("#lease-take")).to_be_visible()
+    box_at_rest(page.frame_locator("#view").locator("[data-dock-region='right']"))
     yield page
     page.evaluate("document.getElementById('help').close()")
     for name in SIDES:
