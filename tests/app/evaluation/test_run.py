@@ -104,6 +104,7 @@ def test_a_killed_run_goes_on_where_it_was(launch, room, tmp_path, capsys):
     assert "holds results of another setup: seed 0 (now 5)" in said
 
 
+@pytest.mark.slow
 def test_a_home_without_the_object_is_a_clear_error(room, tmp_path, capsys):
     arguments = list(_arguments(tmp_path / "out", room))
     arguments[arguments.index("chair,hat")] = "unicorn"
