@@ -159,6 +159,12 @@ def test_processes_with_certificates(shell):
         **near,
     )
     assert "hat" in asked
+    profile, navigator_at = (
+        "IPPON_ZENOH_PROFILE=tls/requester.json5",
+        "--connect tls/127.0.0.1:7447",
+    )
+    assert "hat" in shell.also(f"{profile} ippon control {navigator_at}").finish()
+    shell.also(f"{profile} ippon memory --json {navigator_at} || [ $? = 1 ]").finish()
     console.interrupt()
     key = shell.folder / "tls" / "console.key"
     shutil.copy(key, shell.folder / "key.pem")
