@@ -1,6 +1,7 @@
 // The timeline of a recording: play, seek, marks and notes. The scene above it is the console's.
 
 import { decimal, has, percent, say } from "/assets/words.js";
+import { sumOf } from "/review/outcomes.js";
 
 const KINDS = {
   query: "#56b4e9", levels: "#e69f00", detection: "#f0e442", found: "#009e73", rejected: "#e5322d",
@@ -191,10 +192,11 @@ function compare() {
   row.append(make("td"), ...columns.map((name) => make("th", "", say(`review.compare.${name}`))));
   const body = versus.createTBody();
   for (const [n, s] of session.sessions.entries()) {
+    const sum = sumOf(s.goals);
     const cells = [
-      `${say(n === 0 ? "review.compare.left" : "review.compare.right")}  ${s.name}`, s.object,
-      has(`outcome.${s.outcome}`) ? say(`outcome.${s.outcome}`) : s.outcome, clock(s.duration_s),
-      `${decimal(s.path_length_m, 1)} m`, `${decimal(s.explored_m2, 1)} m²`, percent(s.best_ooi),
+      `${say(n === 0 ? "review.compare.left" : "review.compare.right")}  ${s.name}`, sum.objects,
+      sum.outcome, clock(s.duration_s), `${decimal(s.path_length_m, 1)} m`,
+      `${decimal(s.explored_m2, 1)} m²`, s.best_ooi === null ? "–" : percent(s.best_ooi),
     ];
     const line = body.insertRow();
     for (const cell of cells) line.insertCell().textContent = cell;
@@ -275,7 +277,7 @@ wanted.onkeydown = (event) => {
 };
 link.onclick = async () => {
   const url = `${location.origin}${session.link}#t=${state.position_s.toFixed(1)}`;
-  history.replaceState(null, "", `#t=${state.position_s.toFixed(1)}`);
+  history.replaceState(null, "", url);
   try {
     await navigator.clipboard.writeText(url);
     link.textContent = say("review.link.copied");
