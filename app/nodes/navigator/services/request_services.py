@@ -49,6 +49,7 @@ from app.nodes.navigator.services.saved_search_service import SavedSearchService
 from app.nodes.navigator.services.sentence_service import SentenceService
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.planning.floor_ways import FloorSurvey
+from ippon.rooms.named_rooms import RoomName
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,6 +183,11 @@ class RequestServices:
         self._endpoints = [
             declare_endpoints(session, robot, service, self.authorize) for service in served
         ]
+
+    def hear_of_rooms(self, names: Callable[[], tuple[RoomName, ...]]) -> None:
+        """Let sentences, goals and bids name the map's rooms by the names that people gave them."""
+        for service in (self.bids, self.guidance, self.sentences):
+            service.room_names = names
 
     def authorize(self, message: msgspec.Struct, who: Credential | None) -> None:
         """Accept a command of the lease's holder while there is room for it, and every Stop.
