@@ -59,7 +59,7 @@ def list_sessions(
     if not folder.is_dir():
         raise RecordingError(f"there is no folder {folder}")
     known = {entry.id: entry for entry in _read_cache(folder)}
-    files = _recordings(folder)
+    files = recordings_in(folder)
     entries: list[SessionEntry] = []
     fresh = 0
     for n, path in enumerate(files):
@@ -98,7 +98,8 @@ def picture_of(folder: Path, name: str, entries: list[SessionEntry]) -> bytes | 
     return picture if picture.startswith(JPEG) else None
 
 
-def _recordings(folder: Path) -> list[Path]:
+def recordings_in(folder: Path) -> list[Path]:
+    """Return the recordings in a folder and its sessions' folders, in the order of their names."""
     found: list[Path] = []
     pattern = ""
     for _ in range(MAX_DEPTH):
