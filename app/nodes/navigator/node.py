@@ -250,7 +250,7 @@ class Navigator:
             session, self.config.robot, rooms, self._services.authorize
         )
         self._mission.rooms.set_names(rooms.names)
-        self._services.hear_of_rooms(lambda: rooms.names)
+        self._services.hear_of_rooms(rooms)
         path = memory_path(Path(keep_map)) if keep_map else None
         return MemoryKeeper(
             self._mission.voxel_map,

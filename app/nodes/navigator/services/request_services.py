@@ -49,7 +49,6 @@ from app.nodes.navigator.services.saved_search_service import SavedSearchService
 from app.nodes.navigator.services.sentence_service import SentenceService
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.planning.floor_ways import FloorSurvey
-from ippon.rooms.named_rooms import RoomName
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,10 +183,11 @@ class RequestServices:
             declare_endpoints(session, robot, service, self.authorize) for service in served
         ]
 
-    def hear_of_rooms(self, names: Callable[[], tuple[RoomName, ...]]) -> None:
-        """Let sentences, goals and bids name the map's rooms by the names that people gave them."""
+    def hear_of_rooms(self, rooms: RoomService) -> None:
+        """Let sentences, goals and bids use the names of rooms, and painted regions tell theirs."""
         for service in (self.bids, self.guidance, self.sentences):
-            service.room_names = names
+            service.room_names = lambda: rooms.names
+        self.drive.room_of = rooms.room_of
 
     def authorize(self, message: msgspec.Struct, who: Credential | None) -> None:
         """Accept a command of the lease's holder while there is room for it, and every Stop.
