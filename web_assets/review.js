@@ -3,10 +3,11 @@
 import { decimal, has, percent, say } from "/assets/words.js";
 import { sumOf } from "/review/outcomes.js";
 
-const KINDS = {
-  query: "#56b4e9", levels: "#e69f00", detection: "#f0e442", found: "#009e73", rejected: "#e5322d",
-  contact: "#d55e00", takeover: "#cc79a7", note: "#e8edf3",
-};
+// In the order of the legend; review.css has their colours.
+const KINDS = [
+  "query", "levels", "detection", "found", "confirmed", "rejected", "exhausted", "contact", "takeover", "stopped",
+  "lost", "error", "note",
+];
 const SHOWN_AFTER_S = 0.3;
 const PICTURE_PX = 104;
 const MOST_FOUND = 50;
@@ -100,12 +101,9 @@ async function load(next) {
   for (const m of [...session.marks, ...session.notes]) addMark(m);
   const kinds = new Set([...session.marks, ...session.notes].map((m) => (m.kind === "mark" ? "note" : m.kind)));
   legend.replaceChildren();
-  for (const [kind, color] of Object.entries(KINDS)) {
-    if (!kinds.has(kind)) continue;
+  for (const kind of KINDS.filter((one) => kinds.has(one))) {
     const item = make("span");
-    const dot = make("i");
-    dot.style.background = color;
-    item.append(dot, kindOf(kind));
+    item.append(make("i", kind), kindOf(kind));
     legend.append(item);
   }
   sessions.hidden = !session.has_list;
