@@ -19,6 +19,7 @@ const clock = (s) => `${Math.floor(s / 60)}:${String(Math.floor(s % 60)).padStar
 function card(s) {
   const link = make("a", "card-of-session");
   link.href = `/session/${encodeURIComponent(s.id)}`;
+  link.title = s.id;
   const picture = s.picture_bytes > 0 ? make("img") : make("div", "none", say(s.problem ? "sessions.unreadable" : "sessions.no_picture"));
   if (s.picture_bytes > 0) {
     picture.src = `/review/picture/${encodeURIComponent(s.id)}`;

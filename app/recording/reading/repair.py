@@ -91,6 +91,8 @@ def _rewrite(recording: Recording) -> None:
         partial.replace(path)
         write_bag_metadata(path.parent, path.name, counts, recording.start_ns, recording.end_ns)
     except OSError as error:
+        with suppress(OSError):
+            partial.unlink(missing_ok=True)
         raise RecordingError(f"the repaired {path} cannot be written: {error.strerror}") from error
 
 
