@@ -4,6 +4,7 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Final
 
 from rich.console import Console
 from rich.progress import Progress
@@ -22,7 +23,10 @@ from app.recognition.recognition import (
     recognise,
 )
 from ippon.atomic_file import replace_file
+from ippon.frame import Frame
+from ippon.observation import Heatmap, Observation
 from ippon.observation_model import (
+    ObservationModel,
     ObservationModelError,
     ObservationModels,
     read_observation_model,
@@ -31,6 +35,9 @@ from ippon.segmentation.detectors.vocabulary import closed_vocabulary
 from ippon.segmentation.errors import SegmentationError
 from ippon.segmentation.segmenter import Segmenter
 from ippon.vocabulary import canonical_label
+
+NOTHING_TOLD: Final = 2
+"""Exit status where the network can tell none of the objects."""
 
 
 def run_recognise(command: Recognise) -> int:
@@ -45,17 +52,22 @@ def run_recognise(command: Recognise) -> int:
         source = open_source(command.path, command.floor_m, track=command.track, names=names)
         if source.note:
             print(f"ippon: {source.note}", file=sys.stderr)
-        own = command.observation_model
-        models = ObservationModels([] if own is None else [read_observation_model(own)])
+        path = command.observation_model
+        own = None if path is None else read_observation_model(path)
+        models = ObservationModels([] if own is None else [own])
         recognition = Recognition(objects, models, voxel_size_m=command.voxel_size_m)
         segmenter = segmenter_of(command.segmentation)
         label_of = _labels_of(segmenter, objects, recognition.labels)
+        if not label_of:
+            for name in objects:
+                _print(name, [], as_json=command.json)
+            return NOTHING_TOLD
         with Progress(console=Console(file=sys.stderr), transient=True) as progress:
             task = progress.add_task("frames", total=source.count)
             recognise(
                 source,
                 recognition,
-                lambda frame, labels: segmenter.segment(frame.color, labels, None),
+                lambda frame, labels: _observed(segmenter, frame, labels, own),
                 lambda n: progress.update(task, completed=n),
             )
         for name in objects:
@@ -79,7 +91,17 @@ def run_recognise(command: Recognise) -> int:
             "search for fewer objects per run, or use --voxel-size-m 0.1",
             file=sys.stderr,
         )
-    return 0 if label_of else 2
+    return 0
+
+
+def _observed(
+    segmenter: Segmenter, frame: Frame, labels: Sequence[str], own: ObservationModel | None
+) -> Observation:
+    """Return what the network sees; raises ObservationModelError for a model of another one."""
+    seen = segmenter.segment(frame.color, labels, None)
+    if own is not None:
+        own.check_network(seen.source, seen.kind if isinstance(seen, Heatmap) else "scores")
+    return seen
 
 
 def _labels_of(segmenter: Segmenter, objects: list[str], labels: Sequence[str]) -> dict[str, str]:
