@@ -111,6 +111,11 @@ def _config_of(
     changes = beyond_flags(Navigate, read_config(command.config))
     try:
         profile = read_profile(command.profile)
+        if command.align and (profile.tracks_pose or not profile.takes_velocities):
+            raise UsageError(
+                "--align turns the robot by velocities where it stands, and profile "
+                f"{profile.name} takes none: begin another map with --map FILE"
+            )
         mission = MissionConfig(
             map=map_config(profile, command.voxel_size_m, command.map_memory_mb),
             planner=PlannerConfig(step_budget_s=command.step_budget_s or None),
