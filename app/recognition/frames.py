@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from app.links.robot_streams.assembler import FrameAssembler, assemble
 from app.messages.cdr import MessageError
+from app.nodes.replay.bag_poses import BagPoses
 from app.nodes.replay.datasets import Dataset, DatasetError, open_dataset, read_color, read_depth
 from app.nodes.replay.floor_alignment import align_to_floor, base_below, camera_on_base
-from app.nodes.replay.messages import bag_messages, bag_world, is_bag, world_note
+from app.nodes.replay.messages import TF_ALONE, bag_messages, bag_poses, is_bag
 from app.recording.channels import USUAL, Names
-from app.recording.frame_tree import WORLD
 from ippon.errors import FrameRejectedError
 from ippon.frame import NANOSECONDS, Frame
 from ippon.geometry import Float64Array
@@ -37,15 +37,15 @@ class FrameSource:
     """Transform from the recording's world to the world of the frames: z up, floor at 0."""
     track: bool = False
     """Find the poses by the images; frames without one are left out."""
-    world: str = WORLD
-    """Frame of a bag that is taken as the world."""
+    poses: BagPoses = TF_ALONE
+    """Where the poses of a bag come from."""
     names: Names = field(default_factory=lambda: USUAL)
     """Topics of a bag of a robot that has names of its own."""
 
     @property
     def note(self) -> str:
         """What a user should know of its poses; empty for nothing."""
-        return world_note(self.path, self.world)
+        return self.poses.note(self.path)
 
     @property
     def count(self) -> int | None:
@@ -59,14 +59,19 @@ class FrameSource:
             DatasetError: An image cannot be read, or no image of a bag becomes a frame.
         """
         if self.dataset is None:
-            return _bag_frames(self.path, self.world, self.names)
+            return _bag_frames(self.path, self.poses, self.names)
         if self.track:
             return _tracked_frames(self.dataset)
         return _dataset_frames(self.dataset, self.T_map_world)
 
 
 def open_source(
-    path: Path, floor_m: float | None = None, *, track: bool = False, names: Names = USUAL
+    path: Path,
+    floor_m: float | None = None,
+    *,
+    track: bool = False,
+    names: Names = USUAL,
+    mount: Float64Array | None = None,
 ) -> FrameSource:
     """Open a dataset's folder, a recording or a bag.
 
@@ -75,6 +80,7 @@ def open_source(
         floor_m: Height of a dataset's floor along its up direction; None estimates it.
         track: Find the poses of a dataset by its images; none are read.
         names: Topics of a bag of a robot that has names of its own.
+        mount: T_base_camera, for a bag whose tf does not say it.
 
     Raises:
         DatasetError: The format is unknown, the data are damaged, or no image of a bag can have a
@@ -85,7 +91,8 @@ def open_source(
     if is_bag(path):
         if track:
             raise DatasetError(f"{path} is a bag: only the poses of datasets can be tracked here")
-        return FrameSource(path, None, np.eye(4), world=bag_world(path, names), names=names)
+        poses = bag_poses(path, names, mount)
+        return FrameSource(path, None, np.eye(4), poses=poses, names=names)
     dataset = open_dataset(path, poses=not track)
     if track:
         return FrameSource(path, dataset, np.eye(4), track=True)
@@ -133,9 +140,9 @@ def _frame(
     )
 
 
-def _bag_frames(path: Path, world: str, names: Names) -> Iterator[Frame]:
+def _bag_frames(path: Path, poses: BagPoses, names: Names) -> Iterator[Frame]:
     assembler, count = FrameAssembler(), 0
-    for message in bag_messages(path, 0.0, heatmaps=False, world=world, names=names):
+    for message in bag_messages(path, 0.0, heatmaps=False, poses=poses, names=names):
         try:
             assemble(assembler, message.key, message.payload)
             frame = assembler.take()

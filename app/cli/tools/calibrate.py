@@ -14,7 +14,7 @@ from app.cli.nodes.segment import segmenter_of
 from app.cli.options.recognition import Calibrate
 from app.errors import UsageError
 from app.nodes.replay.datasets import DatasetError
-from app.nodes.replay.robot_names import read_names
+from app.nodes.replay.robot_names import read_mount, read_names
 from app.recognition.calibration import (
     Calibrated,
     CalibrationError,
@@ -38,8 +38,11 @@ def run_calibrate(command: Calibrate) -> int:
     if not command.out.parent.is_dir():
         raise UsageError(f"--out: the folder {command.out.parent} does not exist")
     try:
-        names = read_names(command.profile)
-        sources = [open_source(path, command.floor_m, names=names) for path in command.recordings]
+        names, mount = read_names(command.profile), read_mount(command.profile)
+        sources = [
+            open_source(path, command.floor_m, names=names, mount=mount)
+            for path in command.recordings
+        ]
         for note in filter(None, (source.note for source in sources)):
             print(f"ippon: {note}", file=sys.stderr)
         files = [command.known or path / KNOWN_OBJECTS for path in command.recordings]

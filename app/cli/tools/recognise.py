@@ -13,7 +13,7 @@ from app.cli.nodes.segment import segmenter_of
 from app.cli.options.recognition import Recognise
 from app.errors import UsageError
 from app.nodes.replay.datasets import DatasetError
-from app.nodes.replay.robot_names import read_names
+from app.nodes.replay.robot_names import read_mount, read_names
 from app.recognition.frames import open_source
 from app.recognition.page import page_of
 from app.recognition.recognition import (
@@ -48,8 +48,10 @@ def run_recognise(command: Recognise) -> int:
     if not objects:
         raise UsageError("--find takes comma-separated objects, such as cup,tv")
     try:
-        names = read_names(command.profile)
-        source = open_source(command.path, command.floor_m, track=command.track, names=names)
+        names, mount = read_names(command.profile), read_mount(command.profile)
+        source = open_source(
+            command.path, command.floor_m, track=command.track, names=names, mount=mount
+        )
         if source.note:
             print(f"ippon: {source.note}", file=sys.stderr)
         path = command.observation_model
