@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.links.robot_streams.assembler import FrameAssembler, assemble
+from app.messages import keys
 from app.messages.cdr import MessageError
 from app.nodes.replay.bag_poses import BagPoses
 from app.nodes.replay.datasets import Dataset, DatasetError, open_dataset, read_color, read_depth
@@ -24,6 +25,27 @@ from ippon.tracking.start_pose import AssumedMount
 
 HELD: Final = AssumedMount(height_m=1.3, tilt_rad=math.radians(-20.0))
 """How a recorded camera is held at first, to within half a metre and 35 degrees."""
+FEW: Final = 0.1
+"""Share of images that become no frame which is not worth a word."""
+
+
+@dataclass(slots=True)
+class Tally:
+    """How many images of a recording were read, and how many of them became frames."""
+
+    images: int = 0
+    frames: int = 0
+
+    @property
+    def note(self) -> str:
+        """What a user should know of the others; empty where they are few."""
+        alone = self.images - self.frames
+        if alone <= FEW * self.images:
+            return ""
+        return (
+            f"{alone} of {self.images} colour images were not mapped, for want of a pose or a "
+            "depth image of their time"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,11 +63,20 @@ class FrameSource:
     """Where the poses of a bag come from."""
     names: Names = field(default_factory=lambda: USUAL)
     """Topics of a bag of a robot that has names of its own."""
+    tally: Tally = field(default_factory=Tally)
+    """Counts the images while the frames are read."""
 
     @property
     def note(self) -> str:
         """What a user should know of its poses; empty for nothing."""
         return self.poses.note(self.path)
+
+    def image_name(self, frame: Frame) -> str:
+        """Return what a user finds the colour image of a frame by: its file, or its stamp."""
+        if self.dataset is None:
+            return f"stamp {frame.stamp_ns / NANOSECONDS:.2f} s"
+        stamps = {_stamp_ns(one.time_s): one.color.name for one in self.dataset.frames}
+        return stamps[frame.stamp_ns]
 
     @property
     def count(self) -> int | None:
@@ -58,10 +89,11 @@ class FrameSource:
         Raises:
             DatasetError: An image cannot be read, or no image of a bag becomes a frame.
         """
+        self.tally.images = self.tally.frames = 0
         if self.dataset is None:
-            return _bag_frames(self.path, self.poses, self.names)
+            return _bag_frames(self)
         if self.track:
-            return _tracked_frames(self.dataset)
+            return _tracked_frames(self.dataset, self.tally)
         return _dataset_frames(self.dataset, self.T_map_world)
 
 
@@ -106,18 +138,22 @@ def _dataset_frames(dataset: Dataset, T_map_world: Float64Array) -> Iterator[Fra
         yield _frame(dataset, one.time_s, color, depth, T_map_world @ one.T_world_camera)
 
 
-def _tracked_frames(dataset: Dataset) -> Iterator[Frame]:
+def _tracked_frames(dataset: Dataset, tally: Tally) -> Iterator[Frame]:
     held = HandHeldCamera(dataset.camera, HELD)
-    begun = False
     for one in dataset.frames:
         color = read_color(one.color, dataset.camera)
         depth = read_depth(one.depth, dataset.depth_unit_m)
         tracked = held.track(color, depth)
+        tally.images += 1
         if tracked.T_world_camera is not None:
-            begun = True
+            tally.frames += 1
             yield _frame(dataset, one.time_s, color, depth, tracked.T_world_camera)
-    if not begun:
+    if not tally.frames:
         raise DatasetError(f"{dataset.name}: no frame shows the floor, from which to begin")
+
+
+def _stamp_ns(time_s: float) -> int:
+    return round(NANOSECONDS * time_s)
 
 
 def _frame(
@@ -130,7 +166,7 @@ def _frame(
     T_map_base = base_below(T_map_camera)
     T_base_camera = camera_on_base(T_map_base, T_map_camera)
     return Frame(
-        stamp_ns=round(NANOSECONDS * time_s),
+        stamp_ns=_stamp_ns(time_s),
         color=color,
         depth=depth,
         camera=dataset.camera,
@@ -140,17 +176,18 @@ def _frame(
     )
 
 
-def _bag_frames(path: Path, poses: BagPoses, names: Names) -> Iterator[Frame]:
-    assembler, count = FrameAssembler(), 0
-    for message in bag_messages(path, 0.0, heatmaps=False, poses=poses, names=names):
+def _bag_frames(source: FrameSource) -> Iterator[Frame]:
+    assembler, path, tally = FrameAssembler(), source.path, source.tally
+    for message in bag_messages(path, 0.0, heatmaps=False, poses=source.poses, names=source.names):
+        tally.images += message.key == keys.COLOR
         try:
             assemble(assembler, message.key, message.payload)
             frame = assembler.take()
         except (MessageError, FrameRejectedError):
             continue
         if frame is not None:
-            count += 1
+            tally.frames += 1
             yield frame
-    if not count:
+    if not tally.frames:
         lacks = assembler.missing() or "readable images"
         raise DatasetError(f"{path}: no image can be mapped; the last one lacks {lacks}")

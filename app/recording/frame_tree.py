@@ -156,6 +156,13 @@ class FrameTree:
 
     def problem(self) -> str:
         """Return why no image can have a pose; empty where frames and times lead to the camera."""
+        return self._way_problem() or self._time_problem(self.world)
+
+    def are_apart(self) -> bool:
+        """Whether the frames lead to the camera, and only the times of images and poses do not."""
+        return bool(not self._way_problem() and self._time_problem(self.world))
+
+    def _way_problem(self) -> str:
         world = self.world
         if world == BASE:
             return self._told(f"nothing says where {BASE!r} is")
@@ -164,7 +171,7 @@ class FrameTree:
                 end = self._up(name)[-1]
                 why = f"nothing names {name!r}" if end == name else f"it ends at {end!r}"
                 return self._told(f"no way from {world!r} to {name!r}: {why}")
-        return self._time_problem(world)
+        return ""
 
     def _time_problem(self, world: str) -> str:
         """Return how the images and the poses are apart; empty where they are not."""

@@ -58,6 +58,9 @@ def run_calibrate(command: Calibrate) -> int:
             for source, one in zip(sources, known, strict=True)
         ]
         _read(recordings, segmenter, labels)
+        for source in sources:
+            if source.tally.note:
+                print(f"ippon: {source.path}: {source.tally.note}", file=sys.stderr)
         result = calibrate(recordings, len(labels))
     except (
         DatasetError, SegmentationError, KnownObjectsError, CalibrationError, ValueError,

@@ -72,6 +72,7 @@ def run_recognise(command: Recognise) -> int:
                 lambda frame, labels: _observed(segmenter, frame, labels, own),
                 lambda n: progress.update(task, completed=n),
             )
+        left_out = source.tally.note
         for name in objects:
             label = label_of.get(name)
             finds = [] if label is None else in_own_world(recognition, label, source.T_map_world)
@@ -85,6 +86,8 @@ def run_recognise(command: Recognise) -> int:
         raise UsageError(str(error)) from error
     except OSError as error:
         raise UsageError(f"cannot write {command.page}: {error}") from error
+    if left_out:
+        print(f"ippon: {left_out}", file=sys.stderr)
     if recognition.refused:
         print(f"ippon: {recognition.refused} frames were refused", file=sys.stderr)
     if recognition.dropped:

@@ -113,8 +113,12 @@ def poses_of(
             )
         if not mount and tree.lacks_mount:
             problem += NO_MOUNT
+    what = (
+        "with clocks that agree"
+        if (with_odometry or tree).are_apart()
+        else "with tf and tf_static, and with what is missing (static_transform_publisher)"
+    )
     raise DatasetError(
-        f"{path}: no image has a pose: {problem}. Record again with tf and tf_static, and with "
-        "what is missing (static_transform_publisher), or let the poses be found by the images "
-        "(`ippon replay --no-poses`, and `ippon navigate --profile hand-held`)"
+        f"{path}: no image has a pose: {problem}. Record again {what}, or let the poses be found "
+        "by the images (`ippon replay --no-poses`, and `ippon navigate --profile hand-held`)"
     )

@@ -259,7 +259,7 @@ def test_a_bag_whose_poses_are_of_another_time_is_refused(command, tmp_path, cap
     error = capsys.readouterr().err
     assert (
         "no image has a pose: by their stamps the images end 94.20 s before the first pose of "
-        "'base_link': the clocks of camera and poses differ"
+        "'base_link': the clocks of camera and poses differ. Record again with clocks that agree"
     ) in error
 
 
@@ -287,7 +287,7 @@ def test_a_bag_with_odometry_in_place_of_tf_is_read(tmp_path):
         "Odometry says where the base is; --profile FILE with a fixed `tilt`",
     ):
         open_source(bare)
-    (tmp_path / "own.yaml").write_text(ROBOT.split("ros2:")[0])
+    (tmp_path / "own.yaml").write_text(ROBOT.partition("ros2:")[0])
     mount = read_mount(str(tmp_path / "own.yaml"))
     assert mount[2, 3] == 1.0
     assert read_mount("hand-held") is None
@@ -353,7 +353,7 @@ def test_the_doctor_says_that_images_cannot_have_a_pose(tmp_path, capsys):
     bare = str(_odometry_bag(tmp_path / "d", mount=False))
     assert run(["doctor", bare]) == 1
     assert "--profile FILE with a fixed `tilt` says where the camera is" in capsys.readouterr().out
-    (tmp_path / "own.yaml").write_text(ROBOT.split("ros2:")[0])
+    (tmp_path / "own.yaml").write_text(ROBOT.partition("ros2:")[0])
     assert run(["doctor", bare, "--profile", str(tmp_path / "own.yaml")]) == 0
 
 
@@ -374,6 +374,9 @@ def test_the_doctor_counts_images_without_depth_in_bags_of_others(own_bag, tmp_p
     assert run(["doctor", str(tmp_path / "half")]) == 1
     out = capsys.readouterr().out
     assert "15 of 30 colour images have no depth image within 20 ms of their stamp" in out
+    source = open_source(tmp_path / "half")
+    assert len(list(source.frames())) == 15
+    assert source.tally.note.startswith("15 of 30 colour images were not mapped")
     assert "without" not in out, "what only our recordings hold is not missed in others"
     assert run(["doctor", str(tmp_path)]) == 2
     assert "it holds no .mcap file" in capsys.readouterr().err
