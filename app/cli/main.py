@@ -156,6 +156,10 @@ def _run_tool(command: tools.Tool) -> int:
             from app.cli.tools.ask import run_ask
 
             return run_ask(command)
+        case tools.Control():
+            from app.cli.questions.control import run_control
+
+            return run_control(command)
         case tools.Read():
             from app.cli.tools.read import run_read
 

@@ -11,6 +11,8 @@ class Relay:
     def __init__(self, port):
         self._to = ("127.0.0.1", port)
         self._ends = []
+        self.passed = 0
+        """Bytes that went either way."""
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port = self._listener.getsockname()[1]
         threading.Thread(target=self._accept, daemon=True).start()
@@ -44,6 +46,7 @@ class Relay:
     def _pass_on(self, source, sink):
         with contextlib.suppress(OSError):
             while data := source.recv(65536):
+                self.passed += len(data)
                 sink.sendall(data)
         for end in (source, sink):
             with contextlib.suppress(OSError):

@@ -21,6 +21,7 @@ from app.cli.options.ros2 import Ros2
 from app.cli.options.tools import (
     Ask,
     Config,
+    Control,
     Doctor,
     Export,
     Levels,
@@ -47,6 +48,7 @@ Command = (
     | Annotated[Recognise, subcommand("recognise")]
     | Annotated[Calibrate, subcommand("calibrate")]
     | Annotated[Ask, subcommand("ask")]
+    | Annotated[Control, subcommand("control")]
     | Annotated[Read, subcommand("read")]
     | Annotated[Memory, subcommand("memory")]
     | Annotated[Levels, subcommand("levels")]

@@ -102,6 +102,31 @@ class Ask:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Control:
+    """What a robot does now, and Stop, Pause, Resume and Cancel, from any terminal.
+
+    `ippon control` prints what is searched for, what waits and what was found, with the numbers of
+    the goals. `ippon control stop` stops the robot at once, whoever has control.
+    """
+
+    action: Positional[Literal["show", "stop", "pause", "resume", "cancel"]] = "show"
+    """stop: stand still at once until resume, whoever has control; pause: stand still until resume;
+    cancel: end the present search, or that of a whole tour."""
+    goal: int | None = None
+    """With cancel: number of the only goal to end, also of one that waits."""
+    json: bool = False
+    """Print JSON: the navigator's status, or its answer."""
+    connect: str | None = None
+    """zenoh endpoint of the navigator; by default the navigator running on this machine."""
+    robot: str | None = None
+    """Key prefix of the robot; by default that of the navigator running on this machine."""
+    take: bool = False
+    """Take control from its holder for the duration of the request; stop needs none."""
+    timeout_s: float = 5.0
+    """Time to wait for the navigator."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Read:
     """What is understood of a sentence, without a robot: objects, attributes, places, counts.
 
@@ -222,4 +247,4 @@ class Doctor:
     `ippon replay`."""
 
 
-Tool = User | Export | Ask | Read | Memory | Levels | Profile | Config | Doctor
+Tool = User | Export | Ask | Control | Read | Memory | Levels | Profile | Config | Doctor

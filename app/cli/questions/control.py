@@ -1,0 +1,122 @@
+"""`ippon control`: what a robot does now, and Stop, Pause, Resume and Cancel."""
+
+from collections.abc import Iterator
+
+import msgspec
+import zenoh
+
+from app.cli.options.tools import Control
+from app.cli.tools.levels_table import printable
+from app.cli.tools.navigator_address import find_navigator
+from app.errors import UsageError
+from app.links.network.request_credential import request_credential
+from app.links.network.requests import RequestRefusedError, ask, last_message
+from app.links.network.session import LinkError, open_client
+from app.messages import keys
+from app.messages.control import Accepted, ControlReply, ControlRequest, QueueRequest, decode
+from app.messages.status import GoalStatus, Status, awaited_find
+
+NAME = "ippon control"
+_ENDED = {
+    "found": "found",
+    "out_of_reach": "found, out of reach",
+    "exhausted": "not found",
+    "cancelled": "cancelled",
+}
+
+
+def run_control(command: Control) -> int:
+    """Print the status, or send a request and print the answer."""
+    if command.goal is not None and command.action != "cancel":
+        raise UsageError("--goal goes with cancel: the other actions are about the robot")
+    endpoint, robot = find_navigator(command.connect, command.robot)
+    try:
+        session = open_client(endpoint, command.timeout_s)
+    except LinkError as error:
+        raise UsageError(str(error)) from error
+    try:
+        if command.action == "show":
+            _show(session, robot, command)
+        else:
+            _send(session, robot, command)
+    except (LinkError, RequestRefusedError) as error:
+        raise UsageError(str(error)) from error
+    finally:
+        session.close()  # pyright: ignore[reportUnknownMemberType]
+    return 0
+
+
+def status_lines(status: Status) -> Iterator[str]:
+    """Yield what a robot does, one line a goal, as it is printed."""
+    yield f"{status.robot}: {status.state.replace('_', ' ')}: {status.why}"
+    if status.lease.state != "free":
+        yield f"in control: {status.lease.holder}"
+    now = status.tour or ([status.goal] if status.goal is not None else [])
+    for goal in now:
+        state = _ENDED.get(goal.outcome) or (
+            f"searched for since {status.elapsed_s:.0f} s, {status.path_length_m:.1f} m"
+        )
+        yield f"  {_named(goal)}: {state}{_place(goal)}"
+    for goal in status.queue:
+        yield f"  {_named(goal)}: waits"
+    for goal in status.history:
+        yield f"  {_named(goal)}: {_ENDED.get(goal.outcome, goal.outcome)}{_place(goal)}"
+    find = awaited_find(status)
+    if find is not None:
+        name = find.object.replace("_", " ")
+        yield f"is this the {name}? `ippon ask --confirm last`, or `ippon ask --reject last`"
+
+
+def _named(goal: GoalStatus) -> str:
+    name = goal.display or goal.object.replace("_", " ")
+    context = f", {goal.context}" if goal.context else ""
+    return f"goal {goal.goal_id}, {name}{context}"
+
+
+def _place(goal: GoalStatus) -> str:
+    if goal.position_world is None:
+        return ""
+    x, y, z = goal.position_world
+    confirmed = ", confirmed" if goal.confirmed else ""
+    return f" at ({x:.1f}, {y:.1f}) m, {z:.1f} m high{confirmed}"
+
+
+def _show(session: zenoh.Session, robot: str, command: Control) -> None:
+    status = _status(session, robot, command)
+    if command.json:
+        print(msgspec.json.encode(status).decode(), flush=True)
+        return
+    for line in status_lines(status):
+        print(printable(line), flush=True)
+
+
+def _send(session: zenoh.Session, robot: str, command: Control) -> None:
+    assert command.action != "show"
+    limit_s = command.timeout_s
+    take = command.take and command.action != "stop"
+    waits = command.goal is not None and any(
+        goal.goal_id == command.goal for goal in _status(session, robot, command).queue
+    )
+    with request_credential(session, robot, NAME, limit_s, take=take) as who:
+        if waits and command.goal is not None:
+            queued = QueueRequest(goal_id=command.goal, action="remove")
+            taken = ask(session, f"{robot}/{keys.QUEUE}", queued, Accepted, limit_s, who)
+            said = taken.detail or f"goal {command.goal} is cancelled"
+            answer = msgspec.json.encode(taken)
+        else:
+            asked = ControlRequest(action=command.action, goal_id=command.goal, requester=NAME)
+            reply = ask(session, f"{robot}/{keys.CONTROL}", asked, ControlReply, limit_s, who)
+            said, answer = _said(robot, reply), msgspec.json.encode(reply)
+    print(answer.decode() if command.json else printable(said), flush=True)
+
+
+def _said(robot: str, reply: ControlReply) -> str:
+    detail = f"; {reply.detail}" if reply.detail else ""
+    return f"{robot}: {reply.state.replace('_', ' ')}{detail}"
+
+
+def _status(session: zenoh.Session, robot: str, command: Control) -> Status:
+    message = last_message(session, f"{robot}/{keys.STATUS}", command.timeout_s)
+    if message is None:
+        raise LinkError(f"no navigator of {robot} answered within {command.timeout_s:g} s")
+    return decode(message, Status)

@@ -1,0 +1,67 @@
+"""`ippon control` with a robot as the network shows it."""
+
+import json
+import socket
+
+import pytest
+
+from app.cli.main import run
+from app.messages.status import GoalStatus
+from tests.app.nodes.console.published_home import PublishedHome
+
+
+@pytest.fixture
+def robot():
+    """A robot that searches for the hat, and the words that name it on the command line."""
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        port = listener.getsockname()[1]
+    home = PublishedHome(port)
+    home.where = ("--connect", f"tcp/127.0.0.1:{port}")
+    yield home
+    home.close()
+
+
+def test_what_is_searched_for_what_waits_and_what_was_found(robot, capsys):
+    robot.status_changes = {
+        "queue": [GoalStatus(goal_id=3, object="mug", display="red mug", context="in the kitchen")],
+        "history": [
+            GoalStatus(goal_id=2, object="keys", outcome="found", position_world=(1.0, 2.0, 0.5)),
+            GoalStatus(goal_id=4, object="bed", outcome="exhausted"),
+        ],
+    }
+    assert run(["control", *robot.where]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("ippon: searching: ")
+    assert lines[1].startswith("  goal 1, hat, I left it on the sofa: searched for since ")
+    assert lines[2:5] == [
+        "  goal 3, red mug, in the kitchen: waits",
+        "  goal 2, keys: found at (1.0, 2.0) m, 0.5 m high",
+        "  goal 4, bed: not found",
+    ]
+    assert run(["control", "--json", *robot.where]) == 0
+    assert json.loads(capsys.readouterr().out)["goal"]["object"] == "hat"
+
+
+def test_stop_and_what_is_about_one_goal(robot, capsys):
+    robot.status_changes = {"queue": [GoalStatus(goal_id=3, object="mug")]}
+    assert run(["control", "stop", *robot.where]) == 0
+    assert run(["control", "cancel", "--goal", "3", *robot.where]) == 0
+    assert run(["control", "cancel", *robot.where]) == 0
+    sent = [
+        (key, json.loads(payload)) for key, payload in robot.requests if key in ("control", "queue")
+    ]
+    assert [(key, one["action"], one.get("goal_id")) for key, one in sent] == [
+        ("control", "stop", None),
+        ("queue", "remove", 3),
+        ("control", "cancel", None),
+    ]
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[:2] == ["ippon: stopped", "goal 3 is cancelled"]
+
+
+def test_a_goal_goes_with_cancel_alone_and_a_dead_link_is_an_error(robot, capsys):
+    assert run(["control", "resume", "--goal", "1", *robot.where]) == 2
+    assert "--goal goes with cancel" in capsys.readouterr().err
+    assert run(["control", "stop", "--connect", "tcp/127.0.0.1:1", "--timeout-s", "0.3"]) == 2
+    assert "127.0.0.1:1" in capsys.readouterr().err
