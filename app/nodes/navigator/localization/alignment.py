@@ -21,7 +21,7 @@ from app.messages.control import ControlReply, ControlRequest
 from app.nodes.navigator.command.command_stream import CommandStream
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.frame_intake import FrameIntake
-from app.nodes.navigator.state.map_copy import copy_aside
+from app.nodes.navigator.state.map_aside import copy_aside
 from app.process.stop_signal import StopSignal
 from ippon.command import Command
 from ippon.errors import FrameRejectedError
@@ -226,12 +226,11 @@ class FirstLook:
 
     def _copied(self) -> str:
         """Copy the kept map, and say how to go on."""
-        path, profile = Path(self._config.keep_map), self._config.profile
         try:
-            name = copy_aside(path).name
+            name = copy_aside(Path(self._config.keep_map)).name
         except OSError as error:
             return f"the map as it was could not be kept ({error.strerror})"
-        if profile.tracks_pose or not profile.takes_velocities:
+        if not self._config.profile.takes_velocities:
             return f"the map as it was is kept as {name}; start again with another --map"
         return f"the map as it was is kept as {name}; start again with --align and that --map"
 

@@ -18,7 +18,6 @@ from app.nodes.navigator.localization.alignment import (
     in_map_frame,
     said_registration,
 )
-from app.robot_file import read_profile
 from ippon.command import Command
 from ippon.geometry import invert_transform, make_transform, rotation_z, yaw_of
 from ippon.guidance.language.naming import is_instance_of
@@ -191,8 +190,8 @@ def test_a_first_image_that_contradicts_the_map_is_reported_once(yesterday, tmp_
         copy = name.replace("home.map", "home.map.aside-1")
         assert (tmp_path / copy).read_bytes() == (tmp_path / name).read_bytes() == content
     assert look(None, turned) == ""
-    held = dataclasses.replace(config, profile=read_profile("hand-held"))
-    assert look(yesterday, turned, held).endswith(
+    sent = dataclasses.replace(config, profile=dataclasses.replace(ZED, takes_velocities=False))
+    assert look(yesterday, turned, sent).endswith(
         "home.map.aside-2; start again with another --map"
     )
     path.unlink()
