@@ -35,7 +35,7 @@ def run_eval_run(command: EvalRun) -> int:
 
 
 class TerminalObserver:
-    """Shows a progress bar for each stage; without a terminal, one line for each episode."""
+    """Shows a progress bar for each stage; without a terminal, a line for it and each episode."""
 
     def __init__(self, screen: Console) -> None:
         self._screen = screen
@@ -58,6 +58,8 @@ class TerminalObserver:
     def begin(self, stage: str, total: int) -> None:
         """Show a new bar; see `EvaluationObserver.begin`."""
         self._stop()
+        if not self._screen.is_terminal:
+            self._screen.print(f"{stage} ({total})", highlight=False)
         self._bar = progress_bar(self._screen)
         self._task = self._bar.add_task(stage, total=total, last="")
         self._bar.start()
