@@ -29,6 +29,14 @@ def replace_file(path: Path, content: bytes, *, mode: int = 0o666) -> None:
         raise
 
 
+def aside_name(path: Path) -> Path:
+    """Return a free name beside a file, for a copy that nothing is written over."""
+    number = 1
+    while (aside := path.with_name(f"{path.name}.aside-{number}")).exists():
+        number += 1
+    return aside
+
+
 def set_aside(path: Path) -> Path:
     """Rename a file that cannot be used, so that nothing is written over it.
 
@@ -38,8 +46,6 @@ def set_aside(path: Path) -> Path:
     Raises:
         OSError: It cannot be renamed.
     """
-    number = 1
-    while (aside := path.with_name(f"{path.name}.aside-{number}")).exists():
-        number += 1
+    aside = aside_name(path)
     path.rename(aside)
     return aside

@@ -112,6 +112,23 @@ class ObservationModel:
             "labels": {label: _table_dict(table) for label, table in self.labels.items()},
         }
 
+    def check_network(self, source: str, kind: HeatmapKind) -> None:
+        """Refuse a network that the model is not of: its scores would be weighed by another model.
+
+        Args:
+            source: Name of the network.
+            kind: What it gives.
+
+        Raises:
+            ObservationModelError: It is another network.
+        """
+        if self.kind != kind or self.source not in (source, f"any {kind}"):
+            raise ObservationModelError(
+                f"the observation model is that of {self.source!r} ({self.kind}), and the network "
+                f"is {source!r} ({kind}): its scores are not weighed by it. If it is the same "
+                "network, correct `source` in the file; else run `ippon calibrate` with this one"
+            )
+
     @classmethod
     def parse(cls, content: Mapping[str, Any]) -> "ObservationModel":
         """Read a model.

@@ -132,6 +132,10 @@ export class Goals {
     told.append(make("b", "", name));
     if (goal.context) told.append(make("small", "context", goal.context));
     if (section !== "saved") told.append(make("small", "", stateOf(goal, section)));
+    else if (goal.count !== 1) {
+      const kind = goal.count === "all" ? "all" : "some";
+      told.append(make("small", "", say(`goals.saved.${kind}`, { count: goal.count })));
+    }
     node.dataset.outcome = goal.outcome ?? "saved";
     const row = { key, node, number, isEdited: false };
     acts.append(...this.buttons(section, goal, name, place, row));
@@ -150,7 +154,7 @@ export class Goals {
     });
     const { goal_id, saved_id, object, context } = goal;
     const save = () => change(say("goals.save"), say("goals.save.hint", { name }), {
-      type: "saved", change: { action: "save", object: name, context: context ?? "" },
+      type: "saved", change: { action: "save", object: name, context: context ?? "", goal_id },
     });
     const found = [];
     if (goal.position_world) {

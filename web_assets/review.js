@@ -1,11 +1,13 @@
 // The timeline of a recording: play, seek, marks and notes. The scene above it is the console's.
 
 import { decimal, has, percent, say } from "/assets/words.js";
+import { sumOf } from "/review/outcomes.js";
 
-const KINDS = {
-  query: "#56b4e9", levels: "#e69f00", detection: "#f0e442", found: "#009e73", rejected: "#e5322d",
-  contact: "#d55e00", takeover: "#cc79a7", note: "#e8edf3",
-};
+// In the order of the legend; review.css has their colours.
+const KINDS = [
+  "query", "levels", "detection", "found", "confirmed", "rejected", "exhausted", "contact", "takeover", "stopped",
+  "lost", "error", "note",
+];
 const SHOWN_AFTER_S = 0.3;
 const PICTURE_PX = 104;
 const MOST_FOUND = 50;
@@ -99,12 +101,9 @@ async function load(next) {
   for (const m of [...session.marks, ...session.notes]) addMark(m);
   const kinds = new Set([...session.marks, ...session.notes].map((m) => (m.kind === "mark" ? "note" : m.kind)));
   legend.replaceChildren();
-  for (const [kind, color] of Object.entries(KINDS)) {
-    if (!kinds.has(kind)) continue;
+  for (const kind of KINDS.filter((one) => kinds.has(one))) {
     const item = make("span");
-    const dot = make("i");
-    dot.style.background = color;
-    item.append(dot, kindOf(kind));
+    item.append(make("i", kind), kindOf(kind));
     legend.append(item);
   }
   sessions.hidden = !session.has_list;
@@ -191,10 +190,11 @@ function compare() {
   row.append(make("td"), ...columns.map((name) => make("th", "", say(`review.compare.${name}`))));
   const body = versus.createTBody();
   for (const [n, s] of session.sessions.entries()) {
+    const sum = sumOf(s.goals);
     const cells = [
-      `${say(n === 0 ? "review.compare.left" : "review.compare.right")}  ${s.name}`, s.object,
-      has(`outcome.${s.outcome}`) ? say(`outcome.${s.outcome}`) : s.outcome, clock(s.duration_s),
-      `${decimal(s.path_length_m, 1)} m`, `${decimal(s.explored_m2, 1)} m²`, percent(s.best_ooi),
+      `${say(n === 0 ? "review.compare.left" : "review.compare.right")}  ${s.name}`, sum.objects,
+      sum.outcome, clock(s.duration_s), `${decimal(s.path_length_m, 1)} m`,
+      `${decimal(s.explored_m2, 1)} m²`, s.best_ooi === null ? "–" : percent(s.best_ooi),
     ];
     const line = body.insertRow();
     for (const cell of cells) line.insertCell().textContent = cell;
@@ -275,7 +275,7 @@ wanted.onkeydown = (event) => {
 };
 link.onclick = async () => {
   const url = `${location.origin}${session.link}#t=${state.position_s.toFixed(1)}`;
-  history.replaceState(null, "", `#t=${state.position_s.toFixed(1)}`);
+  history.replaceState(null, "", url);
   try {
     await navigator.clipboard.writeText(url);
     link.textContent = say("review.link.copied");

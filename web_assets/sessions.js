@@ -1,6 +1,7 @@
 // The list of sessions: filter, open one, compare two.
 
-import { decimal, has, say } from "/assets/words.js";
+import { decimal, say } from "/assets/words.js";
+import { outcomeOf, sumOf } from "/review/outcomes.js";
 
 const at = (id) => document.getElementById(id);
 const SHOWN = 120;
@@ -14,11 +15,11 @@ const make = (tag, name, text) => {
   return node;
 };
 const clock = (s) => `${Math.floor(s / 60)}:${String(Math.floor(s % 60)).padStart(2, "0")}`;
-const outcomeOf = (word) => (has(`outcome.${word}`) ? say(`outcome.${word}`) : word);
 
 function card(s) {
   const link = make("a", "card-of-session");
   link.href = `/session/${encodeURIComponent(s.id)}`;
+  link.title = s.id;
   const picture = s.picture_bytes > 0 ? make("img") : make("div", "none", say(s.problem ? "sessions.unreadable" : "sessions.no_picture"));
   if (s.picture_bytes > 0) {
     picture.src = `/review/picture/${encodeURIComponent(s.id)}`;
@@ -27,13 +28,14 @@ function card(s) {
   }
   const body = make("div", "body");
   const top = make("div", "top");
-  top.append(make("span", "", s.object.replaceAll("_", " ") || s.id), make("span", `outcome ${s.outcome}`, outcomeOf(s.outcome)));
+  const sum = sumOf(s.goals);
+  top.append(make("span", "", sum.objects || s.id), make("span", `outcome ${sum.word}`, sum.outcome));
   if (s.problem) {
     body.append(top, make("div", "problem", s.problem));
   } else {
     const figures = `${s.when}  ·  ${clock(s.duration_s)}  ·  ${decimal(s.path_length_m, 1)} m`;
     body.append(
-      top, make("div", "context", s.context || say("sessions.no_context")), make("div", "figures", figures),
+      top, make("div", "context", sum.context || say("sessions.no_context")), make("div", "figures", figures),
       make("div", "figures", s.robot),
     );
   }
@@ -56,8 +58,9 @@ function render() {
   const words = at("words").value.toLowerCase().split(/\s+/).filter(Boolean);
   const outcome = at("outcome").value;
   const fit = all.filter((s) => {
-    const text = `${s.id} ${s.object} ${s.context} ${s.robot} ${s.when} ${s.outcome}`.toLowerCase();
-    return (outcome === "" || s.outcome === outcome) && words.every((w) => text.includes(w));
+    const sum = sumOf(s.goals);
+    const text = `${s.id} ${sum.objects} ${sum.context} ${s.robot} ${s.when} ${sum.outcome}`.toLowerCase();
+    return (outcome === "" || s.goals.some((goal) => goal.outcome === outcome)) && words.every((w) => text.includes(w));
   });
   at("cards").replaceChildren(...fit.slice(0, SHOWN).map(card));
   at("count").textContent = say(fit.length > SHOWN ? "sessions.count.first" : "sessions.count", {
@@ -69,7 +72,7 @@ async function load() {
   const list = await (await fetch("/review/sessions")).json();
   all = list.sessions;
   at("where").textContent = list.folder;
-  const outcomes = [...new Set(all.map((s) => s.outcome).filter(Boolean))].sort();
+  const outcomes = [...new Set(all.flatMap((s) => s.goals.map((goal) => goal.outcome)))].sort();
   for (const word of outcomes) at("outcome").append(new Option(outcomeOf(word), word));
   render();
 }

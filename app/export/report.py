@@ -1,9 +1,11 @@
-"""Report of a session as a self-contained HTML page: pictures, map, plots, events, figures."""
+"""Report of sessions as a self-contained HTML page: figures, map, pictures, plots, events."""
 
 import base64
 import io
 import json
+import shlex
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 from importlib import resources
@@ -16,30 +18,37 @@ from PIL import Image
 
 from app.export.line_plot import line_plot
 from app.export.map_picture import draw_map, extent_of
+from app.export.search_table import (
+    effort_of,
+    is_found,
+    outcome_text,
+    search_table,
+    table,
+    table_row,
+)
 from app.export.session_data import SessionData
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_color
+from app.messages.status import GoalStatus
 from app.recording.notes import read_notes
+from app.recording.session_goals import goals_of, name_of
+from app.recording.timeline import MARKS
 from app.view.colors import GREEN, ORANGE, SKY, hex_of
+from app.view.words import ENGLISH, Words
 
 RESULT_FILE: Final = "result.json"
 REVIEW_URL: Final = "http://127.0.0.1:8080/"
 """Address of `ippon review` with its default port."""
 MAP_PX: Final = 900
 MOST_PICTURES: Final = 10
-OUTCOMES: Final = {
-    "found": "found",
-    "out_of_reach": "found, out of reach",
-    "exhausted": "not found",
-}
 _PICTURED: Final = ("found", "rejected", "confirmed", "detection", "contact")
 """Marks that pictures are shown for, the most important first."""
 _PLOTS: Final = (
-    (1, "Best match", "", hex_of(GREEN)),
-    (2, "Explored", "m²", hex_of(SKY)),
-    (3, "Path", "m", hex_of(SKY)),
-    (4, "Planner and map", "ms", hex_of(ORANGE)),
+    (1, "report.best", "", hex_of(GREEN)),
+    (2, "report.explored", "m²", hex_of(SKY)),
+    (3, "report.path", "m", hex_of(SKY)),
+    (4, "report.step", "ms", hex_of(ORANGE)),
 )
 
 
@@ -49,101 +58,128 @@ class _Moment:
     time_ns: int
 
 
-def write_report(session: SessionData, path: Path) -> None:
-    """Write the page."""
-    title = _title(session)
-    parts = [
-        f"<h1>{escape(title)}</h1><p class=when>{escape(_when(session))}</p>",
-        _figures(session),
-        _searches(session),
-        _map(session),
-        _pictures(session),
-        _plots(session),
-        _events(session),
-        _provenance(session),
+def write_report(session: SessionData, path: Path, say: Words = ENGLISH) -> None:
+    """Write the page of one session."""
+    write_reports([part_of(session, say)], path, say)
+
+
+@dataclass(frozen=True, slots=True)
+class ReportPart:
+    """One session of a report."""
+
+    title: str
+    row: str
+    """Row of the table of sessions."""
+    found: int
+    goals: int
+    body: str
+
+
+def part_of(session: SessionData, say: Words = ENGLISH) -> ReportPart:
+    """Return what a report says of one session."""
+    goals = goals_of(session.timeline)
+    title = _title(session, goals, say)
+    sections = [
+        f"<p class=when>{escape(_when(session, goals))}</p>",
+        _figures(session, goals, say),
+        search_table(session, goals, say),
+        _map(session, say),
+        _pictures(session, say),
+        _plots(session, say),
+        _events(session, say),
+        _provenance(session, say),
     ]
+    return ReportPart(
+        title=title,
+        row=table_row(
+            escape(_started(session)),
+            escape(session.name),
+            escape(title),
+            _seconds(session.recording.duration_s, say),
+            f"{say.number(session.timeline.driven_m(), 1)} m",
+        ),
+        found=sum(is_found(goal) for goal in goals),
+        goals=len(goals),
+        body="".join(sections),
+    )
+
+
+def write_reports(parts: Sequence[ReportPart], path: Path, say: Words = ENGLISH) -> None:
+    """Write the page of several sessions: a table of them, then each; one stands by itself."""
     style = (resources.files("web_assets") / "report.css").read_text("utf-8")
+    if len(parts) == 1:
+        title = parts[0].title
+        body = f"<h1>{escape(title)}</h1>{parts[0].body}"
+    else:
+        found, goals = sum(part.found for part in parts), sum(part.goals for part in parts)
+        title = say("report.sessions", n=len(parts), found=found, all=goals)
+        names = ("start", "session", "result", "recorded", "path")
+        overview = table(names, [part.row for part in parts], say)
+        body = f"<h1>{escape(title)}</h1>{overview}" + "".join(
+            f"<h1>{escape(part.title)}</h1>{part.body}" for part in parts
+        )
     page = (
-        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
-        f"<style>{style}</style></head><body><main>{''.join(parts)}</main></body></html>"
+        f'<!doctype html><html lang="{say.language}"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{escape(title)}</title>"
+        f"<style>{style}</style></head><body><main>{body}</main></body></html>"
     )
     path.write_text(page, "utf-8")
 
 
-def _title(session: SessionData) -> str:
-    last = session.timeline.last
-    if last is None or last.goal is None:
+def _title(session: SessionData, goals: Sequence[GoalStatus], say: Words) -> str:
+    if not goals:
         return session.name
-    name = last.goal.object.replace("_", " ")
-    outcome = OUTCOMES.get(last.goal.outcome, "not finished")
-    return f"Search for {name}: {outcome}"
+    if len(goals) == 1:
+        (goal,) = goals
+        return say("report.search", name=name_of(goal), outcome=outcome_text(goal, say))
+    return say("report.searches", n=len(goals), found=sum(is_found(goal) for goal in goals))
 
 
-def _when(session: SessionData) -> str:
+def _started(session: SessionData) -> str:
     start = time.localtime(session.recording.start_ns * 1e-9)
-    last = session.timeline.last
-    context = last.goal.context if last is not None and last.goal is not None else ""
+    return time.strftime("%Y-%m-%d %H:%M:%S", start)
+
+
+def _when(session: SessionData, goals: Sequence[GoalStatus]) -> str:
+    context = goals[0].context if len(goals) == 1 else ""
     said = f" · “{context}”" if context else ""
-    return f"{time.strftime('%Y-%m-%d %H:%M:%S', start)} · {session.name}{said}"
+    return f"{_started(session)} · {session.name}{said}"
 
 
-def _figures(session: SessionData) -> str:
+def _figures(session: SessionData, goals: Sequence[GoalStatus], say: Words) -> str:
     last = session.timeline.last
-    cells = [("Recorded", f"{session.recording.duration_s:.0f} s")]
-    if last is not None and last.goal is not None:
-        seconds, way = _effort(session, last.goal.goal_id)
-        cells += [("Search time", f"{seconds:.1f} s"), ("Path", f"{way:.1f} m")]
+    cells = [("recorded", _seconds(session.recording.duration_s, say))]
+    if goals:
+        efforts = [effort_of(session, goal.goal_id) for goal in goals]
+        cells += [
+            ("time", f"{say.number(sum(seconds for seconds, _ in efforts), 1)} s"),
+            ("path", f"{say.number(sum(way for _, way in efforts), 1)} m"),
+        ]
     if last is not None:
         cells += [
-            ("Explored", f"{last.explored_m2:.1f} m²"),
-            ("Best match", f"{last.best_ooi:.0%}"),
-            ("Frames", f"{last.frames}"),
+            ("explored", f"{say.number(last.explored_m2, 1)} m²"),
+            # The status says it of its present search alone.
+            *([("best", f"{say.percent(last.best_ooi)}")] if len(goals) < 2 else []),
+            ("frames", f"{last.frames}"),
         ]
     truth = _truth(session)
     if truth is not None:
-        right = "yes" if truth.get("correct") else "no"
+        right = say("report.yes" if truth.get("correct") else "report.no")
         cells += [
-            ("Right object", right),
-            ("SPL", f"{float(truth.get('spl', 0.0)):.2f}"),
-            ("SoftSPL", f"{float(truth.get('soft_spl', 0.0)):.2f}"),
+            ("right", right),
+            ("spl", say.number(float(truth.get("spl", 0.0)), 2)),
+            ("soft_spl", say.number(float(truth.get("soft_spl", 0.0)), 2)),
         ]
-    body = "".join(f"<div><dt>{name}</dt><dd>{value}</dd></div>" for name, value in cells)
+    body = "".join(
+        f"<div><dt>{escape(say(f'report.{name}'))}</dt><dd>{value}</dd></div>"
+        for name, value in cells
+    )
     return f"<dl>{body}</dl>"
 
 
-def _searches(session: SessionData) -> str:
-    """Return a table of the searches if there are several."""
-    last = session.timeline.last
-    goals = [*last.history, *([last.goal] if last.goal else [])] if last is not None else []
-    if len(goals) < 2:
-        return ""
-    rows: list[str] = []
-    for goal in goals:
-        seconds, way = _effort(session, goal.goal_id)
-        cells = (
-            escape(goal.object.replace("_", " ")),
-            escape(goal.context),
-            escape(goal.outcome.replace("_", " ")),
-            f"{seconds:.1f} s",
-            f"{way:.1f} m",
-        )
-        rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
-    names = ("Object", "Context", "Outcome", "Time", "Path")
-    head = "".join(f"<th>{name}</th>" for name in names)
-    return f"<h2>Searches</h2><table><tr>{head}</tr>{''.join(rows)}</table>"
-
-
-def _effort(session: SessionData, goal_id: int) -> tuple[float, float]:
-    """Return duration in seconds and path length in metres of one search, up to its end."""
-    during = [
-        s.status
-        for s in session.timeline.statuses
-        if s.status.goal is not None and s.status.goal.goal_id == goal_id
-    ]
-    # The clock of a search continues while its find waits for an answer.
-    active = [s for s in during if s.goal is not None and s.goal.outcome == "active"] or during[:1]
-    seconds = max((status.elapsed_s for status in active), default=0.0)
-    return seconds, max((status.path_length_m for status in during), default=0.0)
+def _seconds(seconds: float, say: Words) -> str:
+    return f"{say.number(seconds)} s"
 
 
 def _truth(session: SessionData) -> dict[str, Any] | None:
@@ -155,35 +191,36 @@ def _truth(session: SessionData) -> dict[str, Any] | None:
     return truth if isinstance(truth, dict) else None
 
 
-def _map(session: SessionData) -> str:
+def _map(session: SessionData, say: Words) -> str:
     indices, _ = session.scene.voxels.all_voxels()
     voxel_m = session.scene.voxel_size_m
     if voxel_m is None or not len(indices):
-        return "<h2>Map</h2><p>No map was recorded.</p>"
+        return f"<h2>{escape(say('report.map'))}</h2><p>{escape(say('report.map.none'))}</p>"
     frame = extent_of(indices, voxel_m, MAP_PX)
     pictures = [
-        ("Camera colours, with the robot's trajectory", draw_map(session.scene, frame)),
-        ("Probability of the object", draw_map(session.scene, frame, "ooi")),
-        ("Proximity to the object", draw_map(session.scene, frame, "proximity")),
+        ("camera", draw_map(session.scene, frame)),
+        ("ooi", draw_map(session.scene, frame, "ooi")),
+        ("proximity", draw_map(session.scene, frame, "proximity")),
     ]
     body = "".join(
-        f'<figure><img alt="" src="{_png(image)}"><figcaption>{text}</figcaption></figure>'
-        for text, image in pictures
+        f'<figure><img alt="" src="{_png(image)}"><figcaption>'
+        f"{escape(say(f'report.map.{name}'))}</figcaption></figure>"
+        for name, image in pictures
     )
-    return f"<h2>Map from above</h2><div class=pictures>{body}</div>"
+    return f"<h2>{escape(say('report.map'))}</h2><div class=pictures>{body}</div>"
 
 
-def _pictures(session: SessionData) -> str:
+def _pictures(session: SessionData, say: Words) -> str:
     first = session.recording.first(keys.COLOR)
     if first is None:
         return ""
-    moments = [_Moment("Start", first.time_ns)]
+    moments = [_Moment(say("report.start"), first.time_ns)]
     marks = [mark for mark in session.timeline.marks if mark.kind in _PICTURED]
     # If there are many, the most important ones; in the order of the session.
     marks.sort(key=lambda mark: _PICTURED.index(mark.kind))
     marks = sorted(marks[:MOST_PICTURES], key=lambda mark: mark.time_ns)
-    moments += [_Moment(mark.text, mark.time_ns) for mark in marks]
-    moments.append(_Moment("End", session.recording.end_ns))
+    moments += [_Moment(say.said(mark.text), mark.time_ns) for mark in marks]
+    moments.append(_Moment(say("report.end"), session.recording.end_ns))
     figures: list[str] = []
     for moment in moments:
         message = session.recording.latest(keys.COLOR, moment.time_ns)
@@ -196,15 +233,15 @@ def _pictures(session: SessionData) -> str:
             continue
         kind = "jpeg" if encoded.startswith(b"\xff\xd8") else "png"
         source = f"data:image/{kind};base64,{base64.b64encode(encoded).decode()}"
-        at = _clock(moment.time_ns - session.recording.start_ns)
+        at = _clock(moment.time_ns - session.recording.start_ns, say)
         text = f"{at} {escape(moment.title)}"
         figures.append(
             f'<figure><img alt="" src="{source}"><figcaption>{text}</figcaption></figure>'
         )
-    return f"<h2>Camera images</h2><div class=pictures>{''.join(figures)}</div>"
+    return f"<h2>{escape(say('report.images'))}</h2><div class=pictures>{''.join(figures)}</div>"
 
 
-def _plots(session: SessionData) -> str:
+def _plots(session: SessionData, say: Words) -> str:
     statuses = session.timeline.statuses
     if len(statuses) < 2:
         return ""
@@ -223,38 +260,47 @@ def _plots(session: SessionData) -> str:
         np.float64,
     ).T
     body = "".join(
-        line_plot(rows[0], rows[k], name, unit, color) for k, name, unit, color in _PLOTS
+        line_plot(rows[0], rows[k], say(name), unit, color) for k, name, unit, color in _PLOTS
     )
-    return f"<h2>Over time</h2><div class=plots>{body}</div>"
+    return f"<h2>{escape(say('report.plots'))}</h2><div class=plots>{body}</div>"
 
 
-def _events(session: SessionData) -> str:
+def _events(session: SessionData, say: Words) -> str:
     start = session.recording.start_ns
-    rows = [(e.time_ns, e.event.kind, e.event.text) for e in session.timeline.events]
-    rows += [(n.time_ns, n.kind, n.text) for n in read_notes(session.recording.path)]
+    rows = [
+        (e.time_ns, MARKS.get(e.event.kind, ""), say.said(e.event.text))
+        for e in session.timeline.events
+    ]
+    rows += [(n.time_ns, "note", n.text) for n in read_notes(session.recording.path)]
     body = "".join(
-        f"<tr><td>{_moment(at - start)}</td><th>{escape(kind.replace('_', ' '))}</th>"
+        f"<tr><td>{_moment(at - start, say)}</td><th>{escape(_kind(kind, say))}</th>"
         f"<td>{escape(text)}</td></tr>"
         for at, kind, text in sorted(rows)
     )
-    name = escape(session.recording.path.name)
-    hint = (
-        f"<p class=when>A time opens that moment while <code>ippon review {name}</code> runs.</p>"
-    )
-    return f"<h2>Events</h2>{hint}<table>{body}</table>" if body else ""
+    name = shlex.quote(session.name)
+    hint = say("report.events.hint", command=f"<code>ippon review {escape(name)}</code>")
+    head = f"<h2>{escape(say('report.events'))}</h2><p class=when>{hint}</p>"
+    return f"{head}<table>{body}</table>" if body else ""
 
 
-def _moment(nanoseconds: int) -> str:
+def _kind(kind: str, say: Words) -> str:
+    key = f"review.kind.{kind}"
+    return say(key) if say.knows(key) else ""
+
+
+def _moment(nanoseconds: int, say: Words) -> str:
     """Return a time that links to its moment in a review on this machine."""
     seconds = max(0.0, nanoseconds * 1e-9)
-    return f"<a href='{REVIEW_URL}#t={seconds:.1f}'>{_clock(nanoseconds)}</a>"
+    return f"<a href='{REVIEW_URL}#t={seconds:.1f}'>{_clock(nanoseconds, say)}</a>"
 
 
-def _provenance(session: SessionData) -> str:
+def _provenance(session: SessionData, say: Words) -> str:
     versions = session.recording.index.metadata.get("ippon/versions", {})
     words = ", ".join(f"{escape(k)} {escape(v)}" for k, v in versions.items())
-    problems = "".join(f"<p>{escape(text)}</p>" for text in session.recording.index.problems)
-    return f"<h2>Recorded with</h2><p class=when>{words}</p>{problems}"
+    problems = "".join(
+        f"<p>{escape(say.said(text))}</p>" for text in session.recording.index.problems
+    )
+    return f"<h2>{escape(say('report.versions'))}</h2><p class=when>{words}</p>{problems}"
 
 
 def _png(image: NDArray[np.uint8]) -> str:
@@ -263,6 +309,6 @@ def _png(image: NDArray[np.uint8]) -> str:
     return f"data:image/png;base64,{base64.b64encode(out.getvalue()).decode()}"
 
 
-def _clock(nanoseconds: int) -> str:
+def _clock(nanoseconds: int, say: Words) -> str:
     minutes, tenths = divmod(max(0, round(nanoseconds * 1e-8)), 600)
-    return f"{minutes}:{tenths / 10:04.1f}"
+    return f"{minutes}:{say.number(tenths / 10, 1).rjust(4, '0')}"

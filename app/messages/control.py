@@ -187,6 +187,8 @@ class SavedSearchRequest(_Message, frozen=True, omit_defaults=True):
     """What is saved."""
     context: ContextText = ""
     scenario: ScenarioText = "an apartment with different rooms"
+    goal_id: int | None = None
+    """Goal whose attributes and count are saved, too."""
 
 
 class SavedSearch(_Message, frozen=True):
@@ -197,6 +199,10 @@ class SavedSearch(_Message, frozen=True):
     """As it was typed."""
     context: ContextText = ""
     scenario: ScenarioText = "an apartment with different rooms"
+    attributes: list[Attribute] = []
+    """As in `SearchRequest`."""
+    count: Count = 1
+    other: bool = False
 
 
 class SavedSearches(_Message, frozen=True):

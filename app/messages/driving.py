@@ -44,6 +44,8 @@ class PaintedStroke(_Message, frozen=True):
     kind: Literal["look_here", "not_here"]
     strokes: list[tuple[float, float]]
     radius_m: float
+    room: str = ""
+    """Name or type of the room that most of it was in when it was painted; empty for none."""
 
 
 class PaintedRegions(_Message, frozen=True):

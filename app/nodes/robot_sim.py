@@ -46,7 +46,10 @@ PHYSICS_HZ: Final = 50.0
 TF_HZ: Final = 25.0
 WATCHDOG_S: Final = 0.25
 """Silence after which the robot brakes, so that it stands 0.5 s after the last command."""
-LABELS_WAIT_S: Final = 20.0
+LABELS_WAIT_S: Final = 300.0
+"""A navigator's first start compiles, which takes minutes on a busy machine."""
+SILENT_WAIT_S: Final = 5.0
+"""Time after which a wait for the navigator is told."""
 ANSWER_WAIT_S: Final = 30.0
 """Time without an answer, in lock-step, after which the navigator counts as gone."""
 CAMERA_FRAME: Final = "camera_color_optical_frame"
@@ -131,12 +134,19 @@ class RobotSim:
         Raises:
             SimulatedRobotError: No reply within the time.
         """
-        deadline = time.monotonic() + timeout_s
-        while time.monotonic() < deadline:
+        started, is_told = time.monotonic(), False
+        while time.monotonic() < started + timeout_s:
             payload = last_message(self._session, self._key(keys.LABELS), 1.0)
             if payload is not None:
                 self._take_labels(payload)
                 return
+            if not is_told and time.monotonic() > started + SILENT_WAIT_S:
+                is_told = True
+                logger.info(
+                    "waiting for the navigator of %s at %s: at its first start it compiles",
+                    self._config.robot,
+                    self._config.connect,
+                )
             time.sleep(0.1)
         raise SimulatedRobotError(
             f"no navigator publishes labels at {self._key(keys.LABELS)}; is one running at "

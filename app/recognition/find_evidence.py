@@ -21,6 +21,8 @@ from ippon.segmentation.instance_heatmap import heatmap_of_instances
 MOST_IMAGES: Final = 4
 """Number of images shown per find, from different places if possible."""
 _SECTOR_RAD: Final = math.radians(15.0)
+_ALIKE_NATS: Final = 0.3
+"""Difference of log-odds up to which voxels are as probable as each other: 0.03 at p 0.9."""
 _LEAST_DOUBT: Final = 1e-4
 """Least distance of a probability from 0 and 1, so that its log-odds are finite."""
 
@@ -156,7 +158,9 @@ def _places(
 def places_of_voxel(
     evidence: Evidence, likelihood: NDArray[np.float32], expected_nats: float
 ) -> tuple[PlaceSaid, ...]:
-    """Return the evidence by place of the voxel whose places add up to the expected nats.
+    """Return the evidence by place of a voxel whose places add up to the expected nats.
+
+    Of voxels that fit alike it is the one that most images show.
 
     Args:
         evidence: Voxels of a find, and some around it that do not belong to it.
@@ -165,7 +169,9 @@ def places_of_voxel(
     """
     nats = np.log(evidence.values @ likelihood)
     sums = np.add.reduceat(nats, evidence.first)
-    chosen = int(np.argmin(np.abs(sums - expected_nats)))
+    off = np.abs(sums - expected_nats)
+    images = np.add.reduceat(evidence.images, evidence.first)
+    chosen = int(np.argmax(np.where(off <= off.min() + _ALIKE_NATS, images, -1)))
     ends = np.append(evidence.first, len(nats))
     rows = range(int(ends[chosen]), int(ends[chosen + 1]))
     said = [

@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.links.robot_streams.assembler import FrameAssembler, assemble
+from app.messages import keys
 from app.messages.cdr import MessageError
+from app.nodes.replay.bag_poses import BagPoses
 from app.nodes.replay.datasets import Dataset, DatasetError, open_dataset, read_color, read_depth
 from app.nodes.replay.floor_alignment import align_to_floor, base_below, camera_on_base
-from app.nodes.replay.messages import bag_messages, bag_world, is_bag, world_note
+from app.nodes.replay.messages import TF_ALONE, bag_messages, bag_poses, is_bag
 from app.recording.channels import USUAL, Names
-from app.recording.frame_tree import WORLD
 from ippon.errors import FrameRejectedError
 from ippon.frame import NANOSECONDS, Frame
 from ippon.geometry import Float64Array
@@ -24,6 +25,27 @@ from ippon.tracking.start_pose import AssumedMount
 
 HELD: Final = AssumedMount(height_m=1.3, tilt_rad=math.radians(-20.0))
 """How a recorded camera is held at first, to within half a metre and 35 degrees."""
+FEW: Final = 0.1
+"""Share of images that become no frame which is not worth a word."""
+
+
+@dataclass(slots=True)
+class Tally:
+    """How many images of a recording were read, and how many of them became frames."""
+
+    images: int = 0
+    frames: int = 0
+
+    @property
+    def note(self) -> str:
+        """What a user should know of the others; empty where they are few."""
+        alone = self.images - self.frames
+        if alone <= FEW * self.images:
+            return ""
+        return (
+            f"{alone} of {self.images} colour images were not mapped, for want of a pose or a "
+            "depth image of their time"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,15 +59,24 @@ class FrameSource:
     """Transform from the recording's world to the world of the frames: z up, floor at 0."""
     track: bool = False
     """Find the poses by the images; frames without one are left out."""
-    world: str = WORLD
-    """Frame of a bag that is taken as the world."""
+    poses: BagPoses = TF_ALONE
+    """Where the poses of a bag come from."""
     names: Names = field(default_factory=lambda: USUAL)
     """Topics of a bag of a robot that has names of its own."""
+    tally: Tally = field(default_factory=Tally)
+    """Counts the images while the frames are read."""
 
     @property
     def note(self) -> str:
         """What a user should know of its poses; empty for nothing."""
-        return world_note(self.path, self.world)
+        return self.poses.note(self.path)
+
+    def image_name(self, frame: Frame) -> str:
+        """Return what a user finds the colour image of a frame by: its file, or its stamp."""
+        if self.dataset is None:
+            return f"stamp {frame.stamp_ns / NANOSECONDS:.2f} s"
+        stamps = {_stamp_ns(one.time_s): one.color.name for one in self.dataset.frames}
+        return stamps[frame.stamp_ns]
 
     @property
     def count(self) -> int | None:
@@ -58,15 +89,21 @@ class FrameSource:
         Raises:
             DatasetError: An image cannot be read, or no image of a bag becomes a frame.
         """
+        self.tally.images = self.tally.frames = 0
         if self.dataset is None:
-            return _bag_frames(self.path, self.world, self.names)
+            return _bag_frames(self)
         if self.track:
-            return _tracked_frames(self.dataset)
+            return _tracked_frames(self.dataset, self.tally)
         return _dataset_frames(self.dataset, self.T_map_world)
 
 
 def open_source(
-    path: Path, floor_m: float | None = None, *, track: bool = False, names: Names = USUAL
+    path: Path,
+    floor_m: float | None = None,
+    *,
+    track: bool = False,
+    names: Names = USUAL,
+    mount: Float64Array | None = None,
 ) -> FrameSource:
     """Open a dataset's folder, a recording or a bag.
 
@@ -75,6 +112,7 @@ def open_source(
         floor_m: Height of a dataset's floor along its up direction; None estimates it.
         track: Find the poses of a dataset by its images; none are read.
         names: Topics of a bag of a robot that has names of its own.
+        mount: T_base_camera, for a bag whose tf does not say it.
 
     Raises:
         DatasetError: The format is unknown, the data are damaged, or no image of a bag can have a
@@ -85,7 +123,8 @@ def open_source(
     if is_bag(path):
         if track:
             raise DatasetError(f"{path} is a bag: only the poses of datasets can be tracked here")
-        return FrameSource(path, None, np.eye(4), world=bag_world(path, names), names=names)
+        poses = bag_poses(path, names, mount)
+        return FrameSource(path, None, np.eye(4), poses=poses, names=names)
     dataset = open_dataset(path, poses=not track)
     if track:
         return FrameSource(path, dataset, np.eye(4), track=True)
@@ -99,18 +138,22 @@ def _dataset_frames(dataset: Dataset, T_map_world: Float64Array) -> Iterator[Fra
         yield _frame(dataset, one.time_s, color, depth, T_map_world @ one.T_world_camera)
 
 
-def _tracked_frames(dataset: Dataset) -> Iterator[Frame]:
+def _tracked_frames(dataset: Dataset, tally: Tally) -> Iterator[Frame]:
     held = HandHeldCamera(dataset.camera, HELD)
-    begun = False
     for one in dataset.frames:
         color = read_color(one.color, dataset.camera)
         depth = read_depth(one.depth, dataset.depth_unit_m)
         tracked = held.track(color, depth)
+        tally.images += 1
         if tracked.T_world_camera is not None:
-            begun = True
+            tally.frames += 1
             yield _frame(dataset, one.time_s, color, depth, tracked.T_world_camera)
-    if not begun:
+    if not tally.frames:
         raise DatasetError(f"{dataset.name}: no frame shows the floor, from which to begin")
+
+
+def _stamp_ns(time_s: float) -> int:
+    return round(NANOSECONDS * time_s)
 
 
 def _frame(
@@ -123,7 +166,7 @@ def _frame(
     T_map_base = base_below(T_map_camera)
     T_base_camera = camera_on_base(T_map_base, T_map_camera)
     return Frame(
-        stamp_ns=round(NANOSECONDS * time_s),
+        stamp_ns=_stamp_ns(time_s),
         color=color,
         depth=depth,
         camera=dataset.camera,
@@ -133,17 +176,18 @@ def _frame(
     )
 
 
-def _bag_frames(path: Path, world: str, names: Names) -> Iterator[Frame]:
-    assembler, count = FrameAssembler(), 0
-    for message in bag_messages(path, 0.0, heatmaps=False, world=world, names=names):
+def _bag_frames(source: FrameSource) -> Iterator[Frame]:
+    assembler, path, tally = FrameAssembler(), source.path, source.tally
+    for message in bag_messages(path, 0.0, heatmaps=False, poses=source.poses, names=source.names):
+        tally.images += message.key == keys.COLOR
         try:
             assemble(assembler, message.key, message.payload)
             frame = assembler.take()
         except (MessageError, FrameRejectedError):
             continue
         if frame is not None:
-            count += 1
+            tally.frames += 1
             yield frame
-    if not count:
+    if not tally.frames:
         lacks = assembler.missing() or "readable images"
         raise DatasetError(f"{path}: no image can be mapped; the last one lacks {lacks}")

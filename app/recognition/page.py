@@ -23,7 +23,15 @@ figure{margin:0;font-size:13px;color:var(--dim)}figure img{display:block;border-
 .plan{max-width:100%;border-radius:4px;image-rendering:pixelated}
 .find{border-top:1px solid var(--line);padding-top:8px;margin-top:24px}
 .find table{width:auto;min-width:420px}
+@media(max-width:600px){th,td{white-space:normal}.find table{min-width:0}}
 """
+_Images = Mapping[int, tuple[NDArray[np.uint8], str]]
+_LEGEND: Final = (
+    "A place is a direction from the find to the camera, by compass of the plan (0° is its right, "
+    "90° its top), nearer or farther than 2 m. Nats are log-odds: 0 is p 0.5, 2.2 is p 0.9, and "
+    "what speaks against it is negative. The table is that of one voxel, with the images that show "
+    "that voxel; the images of a place count once, by their mean."
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,9 +81,10 @@ def page_of(
         + (f", {recognition.refused} refused" if recognition.refused else "")
         + f". A find is surface with a probability of {FIND_THRESHOLD:g} or more, of a size that "
         "the object can have, recognised in enough of the images that show it well. In the images, "
-        "the box is the network's, and the circle is the centre of the find.</p>",
+        f"the box is the network's, and the circle is the centre of the find. {_world(source)}</p>",
         _overview(sections, [name for name in objects if name not in label_of]),
-        _plan(recognition, next(iter(label_of.values()), None), marks),
+        _plan(recognition, source, next(iter(label_of.values()), None), marks),
+        f'<p class="dim">{_LEGEND}</p>' if marks else "",
         *(_section(one, images, numbers) for one in sections),
     ]
     return (
@@ -86,8 +95,20 @@ def page_of(
     )
 
 
-def _images(source: FrameSource, sections: Sequence[_Section]) -> dict[int, NDArray[np.uint8]]:
-    """Return the images that the page shows, by their number."""
+def _world(source: FrameSource) -> str:
+    """Return which frame the positions are in."""
+    if source.track:
+        return (
+            "Positions are metres in a frame of the tracking's own: z up, floor at 0, origin near "
+            "the first image that shows the floor."
+        )
+    if source.dataset is None:
+        return f"Positions are metres in the frame {escape(source.poses.world)!r}."
+    return "Positions are metres in the world of the recording's own poses."
+
+
+def _images(source: FrameSource, sections: Sequence[_Section]) -> _Images:
+    """Return the images that the page shows and their names, by their number."""
     wanted = {
         one.view.number
         for section in sections
@@ -96,10 +117,10 @@ def _images(source: FrameSource, sections: Sequence[_Section]) -> dict[int, NDAr
     } | {section.best.view.number for section in sections if section.best is not None}
     if not wanted:
         return {}
-    images: dict[int, NDArray[np.uint8]] = {}
+    images: dict[int, tuple[NDArray[np.uint8], str]] = {}
     for n, frame in enumerate(source.frames()):
         if n in wanted:
-            images[n] = np.asarray(frame.color)
+            images[n] = (np.asarray(frame.color), source.image_name(frame))
         if len(images) == len(wanted):
             break
     return images
@@ -125,6 +146,7 @@ def _overview(sections: Sequence[_Section], untold: Sequence[str]) -> str:
 
 def _plan(
     recognition: Recognition,
+    source: FrameSource,
     label: str | None,
     marks: Sequence[tuple[str, tuple[float, float, float]]],
 ) -> str:
@@ -133,17 +155,18 @@ def _plan(
     picture = plan(recognition.map_of(label), marks)
     if picture is None:
         return ""
+    same = np.allclose(source.T_map_world, np.eye(4))
+    axes = ", x to the right, y up" if same else " after its world was turned upright"
     return (
         "<h2>From above</h2>"
         f'<img class="plan" src="{picture}" alt="The place from above, with the finds">'
-        '<p class="dim">Surface below 1.9 m in its colour; x to the right, y up. Numbers are those '
-        "of the finds below.</p>"
+        f'<p class="dim">Surface below 1.9 m in its colour, seen from above{axes}; one square is '
+        f"{100 * recognition.map_of(label).config.voxel_size_m:g} cm. Numbers are those of the "
+        "finds below.</p>"
     )
 
 
-def _section(
-    section: _Section, images: Mapping[int, NDArray[np.uint8]], numbers: Iterator[int]
-) -> str:
+def _section(section: _Section, images: _Images, numbers: Iterator[int]) -> str:
     head = f"<h2>{escape(section.name)}</h2>"
     if section.finds:
         return head + "".join(
@@ -162,7 +185,7 @@ def _find(
     number: int,
     find: RecognisedFind,
     why: FindEvidence,
-    images: Mapping[int, NDArray[np.uint8]],
+    images: _Images,
 ) -> str:
     x, y, z = find.position_world
     figures = "".join(_figure(one, images) for one in why.sightings)
@@ -195,13 +218,13 @@ def _reasons(why: FindEvidence) -> str:
     )
 
 
-def _figure(sighting: Sighting, images: Mapping[int, NDArray[np.uint8]]) -> str:
-    color = images.get(sighting.view.number)
-    if color is None:
+def _figure(sighting: Sighting, images: _Images) -> str:
+    if sighting.view.number not in images:
         return ""
+    color, name = images[sighting.view.number]
     score = "" if sighting.instance is None else f", score {sighting.instance.score:.2f}"
     distance = f", {sighting.distance_m:.1f} m away" if sighting.distance_m > 0.0 else ""
     return (
-        f'<figure><img src="{crop(color, sighting)}" alt="">image {sighting.view.number}{score}'
+        f'<figure><img src="{crop(color, sighting)}" alt="">{escape(name)}{score}'
         f"{distance}</figure>"
     )

@@ -8,9 +8,11 @@ from typing import Final
 
 import msgspec
 
+from app.messages.status import GoalStatus
 from app.recording.errors import RecordingError
 from app.recording.reading.file_index import ByteRange
 from app.recording.reading.recording import Recording
+from app.recording.session_goals import SessionGoal, session_goal
 from app.recording.timeline import timeline_of
 from app.recording.writing.session import SUMMARY, THUMBNAIL, summary_of
 from ippon.atomic_file import replace_file
@@ -37,6 +39,9 @@ class SessionEntry(msgspec.Struct, frozen=True, kw_only=True):
     object: str = ""
     context: str = ""
     outcome: str = ""
+    """Object, context and outcome of the last goal."""
+    goals: list[SessionGoal]
+    """All goals, in the order of their searches."""
     robot: str = ""
     duration_s: float = 0.0
     path_length_m: float = 0.0
@@ -54,7 +59,7 @@ def list_sessions(
     if not folder.is_dir():
         raise RecordingError(f"there is no folder {folder}")
     known = {entry.id: entry for entry in _read_cache(folder)}
-    files = _recordings(folder)
+    files = recordings_in(folder)
     entries: list[SessionEntry] = []
     fresh = 0
     for n, path in enumerate(files):
@@ -93,7 +98,8 @@ def picture_of(folder: Path, name: str, entries: list[SessionEntry]) -> bytes | 
     return picture if picture.startswith(JPEG) else None
 
 
-def _recordings(folder: Path) -> list[Path]:
+def recordings_in(folder: Path) -> list[Path]:
+    """Return the recordings in a folder and its sessions' folders, in the order of their names."""
     found: list[Path] = []
     pattern = ""
     for _ in range(MAX_DEPTH):
@@ -116,6 +122,7 @@ def _read(path: Path, name: str, size: int, changed_ns: int) -> SessionEntry:
             changed_ns=changed_ns,
             picture_offset=0,
             picture_bytes=0,
+            goals=[],
             problem=str(error),
         )
     try:
@@ -134,12 +141,23 @@ def _read(path: Path, name: str, size: int, changed_ns: int) -> SessionEntry:
             object=summary.get("object", ""),
             context=summary.get("context", ""),
             outcome=summary.get("outcome", ""),
+            goals=_goals(summary),
             robot=summary.get("robot", ""),
-            duration_s=_number(summary, "duration_s"),
+            # Recorders of earlier versions counted their wait for the robot in the summary.
+            duration_s=recording.duration_s,
             path_length_m=_number(summary, "path_length_m"),
         )
     finally:
         recording.close()
+
+
+def _goals(summary: dict[str, str]) -> list[SessionGoal]:
+    try:
+        goals = msgspec.json.decode(summary.get("goals", "[]"), type=list[GoalStatus])
+    except msgspec.DecodeError:
+        # A recording of another version has goals of another form.
+        return []
+    return [session_goal(goal) for goal in goals]
 
 
 def _number(summary: dict[str, str], name: str) -> float:

@@ -1,25 +1,61 @@
-"""Which coordinate frame hangs on which, and what is missing on the way to the camera."""
+"""Which coordinate frame hangs on which, when, and what is missing on the way to the camera."""
 
+import struct
 from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import takewhile
 from typing import Final
 
 from app.messages import keys
 from app.messages.images import decode_camera
-from app.messages.motion import StampedTransform, decode_transforms
+from app.messages.motion import StampedTransform, decode_odometry, decode_transforms
+from ippon.frame import NANOSECONDS
 
 WORLD: Final = "map"
 BASE: Final = "base_link"
-TOPICS: Final = (keys.CAMERA_INFO, keys.TF, keys.TF_STATIC)
-"""Topics that tell the frames."""
+ODOMETRY_WORLD: Final = "odom"
+IMAGES: Final = (keys.COLOR, keys.COLOR_RAW)
+TOPICS: Final = (*IMAGES, keys.CAMERA_INFO, keys.TF, keys.TF_STATIC, keys.ODOM)
+"""Topics that tell the frames and their times."""
+NO_MOUNT: Final = (
+    ". Odometry says where the base is; --profile FILE with a fixed `tilt` says where the camera "
+    "is on it"
+)
 MOST_NAMED: Final = 8
+MOST_APART_S: Final = 0.05
+"""How far an image may be from the first or last pose, see `TransformBuffer`."""
+_HEADER: Final = struct.Struct("<iI")
+
+
+@dataclass(slots=True)
+class _Span:
+    """First and last stamp."""
+
+    first_ns: int
+    last_ns: int
+
+    def add(self, stamp_ns: int) -> None:
+        self.first_ns = min(self.first_ns, stamp_ns)
+        self.last_ns = max(self.last_ns, stamp_ns)
+
+
+def image_stamp_ns(payload: bytes) -> int | None:
+    """Return the stamp that an Image or CompressedImage begins with; None for another encoding."""
+    if len(payload) < 4 + _HEADER.size or payload[1] != 1:
+        return None
+    seconds, nanoseconds = _HEADER.unpack_from(payload, 4)
+    return seconds * NANOSECONDS + nanoseconds
 
 
 class FrameTree:
-    """The frames that a recording names."""
+    """The frames that a recording names, and when their poses and the images are from."""
 
     def __init__(self) -> None:
         self._parents: dict[str, str] = {}
+        self._moving: dict[str, _Span] = {}
+        self._images: _Span | None = None
         self._camera: str | None = None
+        self._odometry: tuple[str, str, _Span] | None = None
         self._has_fixed = False
 
     def add(self, key: str, payload: bytes) -> None:
@@ -28,16 +64,85 @@ class FrameTree:
         Raises:
             MessageError: It cannot be decoded.
         """
-        if key == keys.CAMERA_INFO:
+        if key in IMAGES:
+            self._add_image(payload)
+        elif key == keys.CAMERA_INFO:
             self._camera = self._camera or decode_camera(payload).frame_id
+        elif key == keys.ODOM:
+            self._add_odometry(decode_odometry(payload))
         elif key in (keys.TF, keys.TF_STATIC):
             self._has_fixed = self._has_fixed or key == keys.TF_STATIC
-            self.add_transforms(decode_transforms(payload))
+            self.add_transforms(decode_transforms(payload), fixed=key == keys.TF_STATIC)
 
-    def add_transforms(self, transforms: Iterable[StampedTransform]) -> None:
-        """Take the names of transforms; the last parent of a frame applies."""
+    def add_transforms(
+        self, transforms: Iterable[StampedTransform], *, fixed: bool = False
+    ) -> None:
+        """Take the names and times of transforms; the last parent of a frame applies."""
         for transform in transforms:
             self._parents[transform.child] = transform.parent
+            if fixed:
+                self._moving.pop(transform.child, None)
+            else:
+                self._move(transform.child, transform.stamp_ns)
+
+    def _move(self, child: str, stamp_ns: int) -> None:
+        self._moving.setdefault(child, _Span(stamp_ns, stamp_ns)).add(stamp_ns)
+
+    def _add_image(self, payload: bytes) -> None:
+        stamp_ns = image_stamp_ns(payload)
+        if stamp_ns is None:
+            return
+        if self._images is None:
+            self._images = _Span(stamp_ns, stamp_ns)
+        self._images.add(stamp_ns)
+
+    def _add_odometry(self, pose: StampedTransform) -> None:
+        if self._odometry is None:
+            span = _Span(pose.stamp_ns, pose.stamp_ns)
+            self._odometry = (pose.parent or ODOMETRY_WORLD, pose.child, span)
+        self._odometry[2].add(pose.stamp_ns)
+
+    @property
+    def camera(self) -> str:
+        """The camera's frame; empty before its first camera info."""
+        return self._camera or ""
+
+    @property
+    def has_images(self) -> bool:
+        """Whether an image was added, so that times are compared."""
+        return self._images is not None
+
+    @property
+    def odometry_child(self) -> str:
+        """Frame whose pose the odometry is: that of its messages, or `base_link`.
+
+        It is `base_link` where the messages name no frame, or one that tf does not know either.
+        """
+        child = "" if self._odometry is None else self._odometry[1]
+        unknown = child not in self.names and BASE not in self.names and child != self._camera
+        return BASE if not child or unknown else child
+
+    @property
+    def lacks_mount(self) -> bool:
+        """Whether there is odometry, and no transform says where the camera is on the base."""
+        return self._odometry is not None and self.camera not in self._parents
+
+    def with_odometry(self, *, mount: bool) -> "FrameTree | None":
+        """Return the tree with the odometry as a transform; None where it adds nothing.
+
+        Args:
+            mount: A profile says where the camera is on `base_link`, where no transform does.
+        """
+        if self._odometry is None or self.odometry_child in self._parents:
+            return None
+        tree = FrameTree()
+        tree._parents, tree._moving = dict(self._parents), dict(self._moving)
+        tree._images, tree._camera, tree._has_fixed = self._images, self._camera, self._has_fixed
+        tree._parents[self.odometry_child] = self._odometry[0]
+        tree._moving[self.odometry_child] = self._odometry[2]
+        if mount and self.camera and self.camera not in tree._parents:
+            tree._parents[self.camera] = BASE
+        return tree
 
     @property
     def names(self) -> set[str]:
@@ -50,7 +155,14 @@ class FrameTree:
         return WORLD if WORLD in self.names else self._up(BASE)[-1]
 
     def problem(self) -> str:
-        """Return why no image can have a pose; empty where the frames lead to the camera."""
+        """Return why no image can have a pose; empty where frames and times lead to the camera."""
+        return self._way_problem() or self._time_problem(self.world)
+
+    def are_apart(self) -> bool:
+        """Whether the frames lead to the camera, and only the times of images and poses do not."""
+        return bool(not self._way_problem() and self._time_problem(self.world))
+
+    def _way_problem(self) -> str:
         world = self.world
         if world == BASE:
             return self._told(f"nothing says where {BASE!r} is")
@@ -59,6 +171,26 @@ class FrameTree:
                 end = self._up(name)[-1]
                 why = f"nothing names {name!r}" if end == name else f"it ends at {end!r}"
                 return self._told(f"no way from {world!r} to {name!r}: {why}")
+        return ""
+
+    def _time_problem(self, world: str) -> str:
+        """Return how the images and the poses are apart; empty where they are not."""
+        images = self._images
+        if images is None:
+            return ""
+        ways = (takewhile(lambda name: name != world, self._up(end)) for end in (BASE, self.camera))
+        for span, name in ((self._moving.get(name), name) for way in ways for name in way):
+            if span is None:
+                continue
+            early_s = (span.first_ns - images.last_ns) / NANOSECONDS
+            late_s = (images.first_ns - span.last_ns) / NANOSECONDS
+            if max(early_s, late_s) > MOST_APART_S:
+                how = "before the first" if early_s > late_s else "after the last"
+                verb = "end" if early_s > late_s else "begin"
+                return (
+                    f"by their stamps the images {verb} {max(early_s, late_s):.2f} s {how} pose of "
+                    f"{name!r}: the clocks of camera and poses differ"
+                )
         return ""
 
     def _told(self, text: str) -> str:

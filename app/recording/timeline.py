@@ -4,6 +4,7 @@ The recorder attaches it to the file, so that a long recording opens without bei
 without one it is built by reading the messages.
 """
 
+import itertools
 import math
 from typing import Final, Literal
 
@@ -109,6 +110,11 @@ class SessionTimeline(msgspec.Struct, kw_only=True):
         except (MessageError, msgspec.DecodeError):
             # The reader of the file counts broken messages.
             return
+
+    def driven_m(self) -> float:
+        """Return the length of the way over the floor, metres."""
+        points = [(p.x, p.y) for p in self.trail]
+        return sum(math.dist(a, b) for a, b in itertools.pairwise(points))
 
     def _take_status(self, status: Status, time_ns: int) -> None:
         before = self.last

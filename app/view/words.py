@@ -79,7 +79,7 @@ class Words:
 
     def _script(self) -> str:
         """Return what the scripts of a page need of the table, as JSON inside HTML."""
-        apart = ("panel.", SAID)
+        apart = ("panel.", "report.", SAID)
         table = {key: text for key, text in self._table.items() if not key.startswith(apart)}
         packed = json.dumps({"language": self.language, "table": table}, ensure_ascii=False)
         return packed.replace("<", "\\u003c")

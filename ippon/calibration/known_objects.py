@@ -98,7 +98,7 @@ def _objects(content: Mapping[str, Any], name: str) -> tuple[KnownObject, ...]:
 
 def _object(item: Any, where: str) -> KnownObject:
     try:
-        x, y, z = (float(c) for c in item["centre_world"])
+        x, y, z = _position(item["centre_world"])
         label, size_m = canonical_label(str(item["label"])), float(item.get("about_m", 0.3))
     except (KeyError, TypeError, ValueError) as error:
         what = f"{error} is missing" if isinstance(error, KeyError) else str(error)
@@ -109,3 +109,12 @@ def _object(item: Any, where: str) -> KnownObject:
             f"0 to {MAX_SIZE_M:g}; got {item!r}"
         )
     return KnownObject(label=label, centre_world=(x, y, z), about_m=size_m)
+
+
+def _position(value: Any) -> tuple[float, float, float]:
+    if not isinstance(value, list):
+        raise TypeError(f"centre_world is [x, y, z] in metres; got {value!r}")
+    at: list[Any] = value
+    if len(at) != 3:
+        raise ValueError(f"centre_world is [x, y, z] in metres; got {at!r}")
+    return float(at[0]), float(at[1]), float(at[2])

@@ -1,6 +1,7 @@
 """The embedded prior: proximity levels from the knowledge table, without a network."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 
 from ippon.guidance.context_rating import rate_by_claims
 from ippon.guidance.knowledge import Entry, Knowledge, load_knowledge
@@ -25,7 +26,11 @@ class EmbeddedPrior:
         singular("gazebos")
 
     def levels(
-        self, ooi: ResolvedObject | str, context: str, vocabulary: Sequence[str]
+        self,
+        ooi: ResolvedObject | str,
+        context: str,
+        vocabulary: Sequence[str],
+        rooms: Collection[str] = (),
     ) -> Guidance:
         """Rate the proximity of every common object to the goal (Sec. Semantic Guidance).
 
@@ -33,20 +38,23 @@ class EmbeddedPrior:
             ooi: The goal, as typed or resolved.
             context: The operator's context; may be empty.
             vocabulary: Labels of the common objects.
+            rooms: Names of the map's rooms, as words in lower case; they say nothing of levels.
 
         Raises:
             ValueError: `ooi` contains no word.
         """
         goal = resolve_object(ooi, vocabulary) if isinstance(ooi, str) else ooi
-        reading = read_context(context, vocabulary, ooi=goal.concept or goal.canonical)
+        reading = read_context(context, vocabulary, ooi=goal.concept or goal.canonical, rooms=rooms)
+        claims = tuple(replace(c, room=None) if c.room in rooms else c for c in reading.claims)
+        claims = tuple(claim for claim in claims if claim.place not in rooms)
         entry = self._entry(goal)
-        rows = tuple(self._row(label, entry, goal, reading.claims) for label in vocabulary)
+        rows = tuple(self._row(label, entry, goal, claims) for label in vocabulary)
         return Guidance(
             ooi=goal.canonical,
             context=context,
             provider=PROVIDER,
             rows=rows,
-            notes=(*self._notes(goal, entry, reading.claims), *reading.notes),
+            notes=(*self._notes(goal, entry, claims), *reading.notes),
         )
 
     def _row(

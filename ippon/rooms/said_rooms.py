@@ -5,6 +5,7 @@ room"). The weight of a room is the ratio of its probability to be the one that 
 probability of any room, within bounds: no room is excluded.
 """
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -20,6 +21,7 @@ from ippon.guidance.rating import words
 from ippon.rooms.named_rooms import RoomName, names_by_part
 from ippon.rooms.room_inference import Rooms
 
+_ZIMMER_OF: Final = re.compile(r"^(\w+)s zimmer$")
 _BESIDE: Final = frozenset(
     {"near", "next to", "between", "behind", "in front of", "under", "above"}
 )
@@ -116,6 +118,26 @@ def read_said_rooms(
             SaidRoom(place=said, kind=_kind_of(said), negated=claim.negated, firm=claim.firm),
         )
     return tuple(found.values())
+
+
+def known_rooms(context: str, names: Iterable[str]) -> frozenset[str]:
+    """Return the words that name rooms of the map, and neither a type nor a thing, in lower case.
+
+    Args:
+        context: Free text.
+        names: Names that people have given to rooms.
+    """
+    given = frozenset(filter(None, map(_plain, names)))
+    said = frozenset(
+        phrase
+        for phrase in room_phrases(context)
+        if any(_same_name(name, phrase, _kind_of(phrase)) for name in given)
+    )
+    knowledge = load_knowledge()
+    names_only = given | said
+    return frozenset(
+        name for name in names_only if not (knowledge.room(name) or knowledge.find(name))
+    )
 
 
 def weigh_rooms(
@@ -235,12 +257,20 @@ def _ratio(
 
 def _is_same(name: str, said: SaidRoom) -> bool:
     """Tell whether a given name is that of a room that was said."""
-    given = _plain(name)
-    if _key(given) == _key(said.place):
+    return _same_name(_plain(name), said.place, said.kind)
+
+
+def _same_name(given: str, place: str, kind: str) -> bool:
+    if _key(given) == _key(place) or _key(_in_english(given)) == _key(_in_english(place)):
         return True
     # "Anna's bedroom" may have been named "Anna".
-    owner = _owner(said.place)
-    return bool(owner) and owner == _owner(given) and "" in (_kind_of(given), said.kind)
+    owner = _owner(place)
+    return bool(owner) and owner == _owner(given) and "" in (_kind_of(given), kind)
+
+
+def _in_english(name: str) -> str:
+    """Return a German name of a room as it is said in English: "annas zimmer", "zimmer 12"."""
+    return _ZIMMER_OF.sub(r"\1's room", name).replace("zimmer ", "room ")
 
 
 def _plain(name: str) -> str:

@@ -172,3 +172,15 @@ def test_an_invalid_model_file_is_rejected_with_a_reason(tmp_path, content, text
     (tmp_path / "model.json").write_text(content)
     with pytest.raises(ObservationModelError, match=text):
         read_observation_model(tmp_path / "model.json")
+
+
+def test_a_model_of_another_network_is_refused():
+    table = ScoreTable(scores=(0.3, 0.6), nats=(0.0, 6.0))
+    own = ObservationModel(source="yolo", kind="scores", table=table, provenance="x")
+    own.check_network("yolo", "scores")
+    ObservationModel(source="any scores", kind="scores", table=table, provenance="x").check_network(
+        "nanodet", "scores"
+    )
+    for source, kind in (("nanodet", "scores"), ("yolo", "distribution")):
+        with pytest.raises(ObservationModelError, match=f"of 'yolo' .* network is '{source}'"):
+            own.check_network(source, kind)

@@ -41,6 +41,7 @@ from ippon.observation_model import (
     read_observation_model,
 )
 from ippon.planning.config import PlannerConfig
+from ippon.segmentation.detectors.detector import source_name
 from ippon.vocabulary import MATTERPORT_40
 
 logger = logging.getLogger(__name__)
@@ -110,6 +111,11 @@ def _config_of(
     changes = beyond_flags(Navigate, read_config(command.config))
     try:
         profile = read_profile(command.profile)
+        if command.align and (profile.tracks_pose or not profile.takes_velocities):
+            raise UsageError(
+                "--align turns the robot by velocities where it stands, and profile "
+                f"{profile.name} takes none: begin another map with --map FILE"
+            )
         mission = MissionConfig(
             map=map_config(profile, command.voxel_size_m, command.map_memory_mb),
             planner=PlannerConfig(step_budget_s=command.step_budget_s or None),
@@ -123,7 +129,7 @@ def _config_of(
             profile=profile,
             detector=read_detector(command.profile),
             camera_clock_offset_s=read_clock_offset(command.profile),
-            observation_model=_observation_model(command.observation_model),
+            observation_model=_observation_model(command),
             seed=command.seed,
             mission=mission,
             language_model=model.name if model is not None else "",
@@ -150,12 +156,18 @@ def saved_searches_path(robot: str) -> Path:
     return folder / f"{robot.replace('/', '_')}.json"
 
 
-def _observation_model(path: Path | None) -> ObservationModel | None:
-    """Read an observation model; raises UsageError."""
+def _observation_model(command: Navigate) -> ObservationModel | None:
+    """Read an observation model; raises UsageError, also for one of another detector."""
+    path, network = command.observation_model, command.segmentation
+    if path is None:
+        return None
     try:
-        return None if path is None else read_observation_model(path)
+        model = read_observation_model(path)
+        if network.where == "here" and network.backend == "detector":
+            model.check_network(source_name(Path(network.model)), "scores")
     except ObservationModelError as error:
         raise UsageError(str(error)) from error
+    return model
 
 
 def _start_segmentation(command: Navigate) -> Child | None:

@@ -245,7 +245,8 @@ class Replay:
     floor_m: float | None = None
     """Height of a dataset's floor along its up direction; by default estimated."""
     profile: str | None = None
-    """Robot profile (YAML) whose section `ros2` names the topics of a bag."""
+    """Robot profile (YAML) of a bag: its section `ros2` names the topics, and its fixed camera is
+    that of a bag with odometry and without tf."""
     parent_pid: int | None = None
     """Exit when this process has ended."""
 

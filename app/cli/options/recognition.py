@@ -39,7 +39,8 @@ class Recognise:
     """Find the poses of a dataset by its images: for a camera that knew none, held 0.8 to 1.8 m
     high, which sees the floor once."""
     profile: str | None = None
-    """Robot profile (YAML) whose section `ros2` names the topics of a bag."""
+    """Robot profile (YAML) of a bag: its section `ros2` names the topics, and its fixed camera is
+    that of a bag with odometry and without tf."""
     segmentation: Segmentation = field(default_factory=Segmentation)
 
 
@@ -59,10 +60,11 @@ class Calibrate:
     """JSON file to write, for --observation-model."""
     known: Path | None = None
     """JSON file with the known objects, instead of objects.json beside each recording."""
-    voxel_m: float = 0.05
+    voxel_size_m: float = 0.05
     """Edge length of a voxel."""
     floor_m: float | None = None
     """Height of a dataset's floor along its up direction; by default estimated."""
     profile: str | None = None
-    """Robot profile (YAML) whose section `ros2` names the topics of a bag."""
+    """Robot profile (YAML) of a bag: its section `ros2` names the topics, and its fixed camera is
+    that of a bag with odometry and without tf."""
     segmentation: Segmentation = field(default_factory=Segmentation)

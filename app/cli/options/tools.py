@@ -33,14 +33,20 @@ class Export:
     ply and glb: the map. mesh: its surface as triangles (PLY), from the recorded depth images.
     tum and csv: the robot's trajectory. finds: the found objects as JSON. camera and map-video:
     MP4. report: one self-contained HTML page. viser and page: the 3D scene, page for any browser.
+
+    Several sessions on one page: `ippon export A B report`, or `ippon export FOLDER report` for all
+    in a folder.
     """
 
     recording: Positional[Path]
-    """A recording, or the folder of a session."""
+    """A recording, the folder of a session, or a folder of sessions."""
     what: Positional[tuple[str, ...]] = ()
-    """ply, glb, mesh, tum, csv, finds, camera, map-video, report, viser, page; by default all."""
+    """ply, glb, mesh, tum, csv, finds, camera, map-video, report, viser, page; by default all.
+    Before `report`, further recordings."""
     out: Path | None = None
     """Folder for the files; by default "export" in the session's folder."""
+    language: str = "en"
+    """Language of the report: en (English) or de (German)."""
     color: Literal["camera", "ooi", "proximity", "height"] = "camera"
     """Colours of ply and glb, as on the page."""
 
@@ -243,7 +249,8 @@ class Doctor:
     connect: str | None = None
     """zenoh endpoint of its navigator; by default the navigator running on this machine."""
     profile: str | None = None
-    """Built-in profile or YAML file to compare the robot's camera with."""
+    """Built-in profile or YAML file to compare the robot's camera with; for a recording, as in
+    `ippon replay`."""
 
 
 Tool = User | Export | Ask | Control | Read | Memory | Levels | Profile | Config | Doctor

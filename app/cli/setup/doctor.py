@@ -22,6 +22,8 @@ from app.doctor.robot.ros_graph import RosGraph
 from app.doctor.robot.samples import SECONDS, listen
 from app.errors import UsageError
 from app.links.network.session import open_client
+from app.nodes.replay.messages import is_bag
+from app.nodes.replay.robot_names import read_mount, read_names
 from app.recording.errors import RecordingError
 from app.recording.reading.repair import RecordingCheck, check
 from app.robot_file import (
@@ -43,7 +45,7 @@ EXIT_UNWELL: Final = 1
 def run_doctor(command: Doctor) -> int:
     """Run the checks and print their results; exit status 1 when something is missing."""
     if command.recording is not None:
-        return _run_file_doctor(command.recording, as_json=command.json)
+        return _run_file_doctor(command)
     if command.robot is not None or command.connect is not None:
         return _report(_robot_findings(command), as_json=command.json)
     findings = check_machine(_tell)
@@ -113,17 +115,25 @@ def _print_table(findings: Sequence[Finding]) -> None:
     Console().print(table)
 
 
-def _run_file_doctor(path: Path, *, as_json: bool) -> int:
-    """Check and repair a recording, and print what is missing."""
+def _run_file_doctor(command: Doctor) -> int:
+    """Check and repair a recording, and print what is missing; exit status 1 for what is wrong."""
+    path = command.recording
+    assert path is not None
+    if path.is_dir() and not is_bag(path):
+        raise UsageError(
+            f"{path} is not a recording: it holds no .mcap file. A dataset of images is checked by "
+            "`ippon recognise`, which says what it lacks"
+        )
     try:
-        checkup = check(path, repair=True)
-    except RecordingError as error:
+        names, mount = read_names(command.profile), read_mount(command.profile)
+        checkup = check(path, repair=True, names=names, mount=mount is not None)
+    except (RecordingError, RobotFileError) as error:
         raise UsageError(str(error)) from error
-    if as_json:
+    if command.json:
         print(json.dumps(asdict(checkup)))
     else:
         _print_checkup(path, checkup)
-    return 0
+    return EXIT_UNWELL if checkup.problems and not checkup.repaired else 0
 
 
 def _print_checkup(path: Path, checkup: RecordingCheck) -> None:

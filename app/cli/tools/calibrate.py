@@ -14,7 +14,7 @@ from app.cli.nodes.segment import segmenter_of
 from app.cli.options.recognition import Calibrate
 from app.errors import UsageError
 from app.nodes.replay.datasets import DatasetError
-from app.nodes.replay.robot_names import read_names
+from app.nodes.replay.robot_names import read_mount, read_names
 from app.recognition.calibration import (
     Calibrated,
     CalibrationError,
@@ -38,11 +38,14 @@ def run_calibrate(command: Calibrate) -> int:
     if not command.out.parent.is_dir():
         raise UsageError(f"--out: the folder {command.out.parent} does not exist")
     try:
-        names = read_names(command.profile)
-        sources = [open_source(path, command.floor_m, names=names) for path in command.recordings]
+        names, mount = read_names(command.profile), read_mount(command.profile)
+        sources = [
+            open_source(path, command.floor_m, names=names, mount=mount)
+            for path in command.recordings
+        ]
         for note in filter(None, (source.note for source in sources)):
             print(f"ippon: {note}", file=sys.stderr)
-        files = [command.known or path / KNOWN_OBJECTS for path in command.recordings]
+        files = [command.known or _known_beside(path) for path in command.recordings]
         known = [read_known_objects(path) for path in files]
         every = tuple(dict.fromkeys(label for one in known for label in one.labels))
         labels = tuple(dict.fromkeys((*MATTERPORT_40, *every)))
@@ -50,11 +53,14 @@ def run_calibrate(command: Calibrate) -> int:
         told = _told(segmenter, every, labels)
         recordings = [
             CalibrationRecording(
-                source, one, [name for name in one.labels if name in told], command.voxel_m
+                source, one, [name for name in one.labels if name in told], command.voxel_size_m
             )
             for source, one in zip(sources, known, strict=True)
         ]
         _read(recordings, segmenter, labels)
+        for source in sources:
+            if source.tally.note:
+                print(f"ippon: {source.path}: {source.tally.note}", file=sys.stderr)
         result = calibrate(recordings, len(labels))
     except (
         DatasetError, SegmentationError, KnownObjectsError, CalibrationError, ValueError,
@@ -67,6 +73,21 @@ def run_calibrate(command: Calibrate) -> int:
         raise UsageError(f"cannot write {command.out}: {error}") from error
     _show(result, command.out)
     return 0
+
+
+def _known_beside(recording: Path) -> Path:
+    """Return the known objects beside a recording, in its folder.
+
+    Raises:
+        UsageError: There are none.
+    """
+    beside = (recording if recording.is_dir() else recording.parent) / KNOWN_OBJECTS
+    if not beside.exists():
+        raise UsageError(
+            f"there is no {beside}: list the objects that you know in it (`ippon calibrate --help` "
+            "has an example), or name another file with --known"
+        )
+    return beside
 
 
 def _told(segmenter: Segmenter, names: Sequence[str], labels: Sequence[str]) -> set[str]:

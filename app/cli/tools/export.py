@@ -3,6 +3,7 @@
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -14,12 +15,14 @@ from app.cli.options.tools import Export
 from app.errors import UsageError
 from app.export.geometry import write_faces, write_points
 from app.export.mesh import write_mesh
-from app.export.report import write_report
+from app.export.report import ReportPart, part_of, write_report, write_reports
 from app.export.scene_file import write_scene
 from app.export.session_data import OnProgress, SessionData, read_session_data
 from app.export.tables import write_csv, write_finds, write_tum
 from app.export.video import NEEDS, can_write, write_camera_video, write_scene_video
+from app.recording.catalogue import recordings_in
 from app.recording.errors import RecordingError
+from app.view.words import ENGLISH, Words
 from ippon import extensions
 
 Write = Callable[[SessionData, Path], None]
@@ -28,7 +31,6 @@ PLAIN: Final[dict[str, tuple[str, Write]]] = {
     "tum": ("trajectory.tum", write_tum),
     "csv": ("trajectory.csv", write_csv),
     "finds": ("finds.json", write_finds),
-    "report": ("report.html", write_report),
     "viser": ("scene.viser", write_scene),
     "page": ("scene.html", write_scene),
 }
@@ -39,26 +41,27 @@ SLOW: Final[dict[str, tuple[str, Slow]]] = {
     "map-video": ("map.mp4", write_scene_video),
 }
 """Exports that read the whole file and report progress."""
+REPORT: Final = "report.html"
 VIDEOS: Final = ("camera", "map-video")
 
 
 def run_export(command: Export) -> int:
     """Write the requested files; report those that cannot be written and continue."""
-    writers = _writers(command)
+    say = Words(command.language)
+    recordings, command = _recordings_of(command)
+    writers = _writers(command, say)
     screen = Console(highlight=False, soft_wrap=True)
     bar = Progress(
         TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(),
         console=screen, transient=True, disable=not screen.is_terminal,
     )  # fmt: skip
     with bar:
-        reading = bar.add_task("reading", total=1.0)
+        if len(recordings) > 1:
+            return _report_all(command, recordings, say, bar)
         try:
-            session = read_session_data(
-                command.recording, lambda share: bar.update(reading, completed=share)
-            )
+            session = _read(recordings[0], bar)
         except RecordingError as error:
             raise UsageError(str(error)) from error
-        bar.remove_task(reading)
         out = command.out or session.recording.path.parent / "export"
         try:
             out.mkdir(parents=True, exist_ok=True)
@@ -68,6 +71,64 @@ def run_export(command: Export) -> int:
         finally:
             session.recording.close()
     return 0 if all(written) else 1
+
+
+def _recordings_of(command: Export) -> tuple[list[Path], Export]:
+    """Return the recordings that a command names, and the command with what to export alone."""
+    known = _known()
+    others = [name for name in command.what if name not in known]
+    more = [Path(name) for name in others if Path(name).exists() or len(Path(name).parts) > 1]
+    what = tuple(name for name in command.what if name in known or Path(name) not in more)
+    recordings: list[Path] = []
+    for path in (command.recording, *more):
+        inside = recordings_in(path) if path.is_dir() and not any(path.glob("*.mcap")) else []
+        recordings += inside or [path]
+    if len(recordings) > 1 and what != ("report",):
+        raise UsageError(
+            f"{len(recordings)} recordings fit into a report only: `ippon export … report`; for "
+            "anything else name one recording"
+        )
+    return recordings, replace(command, what=what)
+
+
+def _report_all(command: Export, recordings: list[Path], say: Words, bar: Progress) -> int:
+    """Write one report of several recordings; skip those that cannot be read, and say so."""
+    parts: list[ReportPart] = []
+    for path in recordings:
+        try:
+            session = _read(path, bar)
+        except RecordingError as error:
+            bar.console.print(f"skipped: {error}", style="yellow", markup=False)
+            continue
+        try:
+            parts.append(part_of(session, say))
+        finally:
+            session.recording.close()
+    if not parts:
+        raise UsageError("none of these recordings can be read")
+    parent = command.recording if command.recording.is_dir() else command.recording.parent
+    out = command.out or parent / "export"
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        write_reports(parts, out / REPORT, say)
+    except OSError as error:
+        raise UsageError(f"cannot write to {out}: {error.strerror}") from error
+    size = (out / REPORT).stat().st_size
+    bar.console.print(f"{out / REPORT}  {size / 1e6:.2f} MB", markup=False)
+    return 0 if len(parts) == len(recordings) else 1
+
+
+def _read(path: Path, bar: Progress) -> SessionData:
+    """Read a recording with a progress bar.
+
+    Raises:
+        RecordingError: It cannot be read.
+    """
+    reading = bar.add_task(f"reading {path.name}", total=1.0)
+    try:
+        return read_session_data(path, lambda share: bar.update(reading, completed=share))
+    finally:
+        bar.remove_task(reading)
 
 
 def _write(session: SessionData, path: Path, write: Slow, bar: Progress) -> bool:
@@ -90,8 +151,12 @@ def _write(session: SessionData, path: Path, write: Slow, bar: Progress) -> bool
     return True
 
 
-def _writers(command: Export) -> dict[str, Slow]:
-    known = (*COLORED, *SLOW, *PLAIN, *extensions.names(extensions.EXPORTERS))
+def _known() -> tuple[str, ...]:
+    return (*COLORED, *SLOW, *PLAIN, "report", *extensions.names(extensions.EXPORTERS))
+
+
+def _writers(command: Export, say: Words = ENGLISH) -> dict[str, Slow]:
+    known = _known()
     wanted = tuple(command.what or known)
     if not command.what and not can_write():
         print(f"ippon: {NEEDS}; the rest is written", file=sys.stderr)
@@ -108,6 +173,8 @@ def _writers(command: Export) -> dict[str, Slow]:
         elif name in COLORED:
             file_name, colored = COLORED[name]
             writers[file_name] = _at_once(partial(colored, mode=command.color))
+        elif name == "report":
+            writers[REPORT] = _at_once(partial(write_report, say=say))
         else:
             file_name, plain = PLAIN[name] if name in PLAIN else _added(name)
             writers[file_name] = _at_once(plain)

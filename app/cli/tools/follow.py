@@ -31,6 +31,8 @@ def follow(updates: "queue.SimpleQueue[bytes]", goals: list[int], command: Ask) 
         begun = [goal for goal in listed if goal is not None and goal.outcome != "queued"]
         ended = [goal for goal in begun if goal.outcome != "active"]
         if not begun:
+            if not command.json:
+                progress.show_before(status, goals)
             continue
         if command.json:
             lead = status.goal.goal_id if status.goal is not None else None
@@ -54,6 +56,17 @@ class _Progress:
     def __init__(self) -> None:
         self._line = ""
         self._at_s = -NUMBERS_EVERY_S
+
+    def show_before(self, status: Status, goals: list[int]) -> None:
+        """Print what the robot does for the search that the goals wait for."""
+        before = status.goal
+        if before is None or before.goal_id in goals:
+            return
+        name = before.display or before.object.replace("_", " ")
+        line = f"waits for goal {before.goal_id}, {name}: {status.why}"
+        if _words(line) != _words(self._line):
+            self._line = line
+            print(line, flush=True)
 
     def show(self, status: Status) -> None:
         line = f"{status.state}: {status.why}"

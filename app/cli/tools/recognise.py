@@ -4,6 +4,7 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Final
 
 from rich.console import Console
 from rich.progress import Progress
@@ -12,7 +13,7 @@ from app.cli.nodes.segment import segmenter_of
 from app.cli.options.recognition import Recognise
 from app.errors import UsageError
 from app.nodes.replay.datasets import DatasetError
-from app.nodes.replay.robot_names import read_names
+from app.nodes.replay.robot_names import read_mount, read_names
 from app.recognition.frames import open_source
 from app.recognition.page import page_of
 from app.recognition.recognition import (
@@ -22,7 +23,10 @@ from app.recognition.recognition import (
     recognise,
 )
 from ippon.atomic_file import replace_file
+from ippon.frame import Frame
+from ippon.observation import Heatmap, Observation
 from ippon.observation_model import (
+    ObservationModel,
     ObservationModelError,
     ObservationModels,
     read_observation_model,
@@ -31,6 +35,9 @@ from ippon.segmentation.detectors.vocabulary import closed_vocabulary
 from ippon.segmentation.errors import SegmentationError
 from ippon.segmentation.segmenter import Segmenter
 from ippon.vocabulary import canonical_label
+
+NOTHING_TOLD: Final = 2
+"""Exit status where the network can tell none of the objects."""
 
 
 def run_recognise(command: Recognise) -> int:
@@ -41,23 +48,31 @@ def run_recognise(command: Recognise) -> int:
     if not objects:
         raise UsageError("--find takes comma-separated objects, such as cup,tv")
     try:
-        names = read_names(command.profile)
-        source = open_source(command.path, command.floor_m, track=command.track, names=names)
+        names, mount = read_names(command.profile), read_mount(command.profile)
+        source = open_source(
+            command.path, command.floor_m, track=command.track, names=names, mount=mount
+        )
         if source.note:
             print(f"ippon: {source.note}", file=sys.stderr)
-        own = command.observation_model
-        models = ObservationModels([] if own is None else [read_observation_model(own)])
+        path = command.observation_model
+        own = None if path is None else read_observation_model(path)
+        models = ObservationModels([] if own is None else [own])
         recognition = Recognition(objects, models, voxel_size_m=command.voxel_size_m)
         segmenter = segmenter_of(command.segmentation)
         label_of = _labels_of(segmenter, objects, recognition.labels)
+        if not label_of:
+            for name in objects:
+                _print(name, [], as_json=command.json)
+            return NOTHING_TOLD
         with Progress(console=Console(file=sys.stderr), transient=True) as progress:
             task = progress.add_task("frames", total=source.count)
             recognise(
                 source,
                 recognition,
-                lambda frame, labels: segmenter.segment(frame.color, labels, None),
+                lambda frame, labels: _observed(segmenter, frame, labels, own),
                 lambda n: progress.update(task, completed=n),
             )
+        left_out = source.tally.note
         for name in objects:
             label = label_of.get(name)
             finds = [] if label is None else in_own_world(recognition, label, source.T_map_world)
@@ -71,6 +86,8 @@ def run_recognise(command: Recognise) -> int:
         raise UsageError(str(error)) from error
     except OSError as error:
         raise UsageError(f"cannot write {command.page}: {error}") from error
+    if left_out:
+        print(f"ippon: {left_out}", file=sys.stderr)
     if recognition.refused:
         print(f"ippon: {recognition.refused} frames were refused", file=sys.stderr)
     if recognition.dropped:
@@ -79,7 +96,17 @@ def run_recognise(command: Recognise) -> int:
             "search for fewer objects per run, or use --voxel-size-m 0.1",
             file=sys.stderr,
         )
-    return 0 if label_of else 2
+    return 0
+
+
+def _observed(
+    segmenter: Segmenter, frame: Frame, labels: Sequence[str], own: ObservationModel | None
+) -> Observation:
+    """Return what the network sees; raises ObservationModelError for a model of another one."""
+    seen = segmenter.segment(frame.color, labels, None)
+    if own is not None:
+        own.check_network(seen.source, seen.kind if isinstance(seen, Heatmap) else "scores")
+    return seen
 
 
 def _labels_of(segmenter: Segmenter, objects: list[str], labels: Sequence[str]) -> dict[str, str]:

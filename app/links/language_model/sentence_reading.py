@@ -1,15 +1,30 @@
 """A sentence that was read: the message that answers for it, and the searches that follow."""
 
+from collections.abc import Sequence
+
 from app.links.language_model.interface import SentenceAnswer
 from app.messages.control import SearchRequest, SentenceReading
 from ippon.guidance.language.goals.goal import Goal, unchecked
 from ippon.guidance.language.requests.sentence import search_name
+from ippon.rooms.said_rooms import known_rooms
 
 
-def as_reading(answer: SentenceAnswer, elapsed_ms: float) -> SentenceReading:
-    """Return the reading of a sentence, with all that a search does not use yet."""
+def as_reading(
+    answer: SentenceAnswer, elapsed_ms: float, room_names: Sequence[str] = ()
+) -> SentenceReading:
+    """Return the reading of a sentence, with all that a search does not use yet.
+
+    Args:
+        answer: The goals.
+        elapsed_ms: Time that the reading took.
+        room_names: Names that people have given to rooms of the map.
+    """
     request = answer.request
-    notes = [note for goal in request.goals for note in unchecked(goal)]
+    notes = [
+        note
+        for goal in request.goals
+        for note in unchecked(goal, known_rooms(goal.context, room_names))
+    ]
     if any(goal.order == "or" for goal in request.goals):
         notes.append("“or” is not used yet: each of the objects is searched for")
     return SentenceReading(

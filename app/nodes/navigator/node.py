@@ -102,7 +102,7 @@ class Navigator:
         self._profile = ProfileCheck(config.profile, self._events.report)
         self._map = self._serve_map(session)
         known = saved and saved.voxel_map
-        self._first_look = FirstLook(known, self._events.report)
+        self._first_look = FirstLook(known, self._events.report, config)
         self._memory = self._keep_memory(session, map_was_read=known is not None)
         self._memory_service = self._serve_memory(session)
         self._state = StatePublisher(session, config, self._sender)
@@ -250,7 +250,7 @@ class Navigator:
             session, self.config.robot, rooms, self._services.authorize
         )
         self._mission.rooms.set_names(rooms.names)
-        self._services.bids.room_names = lambda: rooms.names
+        self._services.hear_of_rooms(rooms)
         path = memory_path(Path(keep_map)) if keep_map else None
         return MemoryKeeper(
             self._mission.voxel_map,

@@ -15,6 +15,7 @@ from app.links.rmw_zenoh.robot_link import RobotLink
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.localization.alignment import Alignment, said_registration
 from app.nodes.navigator.node import Navigator
+from app.nodes.navigator.state.map_aside import new_map_for_tracking
 from app.nodes.navigator.state.persistence import SavedState
 from app.nodes.navigator.warm_up import warm_up
 from app.process.stop_signal import ProcessStopSignal, StopSignal, interruptible
@@ -50,6 +51,7 @@ def run_navigator(
 
     Raises:
         LinkError: The endpoint is taken.
+        OSError: A kept map cannot be put aside.
         KeyboardInterrupt: It was stopped while it compiled.
     """
     session = open_router(config.listen)
@@ -59,7 +61,8 @@ def run_navigator(
             warm_up(config, lambda fraction: progress(0.98 * fraction))
         stop = ProcessStopSignal()
         link = ros2 and RobotLink(session, config.robot, ros2)
-        T_map_world, note = None, ""
+        T_map_world = None
+        saved, note = new_map_for_tracking(config, saved)
         if align and saved is not None and saved.voxel_map is not None:
             saved, T_map_world, note = _align(session, config, saved, stop)
             # What subscribed for the alignment ends with its session; robot and console come back.

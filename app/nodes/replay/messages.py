@@ -12,20 +12,23 @@ from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_color_raw, encode_camera, encode_color, encode_depth
 from app.messages.motion import StampedTransform, encode_transforms
+from app.nodes.replay.bag_poses import BagPoses, poses_of
 from app.nodes.replay.datasets import Dataset, DatasetError, read_color, read_depth
 from app.nodes.replay.floor_alignment import align_to_floor, base_below, camera_on_base
 from app.recording.channels import USUAL, Names, key_of
 from app.recording.errors import RecordingError
-from app.recording.frame_tree import BASE, TOPICS, WORLD, FrameTree
+from app.recording.frame_tree import BASE, TOPICS, WORLD
 from app.recording.reading.recording import Recording
 from ippon.frame import NANOSECONDS
 from ippon.geometry import Float64Array
 
 CAMERA_FRAME: Final = "camera_color_optical_frame"
-FROM_ROBOT: Final = (
-    keys.COLOR, keys.COLOR_RAW, keys.DEPTH, keys.DEPTH_RAW, keys.CAMERA_INFO, keys.TF,
-    keys.TF_STATIC, keys.CONTACT, *keys.SEEN,
+FROM_CAMERA: Final = (
+    keys.COLOR, keys.COLOR_RAW, keys.DEPTH, keys.DEPTH_RAW, keys.CAMERA_INFO, keys.CONTACT,
 )  # fmt: skip
+TF_ALONE: Final = BagPoses()
+"""The poses of a bag whose tf begins at `map`."""
+POSES: Final = (keys.TF, keys.ODOM)
 MOST_NAMED: Final = 12
 """Topics that an error names."""
 
@@ -93,37 +96,22 @@ def is_bag(path: Path) -> bool:
     return path.is_file() or any(path.glob("*.mcap")) or (path / "metadata.yaml").exists()
 
 
-def bag_world(path: Path, names: Names = USUAL) -> str:
-    """Return the frame of a bag that is taken as the world: `map`, or the root of its tf.
+def bag_poses(
+    path: Path, names: Names = USUAL, T_base_camera: Float64Array | None = None
+) -> BagPoses:
+    """Return where the poses of a bag come from: tf, or odometry in place of it.
 
     Args:
         path: See `bag_messages`.
         names: See `bag_messages`.
+        T_base_camera: Mount of the camera, for a bag whose tf does not say it.
 
     Raises:
         DatasetError: It is not a bag, lacks a topic that a frame needs, or its transforms do not
-            lead to the camera.
+            lead to the camera, or are of another time than its images.
     """
-    tree = FrameTree()
-    for message in _bag_messages(path, 0.0, TOPICS, names):
-        try:
-            tree.add(message.key, message.payload)
-        except MessageError:
-            continue
-        if WORLD in tree.names and not tree.problem():
-            return WORLD
-    if problem := tree.problem():
-        raise DatasetError(
-            f"{path}: no image has a pose: {problem}. Record again with tf and tf_static, and with "
-            "what is missing (static_transform_publisher), or let the poses be found by the images "
-            "(`ippon replay --no-poses`, and `ippon navigate --profile hand-held`)"
-        )
-    return tree.world
-
-
-def world_note(path: Path, world: str) -> str:
-    """Return what a user should know of the world of a bag's poses; empty for `map`."""
-    return "" if world == WORLD else f"{path} has no frame 'map': {world!r} is taken as the world"
+    messages = _bag_messages(path, 0.0, TOPICS, names)
+    return poses_of(path, ((one.key, one.payload) for one in messages), T_base_camera)
 
 
 def bag_messages(
@@ -131,8 +119,7 @@ def bag_messages(
     start_s: float,
     *,
     heatmaps: bool,
-    poses: bool = True,
-    world: str = WORLD,
+    poses: BagPoses | None = TF_ALONE,
     names: Names = USUAL,
 ) -> Iterator[RobotMessage]:
     """Yield the recorded messages of the robot of a bag.
@@ -141,27 +128,27 @@ def bag_messages(
         path: An MCAP file, a session's folder, or a rosbag2 folder.
         start_s: Earlier messages are skipped, except fixed transforms.
         heatmaps: Whether to send recorded heatmaps and detections.
-        poses: Whether to send recorded poses; without, a bag needs none.
-        world: Frame of the bag that is taken as the world (`bag_world`); `map` is put there.
+        poses: Which of them are sent (`bag_poses`); None for none, and a bag needs none.
         names: Topics of a robot that has names of its own.
 
     Raises:
         DatasetError: It is not a bag, or lacks a topic that a frame needs.
     """
-    left_out = (*(() if heatmaps else keys.SEEN), *(() if poses else (keys.TF, keys.TF_STATIC)))
-    if poses and world != WORLD:
-        same = StampedTransform(stamp_ns=0, parent=WORLD, child=world, T_parent_child=np.eye(4))
-        yield RobotMessage(0.0, keys.TF_STATIC, encode_transforms([same]))
-    wanted = [key for key in FROM_ROBOT if key not in left_out]
-    for message in _bag_messages(path, start_s, wanted, names, poses=poses):
-        if message.key != keys.COLOR_RAW:
-            yield message
-            continue
+    seen = keys.SEEN if heatmaps else ()
+    wanted = [*FROM_CAMERA, *seen, *(poses.keys if poses is not None else ())]
+    if poses is not None and (fixed := poses.fixed()) is not None:
+        yield RobotMessage(0.0, keys.TF_STATIC, fixed)
+    for message in _bag_messages(path, start_s, wanted, names, poses=poses is not None):
         try:
-            color, stamp_ns, frame_id = decode_color_raw(message.payload)
+            if message.key == keys.COLOR_RAW:
+                color = encode_color(*decode_color_raw(message.payload))
+                yield RobotMessage(message.at_s, keys.COLOR, color)
+            elif message.key == keys.ODOM and poses is not None:
+                yield RobotMessage(message.at_s, keys.TF, poses.converted(message.payload))
+            else:
+                yield message
         except MessageError as error:
             raise DatasetError(f"{path}: {error}") from error
-        yield RobotMessage(message.at_s, keys.COLOR, encode_color(color, stamp_ns, frame_id))
 
 
 def _bag_messages(
@@ -225,15 +212,21 @@ def _check(
     """
     needed = [(keys.COLOR, keys.COLOR_RAW), (keys.DEPTH, keys.DEPTH_RAW), (keys.CAMERA_INFO,)]
     if poses:
-        needed.append((keys.TF,))
+        needed.append(POSES)
     missing = [several for several in needed if not set(several) & set(found)]
     if not missing:
         return
     kinds = {keys.ROS_TYPES[key] for several in missing for key in several}
     there = sorted({f"{name} ({kind})" for name, kind in topics if kind in kinds})
-    raise DatasetError(
+    text = (
         f"{path} has no topic that ends in {', '.join(' or '.join(s) for s in missing)}: without "
-        "colour, depth, camera info and tf there is nothing to map. It has "
+        "colour, depth, camera info and tf or odometry there is nothing to map. It has "
         f"{', '.join(there[:MOST_NAMED]) or 'no other topic'} of such types; topics with other "
         "names: --profile FILE with a section `ros2` that names them (`ippon profile`)"
     )
+    if missing == [POSES]:
+        text += (
+            ". A recording without poses is replayed with `ippon replay --no-poses`, for "
+            "`ippon navigate --profile hand-held`, which finds them by the images"
+        )
+    raise DatasetError(text)

@@ -11,19 +11,20 @@ import zenoh
 
 from app.links.network.session import open_client
 from app.messages import keys
+from app.nodes.replay.bag_poses import BagPoses
 from app.nodes.replay.datasets import DatasetError, open_dataset
 from app.nodes.replay.messages import (
+    TF_ALONE,
     RobotMessage,
     bag_messages,
-    bag_world,
+    bag_poses,
     dataset_messages,
     is_bag,
-    world_note,
 )
 from app.process.stop_signal import ProcessStopSignal, StopSignal
 from app.recording.channels import USUAL, Names
-from app.recording.frame_tree import WORLD
 from app.ros2.ippon_ros2.zenoh_side import stream_publisher
+from ippon.geometry import Float64Array
 
 logger = logging.getLogger(__name__)
 
@@ -50,6 +51,8 @@ class ReplayConfig:
     """Height of a dataset's floor along up; None estimates it."""
     names: Names = field(default_factory=lambda: USUAL)
     """Topics of a bag of a robot that has names of its own."""
+    T_base_camera: Float64Array | None = None
+    """Mount of the camera, for a bag whose tf does not say it."""
 
     def __post_init__(self) -> None:
         """Refuse an invalid prefix, rate or start."""
@@ -60,26 +63,28 @@ class ReplayConfig:
             raise ValueError(f"the start is 0 s or later; got {self.start_s:g}")
 
 
-def world_of(config: ReplayConfig) -> str:
-    """Return the frame that is taken as the world: `map`, or the root of a bag's tf.
+def poses_sent(config: ReplayConfig) -> BagPoses | None:
+    """Return which poses of a bag are sent; None for none.
 
     Raises:
         DatasetError: The path cannot be replayed, or no image of the bag can have a pose.
     """
-    if not config.poses or not is_bag(config.path):
-        return WORLD
-    return bag_world(config.path, config.names)
+    if not config.poses:
+        return None
+    if not is_bag(config.path):
+        return TF_ALONE
+    return bag_poses(config.path, config.names, config.T_base_camera)
 
 
 def messages_of(
-    config: ReplayConfig, first_stamp_ns: int, world: str = WORLD
+    config: ReplayConfig, first_stamp_ns: int, poses: BagPoses | None = TF_ALONE
 ) -> Iterator[RobotMessage]:
     """Yield the messages of one round.
 
     Args:
         config: What to replay.
         first_stamp_ns: Stamp of the first frame of a dataset.
-        world: Frame of a bag that is taken as the world.
+        poses: Which poses of a bag are sent.
 
     Raises:
         DatasetError: The path cannot be replayed.
@@ -92,8 +97,7 @@ def messages_of(
             path,
             config.start_s,
             heatmaps=config.heatmaps,
-            poses=config.poses,
-            world=world,
+            poses=poses if config.poses else None,
             names=config.names,
         )
     dataset = open_dataset(path, poses=config.poses)
@@ -107,7 +111,7 @@ def play(
     put: Callable[[str, bytes], None],
     stop: StopSignal,
     first_stamp_ns: int,
-    world: str = WORLD,
+    poses: BagPoses | None = TF_ALONE,
 ) -> int:
     """Send one round at the recorded times; return the number of colour images sent.
 
@@ -118,7 +122,7 @@ def play(
     """
     began = time.monotonic()
     images = 0
-    for sent in messages_of(config, first_stamp_ns, world):
+    for sent in messages_of(config, first_stamp_ns, poses):
         late_s = time.monotonic() - began - sent.at_s / config.rate
         if late_s < 0.0:
             stop.wait(-late_s)
@@ -141,8 +145,8 @@ def run_replay(config: ReplayConfig) -> None:
     stop = ProcessStopSignal()
     # Before the network is opened, so that a wrong folder is reported immediately.
     next(messages_of(config, 0), None)
-    world = world_of(config)
-    if note := world_note(config.path, world):
+    poses = poses_sent(config)
+    if poses is not None and (note := poses.note(config.path)):
         logger.warning("%s", note)
     session = open_client(config.connect)
     puts: dict[str, Callable[[bytes], Any]] = {}
@@ -159,7 +163,7 @@ def run_replay(config: ReplayConfig) -> None:
 
     try:
         while not stop.is_set():
-            images = play(config, put, stop, time.time_ns(), world)
+            images = play(config, put, stop, time.time_ns(), poses)
             logger.info("%s: %d images", config.path, images)
             if not config.loop or not images:
                 break

@@ -1,8 +1,9 @@
-"""Names of the topics of a bag, as the profile of its robot has them."""
+"""What the profile of its robot says of a bag: names of topics, and the mount of the camera."""
 
 from app.recording.channels import Names
-from app.robot_file import read_ros2
+from app.robot_file import read_profile, read_ros2
 from app.ros2.ippon_ros2.settings import COMPRESSED, STREAMS
+from ippon.geometry import Float64Array
 
 
 def read_names(profile: str | None) -> Names:
@@ -25,3 +26,18 @@ def read_names(profile: str | None) -> Names:
             if kind == COMPRESSED:
                 names[f"{topic.name}/{key.rsplit('/', 1)[-1]}", kind] = key
     return names
+
+
+def read_mount(profile: str | None) -> Float64Array | None:
+    """Return T_base_camera of a robot with a fixed camera, for a bag whose tf does not say it.
+
+    Args:
+        profile: Name of a built-in profile, or path of a YAML file; None for no mount.
+
+    Raises:
+        RobotFileError: There is no such profile, or it is invalid.
+    """
+    robot = None if profile is None else read_profile(profile)
+    if robot is None or robot.can_tilt or robot.tracks_pose:
+        return None
+    return robot.T_base_camera(robot.min_tilt_rad)

@@ -50,7 +50,7 @@ MAX_COMMAND: Final = 4096
 MAX_MOMENT_S: Final = 1e7
 GAP_M: Final = 1.5
 _TYPES: Final = {"css": "text/css", "js": "text/javascript"}
-_ASSETS: Final = ("review.css", "review.js", "sessions.js")
+_ASSETS: Final = ("review.css", "review.js", "sessions.js", "outcomes.js")
 _HEAD: Final = (
     b'<link rel="stylesheet" href="/review/review.css">'
     b'<script type="module" src="/review/review.js"></script>'

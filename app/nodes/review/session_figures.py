@@ -4,10 +4,10 @@ from typing import Final
 
 import msgspec
 
-from app.messages.status import GoalStatus
 from app.nodes.review.player import Player
 from app.recording.notes import Note
 from app.recording.reading.recording import Recording
+from app.recording.session_goals import SessionGoal, goals_of, session_goal
 from app.recording.timeline import SessionTimeline
 from app.view.words import ENGLISH, Words
 
@@ -19,14 +19,12 @@ class SessionFigures(msgspec.Struct, frozen=True, kw_only=True):
     """Key figures of a session."""
 
     name: str
-    object: str = ""
-    context: str = ""
-    outcome: str = ""
     duration_s: float = 0.0
     path_length_m: float = 0.0
     explored_m2: float = 0.0
-    best_ooi: float = 0.0
-    goals: list[GoalStatus] = []
+    best_ooi: float | None = 0.0
+    """Probability of the best match; None for a session of several searches."""
+    goals: list[SessionGoal] = []
 
 
 class TimelineMark(msgspec.Struct, frozen=True, kw_only=True):
@@ -91,17 +89,14 @@ def figures_of(name: str, recording: Recording, timeline: SessionTimeline) -> Se
     last = timeline.last
     if last is None:
         return SessionFigures(name=name, duration_s=recording.duration_s)
-    goals = [*last.history, *([last.goal] if last.goal is not None else [])]
-    goal = goals[-1] if goals else None
+    goals = [session_goal(goal) for goal in goals_of(timeline)]
     return SessionFigures(
         name=name,
-        object=goal.object if goal else "",
-        context=goal.context if goal else "",
-        outcome=goal.outcome if goal else "",
         duration_s=recording.duration_s,
-        path_length_m=last.path_length_m,
+        path_length_m=timeline.driven_m(),
         explored_m2=last.explored_m2,
-        best_ooi=last.best_ooi,
+        # The status says it of its present search alone.
+        best_ooi=last.best_ooi if len(goals) < 2 else None,
         goals=goals,
     )
 

@@ -30,6 +30,7 @@ from app.recording.reading.mcap_records import (
     unpack_chunk,
 )
 from ippon.frame import NANOSECONDS
+from ippon.mapping import map_file
 
 MAGIC: Final = b"\x89MCAP0\r\n"
 BACKWARDS_NS: Final = NANOSECONDS
@@ -74,7 +75,13 @@ class FileIndex:
     problems: list[str] = field(default_factory=list[str])
 
 
-def _not_ours(path: Path) -> str:
+def _not_ours(path: Path, start: bytes) -> str:
+    if start == map_file.MAGIC:
+        return (
+            f"{path} is a map of `ippon navigate --map`, and not a recording: start the navigator "
+            "and the console with it, and export it in the Session tab; `ippon memory --file` says "
+            "what was remembered"
+        )
     return (
         f"{path} is not a recording: it does not begin like an MCAP file. `ippon review` opens "
         ".mcap files of ippon and of ROS 2; a bag in .db3 is converted by `ros2 bag convert`"
@@ -108,8 +115,8 @@ class Scanner:
         """
         try:
             with self._path.open("rb") as file:
-                if file.read(len(MAGIC)) != MAGIC:
-                    raise RecordingError(_not_ours(self._path))
+                if (start := file.read(len(MAGIC))) != MAGIC:
+                    raise RecordingError(_not_ours(self._path, start))
                 with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as self._data:
                     self._read_on(progress)
         except OSError as error:

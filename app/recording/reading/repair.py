@@ -11,17 +11,23 @@ from mcap.writer import CompressionType, Writer
 
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.recording.channels import Topic, to_recorded, topic_of
+from app.recording.channels import USUAL, Names, Topic, to_recorded, topic_of
+from app.recording.depth_pairs import DepthPairs
 from app.recording.errors import RecordingError
-from app.recording.frame_tree import FrameTree
+from app.recording.frame_tree import NO_MOUNT, FrameTree
 from app.recording.reading.recording import Recording
 from app.recording.timeline import TIMELINE_ATTACHMENT, pack_timeline, timeline_of
 from app.recording.writing.bag_metadata import write_bag_metadata
 from app.recording.writing.session import CONFIGURATION, SUMMARY, THUMBNAIL, summary_of, thumbnail
 from app.recording.writing.writer import PROFILE, register
 
-EXPECTED: Final = (keys.STATUS, keys.TF, keys.COLOR, keys.DEPTH, keys.MAP_VOXELS, keys.MAP_KEYFRAME)
-"""Topics of a complete session."""
+_CAMERA: Final = (
+    (keys.TF, keys.ODOM), (keys.COLOR, keys.COLOR_RAW), (keys.DEPTH, keys.DEPTH_RAW),
+    (keys.CAMERA_INFO,),
+)  # fmt: skip
+"""Topics that a map needs, each with the one that may stand for it."""
+_SESSION: Final = ((keys.STATUS,), *_CAMERA, (keys.MAP_VOXELS,), (keys.MAP_KEYFRAME,))
+"""Topics of a complete session of ours."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +44,7 @@ class RecordingCheck:
     """Expected topics that it lacks."""
 
 
-def check(path: Path, *, repair: bool) -> RecordingCheck:
+def check(path: Path, *, repair: bool, names: Names = USUAL, mount: bool = False) -> RecordingCheck:
     """Check a recording, and rewrite it if it was not ended.
 
     The new file replaces the old one only when it is complete, so that a crash loses nothing.
@@ -46,23 +52,31 @@ def check(path: Path, *, repair: bool) -> RecordingCheck:
     Args:
         path: The file, or a session's folder.
         repair: Whether to rewrite the file.
+        names: Topics of a robot that has names of its own.
+        mount: A profile says where the camera is on the base.
 
     Raises:
         RecordingError: It is not a recording, is empty, is a damaged file of another program, or
             the repaired file cannot be written.
     """
-    recording = Recording(path)
+    recording = Recording(path, names=names)
+    ours = "ippon/versions" in recording.index.metadata
     try:
-        count, tree = 0, FrameTree()
+        count, tree, pairs = 0, FrameTree(), DepthPairs()
         for message in recording.all_messages():
             count += 1
             with suppress(MessageError):
                 tree.add(message.key, message.payload)
+            pairs.add(message.key, message.payload)
         problems = list(recording.index.problems)
         problems += [f"{text} ({n} messages)" for text, n in recording.damaged.items()]
-        if keys.TF in recording.keys and (problem := tree.problem()):
+        if problem := _pose_problem(recording, tree, mount=mount):
             problems.append(f"no image has a pose: {problem}")
-        missing = tuple(key for key in EXPECTED if key not in recording.keys)
+        # `ippon record` leaves out depth images on purpose.
+        if not ours and (problem := pairs.problem()):
+            problems.append(problem)
+        expected = _SESSION if ours else _CAMERA
+        missing = tuple(some[0] for some in expected if not set(some) & set(recording.keys))
         mend = repair and not recording.index.complete
         if mend:
             _rewrite(recording)
@@ -78,6 +92,17 @@ def check(path: Path, *, repair: bool) -> RecordingCheck:
         recording.close()
 
 
+def _pose_problem(recording: Recording, tree: FrameTree, *, mount: bool) -> str:
+    """Return why no image has a pose; empty for poses, and for a recording without any."""
+    if not {keys.TF, keys.ODOM} & set(recording.keys):
+        return ""
+    problem = tree.problem()
+    with_odometry = tree.with_odometry(mount=mount) if problem else None
+    if with_odometry is None or not (problem := with_odometry.problem()):
+        return problem
+    return problem + (NO_MOUNT if tree.lacks_mount and not mount else "")
+
+
 def _rewrite(recording: Recording) -> None:
     path = recording.path
     versions = recording.index.metadata.get("ippon/versions", {})
@@ -91,6 +116,8 @@ def _rewrite(recording: Recording) -> None:
         partial.replace(path)
         write_bag_metadata(path.parent, path.name, counts, recording.start_ns, recording.end_ns)
     except OSError as error:
+        with suppress(OSError):
+            partial.unlink(missing_ok=True)
         raise RecordingError(f"the repaired {path} cannot be written: {error.strerror}") from error
 
 

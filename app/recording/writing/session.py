@@ -1,7 +1,6 @@
 """Writing of a session: file, timeline, limits, name."""
 
 import io
-import itertools
 import json
 import math
 import platform
@@ -21,6 +20,7 @@ from app.messages.cdr import MessageError
 from app.messages.images import decode_color, decompress_color
 from app.messages.scene import decode_found_objects, decode_tree
 from app.recording.channels import MARKERS_KEY
+from app.recording.session_goals import goals_of, outcome_of
 from app.recording.timeline import (
     TIMELINE_ATTACHMENT,
     TIMELINE_KEYS,
@@ -126,7 +126,7 @@ class Session:
         picture = thumbnail(self._found_image or self._image)
         if picture is not None:
             writer.attach(THUMBNAIL, "image/jpeg", picture, end_ns)
-        writer.note_metadata(SUMMARY, summary_of(self.timeline, (end_ns - self.start_ns) * 1e-9))
+        writer.note_metadata(SUMMARY, summary_of(self.timeline, writer.duration_s))
         writer.close()
 
     def _add_markers(self, wall_ns: int, now_s: float) -> None:
@@ -145,17 +145,16 @@ def summary_of(timeline: SessionTimeline, duration_s: float) -> dict[str, str]:
     summary = {"duration_s": f"{duration_s:.1f}"}
     if last is None:
         return summary
-    goals = [*last.history, *([last.goal] if last.goal is not None else [])]
+    goals = goals_of(timeline)
     summary |= {
         "robot": last.robot,
-        "path_length_m": f"{_driven_m(timeline):.2f}",
+        "path_length_m": f"{timeline.driven_m():.2f}",
         "explored_m2": f"{last.explored_m2:.1f}",
         "goals": json.dumps([msgspec.to_builtins(goal) for goal in goals]),
     }
     if goals:
         goal = goals[-1]
-        outcome = "unfinished" if goal.outcome in {"active", "queued"} else goal.outcome
-        summary |= {"object": goal.object, "context": goal.context, "outcome": outcome}
+        summary |= {"object": goal.object, "context": goal.context, "outcome": outcome_of(goal)}
     return summary
 
 
@@ -172,14 +171,6 @@ def thumbnail(color: bytes | None) -> bytes | None:
     out = io.BytesIO()
     image.save(out, "JPEG", quality=80)
     return out.getvalue()
-
-
-def _driven_m(timeline: SessionTimeline) -> float:
-    points = [(p.x, p.y) for p in timeline.trail]
-    return sum(
-        ((bx - ax) ** 2 + (by - ay) ** 2) ** 0.5
-        for (ax, ay), (bx, by) in itertools.pairwise(points)
-    )
 
 
 def _unused(folder: Path) -> Path:

@@ -50,6 +50,11 @@ class SessionWriter:
         """Size of the file."""
         return self._file.tell()
 
+    @property
+    def duration_s(self) -> float:
+        """Time from the first message to the last one, seconds."""
+        return 0.0 if self._start_ns is None else (self._end_ns - self._start_ns) * 1e-9
+
     def add(self, key: str, payload: bytes, log_ns: int, now_s: float) -> None:
         """Write one message.
 

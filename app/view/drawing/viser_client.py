@@ -29,6 +29,15 @@ _CHANGES: Final = (
         re.compile(rb"enableDefaultLights:!0,enableDefaultLightsShadows:!0"),
         rb"enableDefaultLights:!1,enableDefaultLightsShadows:!1",
     ),
+    # The retry every second gave up a connection that was still being made. Browsers delay those
+    # by seconds after failures, and each that is given up is a failure: it could go on for long.
+    (
+        re.compile(
+            rb"(\w+)\.type===`retry`\?(\w+)!==null&&(\w+)\(\)"
+            rb"(?=:\1\.type===`close`\?\(\2=null,(\w+)!==null&&\4\.close\(\))"
+        ),
+        rb"\1.type===`retry`?\2!==null&&\4?.readyState!==WebSocket.CONNECTING&&\3()",
+    ),
     # Start of a connection, and start of a message batch: both call `map_first.js`.
     (
         re.compile(rb"\b(\w+)\.messageQueue\.length=0,\1\.firstMessageBatch=!0"),

@@ -13,6 +13,10 @@ REACH_M: Final = 60.0
 CELL: Final = 0.02
 """Cell of the depth buffer as a tangent: a voxel of 8 cm at 4 m."""
 MOST_CELLS: Final = 6
+_AIMS: Final = 0.5 * np.array(
+    [(0, 0, 0), (1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], np.float64
+)
+"""Centre of a box and of its faces, in units of its size."""
 BEAD_M: Final = 0.14
 """Maximum distance of a click's ray from a viewpoint that it selects."""
 
@@ -73,6 +77,36 @@ def first_voxel(
         if is_shown((i, j, k)):
             return (i, j, k), float(n * step)
     return None
+
+
+def is_hidden(
+    store: VoxelStore,
+    voxel_size_m: float,
+    origin: Float64Array,
+    center: Float64Array,
+    size_m: Float64Array,
+) -> bool:
+    """Return whether surfaces are before a box on all lines to its centre and its faces' centres.
+
+    Args:
+        store: The map.
+        voxel_size_m: Edge of a voxel.
+        origin: (3,) metres, the eye.
+        center: (3,) metres, of the box.
+        size_m: (3,) metres, of the box.
+    """
+    aims = center + _AIMS * size_m
+    toward = aims - origin
+    away = np.linalg.norm(toward, axis=1)
+    # The box, and what it touches, do not hide it.
+    clear = away - 0.5 * float(np.linalg.norm(size_m)) - 2.0 * voxel_size_m
+    if (clear <= voxel_size_m).any():
+        return False
+    steps = np.arange(voxel_size_m, float(clear.max()), 0.7 * voxel_size_m)
+    points = origin + steps[None, :, None] * (toward / away[:, None])[:, None]
+    voxels = np.floor(points / voxel_size_m).astype(np.int64)
+    solid = store.holds(voxels.reshape(-1, 3)).reshape(len(aims), len(steps))
+    return bool((solid & (steps < clear[:, None])).any(axis=1).all())
 
 
 class SurfaceLookup:

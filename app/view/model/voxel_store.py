@@ -187,6 +187,16 @@ class VoxelStore:
             return np.empty((0, 3), np.int64), np.empty((0, ATTRIBUTES), np.uint8)
         return np.concatenate(indices), np.concatenate(attributes)
 
+    def holds(self, indices: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Return (N,) whether there is a surface voxel at each of (N, 3) indices."""
+        keys, inverse = np.unique(_pack(indices >> 3), return_inverse=True)
+        rows = np.array([self._rows.get(key, -1) for key in keys.tolist()], np.int64)[inverse]
+        i, j, k = (indices & 7).T
+        held = np.zeros(len(indices), np.bool_)
+        known = rows >= 0
+        held[known] = self._present[rows[known], ((i * EDGE + j) * EDGE + k)[known]]
+        return held
+
     def label_counts(self, least_confidence: int) -> NDArray[np.int64]:
         """Return (256,) the number of voxels of each label.
 

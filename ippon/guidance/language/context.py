@@ -86,7 +86,7 @@ def read_context(
         context: Free text.
         vocabulary: Labels of the common objects.
         ooi: Canonical label of the goal; its own mentions are not places.
-        rooms: Further names of rooms, as words in lower case.
+        rooms: Names of the map's rooms, as words in lower case.
     """
     knowledge = load_knowledge()
     claims: list[Claim] = []
@@ -104,7 +104,9 @@ def read_context(
         elif len(kept) < MAX_CLAIMS and not any(_same(claim, other) for other in kept):
             kept.append(_labelled(claim, vocabulary, knowledge))
     notes += [
-        f"“{name}” counts once a room of that name is known" for name in room_phrases(context)
+        f"“{name}” counts once a room of that name is known"
+        for name in room_phrases(context)
+        if name not in rooms
     ]
     if context.strip() and not kept and not notes:
         notes.append("no place was understood in the context")

@@ -1,8 +1,10 @@
 import hashlib
+import logging
 import math
 import queue
 import signal
 import time
+from types import SimpleNamespace
 
 import msgspec
 import numpy as np
@@ -25,7 +27,8 @@ from app.messages.motion import (
 )
 from app.messages.perception.heatmaps import decode_heatmap
 from app.messages.status import SegmentationLabels
-from app.nodes.robot_sim import GroundTruth
+from app.nodes import robot_sim
+from app.nodes.robot_sim import GroundTruth, RobotSim, RobotSimConfig
 from ippon.geometry import yaw_of
 from ippon.vocabulary import MATTERPORT_40
 
@@ -256,3 +259,21 @@ def test_no_navigator(launch, free_endpoint):
     assert (status, out) == (2, "")
     assert f"no navigator answers at {free_endpoint}" in robot.log()
     assert "Traceback" not in robot.log()
+
+
+def test_the_robot_waits_for_a_navigator_that_compiles_and_says_so_once(monkeypatch, caplog):
+    answers = iter([None, None, None, b"labels"])
+    monkeypatch.setattr(robot_sim, "last_message", lambda *_: next(answers))
+    monkeypatch.setattr(robot_sim, "SILENT_WAIT_S", 0.05)
+    caplog.set_level(logging.INFO, logger=robot_sim.__name__)
+    taken = []
+    config = RobotSimConfig(robot="robot-2", connect="tcp/127.0.0.1:7448")
+    robot = SimpleNamespace(
+        _session=None, _key=lambda key: key, _config=config, _take_labels=taken.append
+    )
+    RobotSim.await_labels(robot, 30.0)
+    assert taken == [b"labels"]
+    (line,) = caplog.messages
+    assert line == (
+        "waiting for the navigator of robot-2 at tcp/127.0.0.1:7448: at its first start it compiles"
+    )

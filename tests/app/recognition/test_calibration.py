@@ -7,6 +7,8 @@ import sys
 import pytest
 
 from app.cli.main import run
+from app.cli.tools.calibrate import _known_beside
+from app.errors import UsageError
 from ippon.observation_model import read_observation_model
 from tests.app.recognition.test_recognition import MODEL, SEQUENCE, every_second_image
 from tests.locations import ROOT
@@ -64,3 +66,12 @@ def test_known_objects_that_cannot_be_read(tmp_path, capsys, known, text):
 def test_a_folder_that_is_not_there(tmp_path, capsys):
     assert run(["calibrate", str(tmp_path), "--out", str(tmp_path / "none/table.json")]) == 2
     assert "does not exist" in capsys.readouterr().err
+
+
+def test_known_objects_lie_in_the_folder_of_a_recording(tmp_path):
+    bag = tmp_path / "a.mcap"
+    bag.write_bytes(b"")
+    with pytest.raises(UsageError, match=r"there is no .*/objects.json: list the objects"):
+        _known_beside(bag)
+    (tmp_path / "objects.json").write_text("{}")
+    assert _known_beside(bag) == _known_beside(tmp_path) == tmp_path / "objects.json"

@@ -93,3 +93,15 @@ def test_the_places_are_those_of_a_voxel_that_is_as_probable_as_the_find(expecte
     )  # fmt: skip
     said = places_of_voxel(evidence, likelihood, expected_nats)
     assert [one.images for one in said] == images, "the strongest first"
+
+
+def test_of_voxels_that_are_alike_the_one_that_most_images_show_is_explained():
+    likelihood = np.ones(256, np.float32)
+    likelihood[[150, 160, 200]] = np.exp([2.0, 2.2, 4.0])
+    values = csr_matrix((np.ones(3, np.float32), ([0, 1, 2], [150, 160, 200])), shape=(3, 256))
+    evidence = Evidence(
+        label="cup", values=values, place=np.zeros(3, np.uint8), images=np.array([2, 90, 95]),
+        first=np.array([0, 1, 2]), of_object=np.zeros(3, np.int64), objects=1,
+    )  # fmt: skip
+    (said,) = places_of_voxel(evidence, likelihood, 2.0)
+    assert said.images == 90

@@ -8,13 +8,16 @@ import sys
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from app.cli.main import run
+from app.cli.tools import recognise as command
 from app.recognition.recognition import Recognition
 from ippon.camera import PinholeCamera
 from ippon.frame import Frame
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
 from ippon.observation import Detections, Instance
+from ippon.segmentation.detectors.vocabulary import ClosedVocabulary
 from tests.locations import ROOT, SHARED
 
 SEQUENCE = SHARED / "rgbd/redkitchen_a"
@@ -132,3 +135,60 @@ def test_a_real_kitchen_holds_what_is_in_it_and_nothing_that_is_not(tmp_path):
 def test_what_cannot_be_recognised_says_why(arguments, text, capsys):
     assert run(["recognise", *arguments]) == 2
     assert text in capsys.readouterr().err
+
+
+class _Fake:
+    """A detector that sees nothing, and counts its images."""
+
+    def __init__(self, *, knows):
+        self.knows, self.images = knows, 0
+
+    def segment(self, color, labels, ooi):
+        self.images += 1
+        return Detections(
+            source="own", labels=tuple(labels), ooi=ooi, image_size=color.shape[:2], instances=()
+        )
+
+
+@pytest.fixture
+def fake(tmp_path, monkeypatch):
+    Image.fromarray(np.zeros((120, 160, 3), np.uint8)).save(tmp_path / "0.png")
+    Image.fromarray(np.full((120, 160), 1500, np.uint16)).save(tmp_path / "0.depth.png")
+    pose = make_transform(R_BASE_CAMERA_LEVEL, (0.0, 0.0, 1.0)).tolist()
+    content = {
+        "name": "wall", "width": 160, "height": 120, "depth_unit_m": 0.001, "rate_hz": 10.0,
+        "intrinsics": {"fx": 150.0, "fy": 150.0, "cx": 79.5, "cy": 59.5},
+        "gravity_world": [0, 0, -1],
+        "frames": [{"color": "0.png", "depth": "0.depth.png", "camera_to_world": pose}],
+    }  # fmt: skip
+    (tmp_path / "sequence.json").write_text(json.dumps(content))
+    network = _Fake(knows=("cup",))
+    monkeypatch.setattr(command, "segmenter_of", lambda _: network)
+    vocabulary = ClosedVocabulary.of(network.knows)
+    monkeypatch.setattr(command, "closed_vocabulary", lambda _: vocabulary)
+    return network
+
+
+MODEL_TEXT = """{"source": "SOURCE", "kind": "scores", "provenance": "by hand",
+ "table": {"scores": [0.3, 0.6], "nats": [0, 6], "not_recognised": -0.5}}"""
+
+
+def test_an_observation_model_of_another_network_is_refused(fake, tmp_path, capsys):
+    (tmp_path / "own.json").write_text(MODEL_TEXT.replace("SOURCE", "own"))
+    (tmp_path / "other.json").write_text(MODEL_TEXT.replace("SOURCE", "other"))
+    arguments = ["recognise", str(tmp_path), "--find", "cup", "--observation-model"]
+    assert run([*arguments, str(tmp_path / "own.json")]) == 0
+    assert run([*arguments, str(tmp_path / "other.json")]) == 2
+    assert "the observation model is that of 'other'" in capsys.readouterr().err
+    where = ["--segmentation.where", "here", "--segmentation.backend", "detector"]
+    arguments = ["navigate", *where, "--segmentation.model", "a/own.onnx", "--observation-model"]
+    assert run([*arguments, str(tmp_path / "other.json")]) == 2
+    assert "and the network is 'own' (scores)" in capsys.readouterr().err
+
+
+def test_no_image_is_looked_at_for_what_the_network_cannot_tell(fake, tmp_path, capsys):
+    assert run(["recognise", str(tmp_path), "--find", "unicorn"]) == 2
+    assert fake.images == 0
+    ran = capsys.readouterr()
+    assert ran.out == "unicorn: none\n"
+    assert "'unicorn' is none of them" in ran.err

@@ -3,12 +3,18 @@
 import io
 import shutil
 
+import msgspec
 import pytest
 from PIL import Image
 
+from app.messages import keys
+from app.messages.control import encode
+from app.messages.status import GoalStatus
 from app.recording import catalogue
 from app.recording.catalogue import list_sessions, path_of, picture_of
 from app.recording.errors import RecordingError
+from app.recording.reading.recording import Recording
+from app.recording.writing.session import SUMMARY
 
 
 def test_a_session_in_a_list(session_folder):
@@ -57,3 +63,26 @@ def test_a_thousand_sessions_are_read_once(session_folder, monkeypatch):
 def test_a_folder_that_is_not_there(tmp_path):
     with pytest.raises(RecordingError, match="there is no folder"):
         list_sessions(tmp_path / "none")
+
+
+def test_a_session_of_several_searches_is_found_by_each_of_them(tmp_path, made_up):
+    session = made_up.write_session(tmp_path, end=False)
+    ended = made_up.status_of(40, "found")
+    tables = GoalStatus(goal_id=7, object="dining_table", display="tables", outcome="active")
+    before = GoalStatus(goal_id=9, object="tv", outcome="found")
+    later = msgspec.structs.replace(ended, goal=tables, history=[before, ended.goal])
+    session.add(keys.STATUS, encode(later), made_up.START_NS + 8 * 10**9, 8.0)
+    session.close()
+    (entry,) = list_sessions(tmp_path)
+    assert [(goal.object, goal.context, goal.outcome) for goal in entry.goals] == [
+        ("hat", "on the sofa", "found"),
+        ("tables", "", "unfinished"),
+    ]
+    assert entry.duration_s == pytest.approx(8.0)
+
+
+def test_the_time_before_the_first_message_is_no_part_of_a_session(session_folder):
+    recording = Recording(session_folder)
+    summary = recording.index.metadata[SUMMARY]
+    recording.close()
+    assert float(summary["duration_s"]) == pytest.approx(5.8, abs=0.1)

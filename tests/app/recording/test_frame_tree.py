@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from app.messages import keys
-from app.messages.images import encode_camera
+from app.messages.images import encode_camera, encode_color
 from app.messages.motion import StampedTransform, encode_transforms
 from app.recording.frame_tree import FrameTree
 from ippon.camera import PinholeCamera
@@ -68,3 +68,31 @@ def test_the_world_is_map_or_the_root(moving, world):
 )  # fmt: skip
 def test_what_is_missing_is_said_with_the_frames_that_there_are(moving, fixed, why, names):
     assert tree_of(*moving, fixed=fixed).problem() == f"{why}; tf has {names}"
+
+
+def image_at(stamp_ns):
+    return encode_color(np.zeros((4, 4, 3), np.uint8), stamp_ns, OPTICAL)
+
+
+@pytest.mark.parametrize(
+    ("images_s", "text"),
+    [
+        ((5.0, 6.0), ""),
+        ((1.0, 6.0), ""),
+        ((9.04, 9.04), ""),
+        ((1.0, 2.5), "the images end 1.50 s before the first pose of 'base_link'"),
+        ((9.06, 20.0), "the images begin 0.06 s after the last pose of 'base_link'"),
+    ],
+)
+def test_images_that_no_pose_is_of_the_time_of_are_said(images_s, text):
+    tree = tree_of(fixed=MOUNT)
+    for second in (4.0, 9.0):
+        moved = StampedTransform(
+            stamp_ns=round(second * 1e9), parent="odom", child="base_link", T_parent_child=np.eye(4)
+        )
+        tree.add(keys.TF, encode_transforms([moved]))
+    assert tree.problem() == ""
+    for second in images_s:
+        tree.add(keys.COLOR, image_at(round(second * 1e9)))
+    assert text in tree.problem()
+    assert bool(text) == bool(tree.problem())

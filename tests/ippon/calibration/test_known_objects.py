@@ -26,7 +26,11 @@ def test_labels_are_canonical_and_notes_are_ignored():
         ({}, "are all empty: list at least one"),
         ({"objects": {}}, "objects is a list; got dict"),
         ({"objects": [{"label": "cup"}]}, "objects[0]: 'centre_world' is missing"),
-        ({"objects": [CUP | {"centre_world": [1, 2]}]}, "objects[0]"),
+        (
+            {"objects": [CUP | {"centre_world": [1, 2]}]},
+            "objects[0]: centre_world is [x, y, z] in met",
+        ),
+        ({"objects": [CUP | {"centre_world": 1}]}, "objects[0]: centre_world is [x, y, z] in met"),
         ({"objects": [CUP | {"centre_world": [1, 2, float("nan")]}]}, "finite centre_world"),
         ({"objects": [CUP | {"about_m": 0}]}, "about_m within 0 to 20"),
         ({"objects": ["cup"]}, "objects[0]"),

@@ -7,6 +7,7 @@ from ippon.rooms.said_rooms import (
     SaidRoom,
     SaidRoomConfig,
     is_elsewhere,
+    known_rooms,
     read_said_rooms,
     said_parts,
     weigh_rooms,
@@ -155,3 +156,18 @@ def test_weights_that_exclude_or_invert_are_rejected():
 def test_the_parts_that_are_the_room_that_was_said(context, names, parts):
     said = read_said_rooms(context, [one.name for one in names])
     assert said_parts(said, _rooms(), names) == parts
+
+
+def test_a_german_name_is_that_of_the_room_that_was_said_in_english():
+    said, weights = _weigh("in Anna's room", _named(UNCLEAR, "Annas Zimmer"))
+    assert weights.first == ("Annas Zimmer (named by you)",)
+    assert (said[0].place, weights.missing) == ("anna's room", ())
+    _, weights = _weigh("in room 12", _named(UNCLEAR, "Zimmer 12"))
+    assert weights.first == ("Zimmer 12 (named by you)",)
+    _, weights = _weigh("in Anna's room", _named(UNCLEAR, "Bens Zimmer"))
+    assert weights.first == ()
+
+
+def test_the_names_of_rooms_are_neither_types_nor_things():
+    names = ["Lager", "Annas Zimmer", "Kitchen", "Sofa"]
+    assert known_rooms("in Anna's room", names) == {"lager", "annas zimmer", "anna's room"}

@@ -2,8 +2,11 @@
 
 from typing import Final
 
+import numpy as np
+
 from app.view.camera.overlays import CameraScene, OutlinedObject
-from app.view.drawing.find_layer import marks_of, places_of
+from app.view.drawing.find_layer import ObjectMark, marks_of, places_of
+from app.view.model.picking import is_hidden
 from app.view.model.scene_model import Part, SceneModel
 
 CAMERA_PARTS: Final[frozenset[Part]] = frozenset({"camera", "pose", "path", "status", "detections"})
@@ -27,7 +30,7 @@ def camera_scene(model: SceneModel) -> CameraScene:
             text=mark.text,
             found=mark.found,
         )
-        for mark in marks[:_OBJECTS]
+        for mark in [mark for mark in marks if mark.found or not _is_hidden(model, mark)][:_OBJECTS]
     )
     return CameraScene(
         camera=model.camera,
@@ -38,3 +41,12 @@ def camera_scene(model: SceneModel) -> CameraScene:
         drive=status.drive,
         wanted="" if status.goal is None else status.goal.object,
     )
+
+
+def _is_hidden(model: SceneModel, mark: ObjectMark) -> bool:
+    """Return whether walls or furniture of the map are before a mark from where the camera is."""
+    if model.voxel_size_m is None or not model.camera_poses:
+        return False
+    _, T_world_camera = model.camera_poses[-1]
+    center, size_m = np.array(mark.center_world), np.array(mark.size_m)
+    return is_hidden(model.voxels, model.voxel_size_m, T_world_camera[:3, 3], center, size_m)

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from app.messages.driving import DriveStatus
+from app.messages.driving import DriveStatus, PaintedStroke
 from app.nodes.console.panels.markup import answer, escape
 from app.view.words import Words
 
@@ -17,15 +17,14 @@ def intervention(drive: DriveStatus, say: Words) -> str:
     return ""
 
 
-def painted(regions: Sequence[tuple[str, float]], say: Words) -> str:
-    """List painted regions, the latest first: what each does, and the area of the map in it."""
-    rows = [
-        f"<li><b>{escape(say(f'panel.drive.{kind}'))}</b> <span>{escape(covered)}</span></li>"
-        for kind, area_m2 in reversed(regions)
-        for covered in (
-            say("panel.painted.area", n=say.number(area_m2, 1))
-            if area_m2 > 0.0
-            else say("panel.painted.unmapped"),
+def painted(regions: Sequence[tuple[PaintedStroke, float]], say: Words) -> str:
+    """List painted regions, the latest first: what each does, its area of the map and its room."""
+    rows: list[str] = []
+    for one, area_m2 in reversed(regions):
+        mapped = say("panel.painted.area", n=say.number(area_m2, 1))
+        covered = mapped if area_m2 > 0.0 else say("panel.painted.unmapped")
+        where = " · ".join(filter(None, [covered, one.room]))
+        rows.append(
+            f"<li><b>{escape(say(f'panel.drive.{one.kind}'))}</b> <span>{escape(where)}</span></li>"
         )
-    ]
     return f'<ul class="ip-goals">{"".join(rows)}</ul>' if rows else ""

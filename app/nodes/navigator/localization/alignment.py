@@ -8,6 +8,7 @@ import logging
 import math
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -20,6 +21,7 @@ from app.messages.control import ControlReply, ControlRequest
 from app.nodes.navigator.command.command_stream import CommandStream
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.frame_intake import FrameIntake
+from app.nodes.navigator.state.map_aside import copy_aside
 from app.process.stop_signal import StopSignal
 from ippon.command import Command
 from ippon.errors import FrameRejectedError
@@ -190,18 +192,25 @@ class FirstLook:
     Args:
         voxel_map: None where none was read.
         report_event: Reports what the operator should know.
+        config: Of the navigator.
     """
 
     def __init__(
-        self, voxel_map: VoxelMap | None, report_event: Callable[[str, str], None]
+        self,
+        voxel_map: VoxelMap | None,
+        report_event: Callable[[str, str], None],
+        config: NavigatorConfig,
     ) -> None:
         self._map = voxel_map
-        self._report_event = report_event
+        self._report_event, self._config = report_event, config
         self.problem = ""
         """What is wrong, for the operator."""
 
     def check(self, frame: Frame) -> bool:
-        """Look at the first frame; return whether it contradicts the map. Later ones do not."""
+        """Look at the first frame; return whether it contradicts the map. Later ones do not.
+
+        The map goes on in the new frame, and its file is written: a copy keeps what was there.
+        """
         voxel_map, self._map = self._map, None
         if voxel_map is None:
             return False
@@ -210,10 +219,20 @@ class FirstLook:
         if share > _DISAGREES:
             self.problem = (
                 f"the map does not fit what the robot sees: {share:.0%} of it contradicts the map; "
-                "the robot's frame has changed: start again with --align"
+                f"the robot's frame has changed: {self._copied()}"
             )
             self._report_event("error", self.problem)
         return bool(self.problem)
+
+    def _copied(self) -> str:
+        """Copy the kept map, and say how to go on."""
+        try:
+            name = copy_aside(Path(self._config.keep_map)).name
+        except OSError as error:
+            return f"the map as it was could not be kept ({error.strerror})"
+        if not self._config.profile.takes_velocities:
+            return f"the map as it was is kept as {name}; start again with another --map"
+        return f"the map as it was is kept as {name}; start again with --align and that --map"
 
 
 def said_registration(registration: Registration) -> str:

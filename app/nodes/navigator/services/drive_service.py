@@ -1,6 +1,6 @@
 """Requests that direct the robot: drive mode, waypoint, painted regions."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Protocol
 
@@ -46,6 +46,8 @@ class DriveService:
         self._operations = operations
         self._strokes: list[PaintedStroke] = []
         self._painted = painted
+        self.room_of: Callable[[Sequence[tuple[float, float]]], str] = lambda _: ""
+        """Returns the room of points of the floor; the navigator sets it."""
 
     def drive(self, request: DriveRequest) -> Accepted:
         """Set the drive mode and speed limit."""
@@ -95,8 +97,15 @@ class DriveService:
             raise RequestRefusedError("a stroke needs at least one point of the floor")
         if len(self._strokes) >= MAX_STROKES:
             raise RequestRefusedError(f"{MAX_STROKES} strokes are painted; clear them first")
+        try:
+            room = self.room_of(request.strokes)
+        except RequestRefusedError:
+            # The region counts all the same.
+            room = ""
         self._strokes.append(
-            PaintedStroke(kind=request.action, strokes=request.strokes, radius_m=request.radius_m)
+            PaintedStroke(
+                kind=request.action, strokes=request.strokes, radius_m=request.radius_m, room=room
+            )
         )
         return "searching there first" if request.action == "look_here" else "not searching there"
 

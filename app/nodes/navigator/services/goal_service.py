@@ -102,6 +102,10 @@ class GoalService:
             joined=place.joined,
         )
 
+    def known(self, goal_id: int) -> PlannedSearch | None:
+        """Return a goal that is searched for, waits or has ended, by its number."""
+        return self._goals.find(goal_id) or self._goals.ended(goal_id)
+
     def plan(self, request: SearchRequest) -> PlannedSearch:
         """Return the search of a request, with levels of the embedded prior.
 

@@ -38,6 +38,8 @@ from ippon.guidance.prior import EmbeddedPrior
 from ippon.mapping.objects.object_layers import MAX_LABELS
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
+from ippon.rooms.named_rooms import RoomName
+from ippon.rooms.said_rooms import known_rooms
 from ippon.vocabulary import canonical_label
 
 logger = logging.getLogger(__name__)
@@ -74,6 +76,8 @@ class GuidanceService:
         self._operations = operations
         self._report_event = report_event
         self._prior = EmbeddedPrior()
+        self.room_names: Callable[[], tuple[RoomName, ...]] = tuple
+        """Returns the names that people have given to rooms; the navigator sets it."""
         self._lock = threading.Lock()
         self._labels = labels
         self._levels_pool = ThreadPoolExecutor(_CONCURRENT_QUESTIONS, thread_name_prefix="levels")
@@ -101,7 +105,8 @@ class GuidanceService:
             RequestRefusedError: The object holds no word.
         """
         resolved = self._resolve(request.object)
-        guidance = self._prior.levels(resolved, request.context, self.labels)
+        rooms = known_rooms(request.context, [room.name for room in self.room_names()])
+        guidance = self._prior.levels(resolved, request.context, self.labels, rooms)
         named = goal_named(request.object)
         attributes, count, other = tuple(request.attributes), request.count, request.other
         if named is not None:

@@ -48,13 +48,15 @@ class QueueService:
         if old is None or self._queue.is_active(goal_id):
             raise RequestRefusedError(f"goal {goal_id} is no longer waiting")
         context = old.goal.context if request.context is None else request.context
+        # The page sends the object with every edit.
+        is_same = request.object in ("", old.goal.display)
         wanted = SearchRequest(
             object=request.object or old.goal.display,
             context=context,
             scenario=old.scenario,
-            attributes=[] if request.object else list(old.goal.attributes),
-            count=1 if request.object else old.goal.count,
-            other=not request.object and old.goal.other,
+            attributes=list(old.goal.attributes) if is_same else [],
+            count=old.goal.count if is_same else 1,
+            other=is_same and old.goal.other,
         )
         new = self._goals.plan(wanted)
         if new.goal.object == old.goal.object:

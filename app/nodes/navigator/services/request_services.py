@@ -183,6 +183,12 @@ class RequestServices:
             declare_endpoints(session, robot, service, self.authorize) for service in served
         ]
 
+    def hear_of_rooms(self, rooms: RoomService) -> None:
+        """Let sentences, goals and bids use the names of rooms, and painted regions tell theirs."""
+        for service in (self.bids, self.guidance, self.sentences):
+            service.room_names = lambda: rooms.names
+        self.drive.room_of = rooms.room_of
+
     def authorize(self, message: msgspec.Struct, who: Credential | None) -> None:
         """Accept a command of the lease's holder while there is room for it, and every Stop.
 

@@ -1,7 +1,8 @@
 """Requests about rooms: where they are, what they are, and what people call them."""
 
 import threading
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -11,7 +12,7 @@ from app.memory.room_names import MAX_ROOMS, checked_name, read_room_names, writ
 from app.messages.memory import Room, RoomNameRequest, RoomsReply, RoomsRequest
 from app.nodes.navigator.services.operation_queue import OperationQueue
 from ippon.atomic_file import set_aside
-from ippon.rooms.named_rooms import RoomName, renamed, room_places
+from ippon.rooms.named_rooms import RoomName, name_lookup, renamed, room_places
 from ippon.rooms.room_inference import RoomConfig, Rooms, infer_rooms, room_evidence
 
 TIMEOUT_S: Final = 5.0
@@ -69,6 +70,16 @@ class RoomService:
             self.names = names
             self._operations.enqueue(lambda mission: mission.rooms.set_names(names))
         return self._reply(rooms)
+
+    def room_of(self, points: Sequence[tuple[float, float]]) -> str:
+        """Return the name or type of the room that holds most of some points; empty for none.
+
+        Raises:
+            RequestRefusedError: The map did not answer in time.
+        """
+        name_at = name_lookup(self._infer(), self.names)
+        found = Counter(filter(None, map(name_at, points)))
+        return found.most_common(1)[0][0] if found else ""
 
     def _infer(self) -> Rooms:
         config = RoomConfig()

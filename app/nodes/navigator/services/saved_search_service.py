@@ -60,28 +60,40 @@ class SavedSearchService:
             if request.action == "delete":
                 self._keep([one for one in self._saved.searches if one is not saved])
                 return Accepted(detail=f"{saved.object} is no longer saved")
-        wanted = SearchRequest(object=saved.object, context=saved.context, scenario=saved.scenario)
+        wanted = SearchRequest(
+            object=saved.object,
+            context=saved.context,
+            scenario=saved.scenario,
+            attributes=saved.attributes,
+            count=saved.count,
+            other=saved.other,
+        )
         return Accepted(detail=told(self._goals.search(wanted, f"saved search {saved.saved_id}")))
 
     def _save(self, request: SavedSearchRequest) -> Accepted:
         wanted = request.object.strip()
+        search = None if request.goal_id is None else self._goals.known(request.goal_id)
+        if request.goal_id is not None and search is None:
+            raise RequestRefusedError(f"there is no goal {request.goal_id} any more")
         # A search that could not start is not saved either.
         self._goals.plan(
             SearchRequest(object=wanted or " ", context=request.context, scenario=request.scenario)
         )
         with self._lock:
-            what = (wanted, request.context, request.scenario)
             known = self._saved.searches
-            if any((one.object, one.context, one.scenario) == what for one in known):
-                return Accepted(detail=f"{wanted} is saved already")
-            if len(known) >= MAX_SAVED:
-                raise RequestRefusedError(f"{MAX_SAVED} searches are saved; delete one first")
             new = SavedSearch(
                 saved_id=self._saved.next_id,
                 object=wanted,
                 context=request.context,
                 scenario=request.scenario,
+                attributes=list(search.goal.attributes) if search else [],
+                count=search.goal.count if search else 1,
+                other=bool(search and search.goal.other),
             )
+            if any(msgspec.structs.replace(one, saved_id=new.saved_id) == new for one in known):
+                return Accepted(detail=f"{wanted} is saved already")
+            if len(known) >= MAX_SAVED:
+                raise RequestRefusedError(f"{MAX_SAVED} searches are saved; delete one first")
             self._keep([*known, new], next_id=new.saved_id + 1)
         return Accepted(detail=f"{wanted} is saved")
 

@@ -21,6 +21,7 @@ from ippon.guidance.language.goals.goal import Goal
 from ippon.guidance.language.requests.sentence import read_request
 from ippon.memory.instance import Instance
 from ippon.memory.notes import with_names, without_names
+from ippon.rooms.named_rooms import RoomName
 
 SENTENCE_TIMEOUT_S: Final = 8.0
 """Time after which rules read a sentence instead of the model, because a user is waiting."""
@@ -40,6 +41,8 @@ class SentenceService:
         self._goals = goals
         self.things: Callable[[], tuple[Instance, ...]] = tuple
         """Returns what is remembered; the navigator sets it."""
+        self.room_names: Callable[[], tuple[RoomName, ...]] = tuple
+        """Returns the names that people have given to rooms; the navigator sets it."""
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="sentence")
 
     def read(self, request: SentenceRequest) -> SentenceReading:
@@ -52,7 +55,8 @@ class SentenceService:
             answer = dataclasses.replace(
                 answer, request=dataclasses.replace(answer.request, goals=goals)
             )
-        return as_reading(answer, 1e3 * (time.monotonic() - started))
+        names = [room.name for room in self.room_names()]
+        return as_reading(answer, 1e3 * (time.monotonic() - started), names)
 
     def read_picture(self, request: PictureRequest) -> SentenceReading:
         """Return the object that a picture shows, as the model names it.

@@ -1,5 +1,6 @@
 """What a person asks for: objects with what was said of each."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -96,14 +97,20 @@ class Request:
     """Name of the language where it is not English; then rules find no goal."""
 
 
-def _is_room(place: Relation) -> bool:
+def _is_room(place: Relation, rooms: Collection[str]) -> bool:
     """Tell whether a relation names the room of the object, which is searched first or last."""
     named = place.place in _STOREYS or bool(room_phrases(place.place))
-    return named or load_knowledge().room(place.place) is not None
+    known = place.place in rooms or load_knowledge().room(place.place) is not None
+    return named or known
 
 
-def unchecked(goal: Goal) -> tuple[str, ...]:
-    """Return a sentence for each thing that was said and that the search does not use yet."""
+def unchecked(goal: Goal, rooms: Collection[str] = ()) -> tuple[str, ...]:
+    """Return a sentence for each thing that was said and that the search does not use yet.
+
+    Args:
+        goal: What was said.
+        rooms: Names of the map's rooms, as words in lower case.
+    """
     notes: list[str] = []
     others = [one for one in goal.attributes if one.kind not in ("colour", "size")]
     if others:
@@ -115,6 +122,6 @@ def unchecked(goal: Goal) -> tuple[str, ...]:
     notes += [
         f"“{place.text}” guides the search, but a find is not checked for it yet"
         for place in goal.relations
-        if not _is_room(place)
+        if not _is_room(place, rooms)
     ]
     return tuple(notes)

@@ -228,6 +228,24 @@ def test_following_prints_changed_words_at_once_and_changed_numbers_every_five_s
     assert [line.split(" s  ")[0].strip() for line in lines] == ["1.0", "1.4", "1.6", "6.7", "3.0"]
 
 
+def test_following_says_what_a_search_waits_for(searches, monkeypatch, capsys):
+    before = GoalStatus(goal_id=7, object="tv", outcome="active")
+    waits = msgspec.structs.replace(
+        status_of([("keys", "queued")], 1), goal=before, why="stopped: press Resume to continue",
+        queue=[GoalStatus(goal_id=1, object="keys", outcome="queued")], tour=[],
+    )  # fmt: skip
+    statuses = [waits, waits, status_of([("keys", "found")], 1)]
+
+    def publish(session, topic, receive):
+        for status in statuses if topic.endswith(keys.STATUS) else ():
+            receive(encode(status))
+
+    monkeypatch.setattr(asking, "subscribe", publish)
+    assert ask("my keys", "--follow") == 0
+    lines = [x for x in capsys.readouterr().out.splitlines() if x.startswith("waits")]
+    assert lines == ["waits for goal 7, tv: stopped: press Resume to continue"]
+
+
 @pytest.mark.parametrize("yes", [(), ("--yes",)])
 def test_another_language_starts_nothing(searches, capsys, yes):
     assert ask("suche meinen Hut auf dem Sofa", *yes) == 2

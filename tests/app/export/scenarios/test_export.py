@@ -3,10 +3,12 @@
 import io
 import json
 import re
+import shutil
 import time
 from pathlib import Path
 
 import av
+import msgspec
 import numpy as np
 import pytest
 import trimesh
@@ -18,7 +20,11 @@ from app.cli.main import run
 from app.export.geometry import voxel_faces
 from app.export.map_picture import MapFromAbove, extent_of
 from app.export.session_data import need_map, read_session_data
+from app.messages import keys
+from app.messages.control import encode
+from app.messages.status import GoalStatus
 from app.recording.writing.writer import SessionWriter
+from tests.app.recording.conftest import START_NS, status_of, write_session
 from tests.chromium import PATIENCE_MS, new_page, open_browser
 
 
@@ -152,6 +158,41 @@ def test_the_report_says_it_all_and_needs_nothing_else(exported):
     assert page.count("data:image/png") == 3
     assert page.count("data:image/jpeg") >= 4
     assert re.findall(r'(?:src|href)="(?!data:)', page) == []
+
+
+def test_several_sessions_in_one_report_in_german(exported, tmp_path, capsys):
+    folder = tmp_path / "sessions"
+    for name in ("a", "b"):
+        shutil.copytree(exported.parent, folder / name, ignore=lambda *_: ["export"])
+    assert run(["export", str(folder), "report", "--language", "de"]) == 0
+    page = (folder / "export" / "report.html").read_text()
+    assert "<h1>2 Sitzungen: 2 von 2 Gegenständen gefunden</h1>" in page
+    assert page.count("<h1>Suche nach hat: gefunden</h1>") == 2
+    assert "sucht hat" in page
+    assert page.count("data:image/png") == 6
+    (folder / "c.mcap").write_bytes(b"nonsense")
+    out = str(tmp_path / "out")
+    both = ["export", str(folder / "a"), str(folder / "c.mcap"), "report", "--out", out]
+    assert run(both) == 1
+    assert "skipped: " in capsys.readouterr().out
+    assert "Search for hat: found" in (tmp_path / "out" / "report.html").read_text()
+    assert run(["export", str(folder / "a"), str(folder / "b"), "ply"]) == 2
+    assert "fit into a report only" in capsys.readouterr().err
+
+
+def test_a_report_of_several_searches_names_each_and_sums_them(tmp_path):
+    session = write_session(tmp_path, end=False)
+    ended = status_of(30, "found")
+    cups = GoalStatus(goal_id=2, object="cup", display="cups", outcome="active", count="all")
+    after = msgspec.structs.replace(ended, goal=cups, history=[ended.goal], path_length_m=1.0)
+    session.add(keys.STATUS, encode(after), START_NS + 7 * 10**9, 7.0)
+    session.close()
+    assert run(["export", str(session.writer.folder), "report"]) == 0
+    page = (session.writer.folder / "export" / "report.html").read_text()
+    assert "<h1>2 searches: 1 found</h1>" in page
+    assert "<td>hat</td><td>on the sofa</td><td>found, not confirmed</td>" in page
+    assert "<td>cups</td><td></td><td>unfinished, all: 0 found</td>" in page
+    assert "<dt>Path</dt><dd>1.5 m</dd>" in page
 
 
 @pytest.mark.browser

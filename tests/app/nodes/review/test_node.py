@@ -26,6 +26,8 @@ def test_choose_a_session_play_it_and_write_beside_it(session_folder, launch):
         assert "Sessions" in client.get("/").text
         (entry,) = client.get("/review/sessions").json()["sessions"]
         assert entry["object"] == "hat"
+        assert [goal["outcome"] for goal in entry["goals"]] == ["found"]
+        assert "sumOf" in client.get("/review/outcomes.js").text
         picture = client.get(f"/review/picture/{entry['id']}")
         assert picture.headers["content-type"] == "image/jpeg"
         assert client.get("/session/../../etc/passwd").status_code == 404

@@ -17,6 +17,8 @@ from app.recording.timeline import (
     timeline_of,
     unpack_timeline,
 )
+from ippon.mapping.config import MapConfig
+from ippon.mapping.voxel_map import VoxelMap
 
 
 @pytest.fixture
@@ -201,3 +203,9 @@ def test_a_clock_that_was_set_back_is_told_of(made_up, tmp_path):
     assert "clock was set back by 4.8 s" in problem
     assert len(_ours(recording.all_messages())) == 2 * len(made_up.all_messages(2.0))
     recording.close()
+
+
+def test_a_map_is_told_from_a_recording(tmp_path):
+    VoxelMap(MapConfig(memory_limit_mb=64.0), ("wall",)).save(tmp_path / "home.map")
+    with pytest.raises(RecordingError, match=r"is a map of `ippon navigate --map`"):
+        Recording(tmp_path / "home.map")

@@ -6,6 +6,7 @@ from rosbags.highlevel import AnyReader
 
 from app.messages import keys
 from app.recording.errors import RecordingError
+from app.recording.reading import repair
 from app.recording.reading.recording import Recording
 from app.recording.reading.repair import check
 from app.recording.timeline import TIMELINE_ATTACHMENT
@@ -45,6 +46,23 @@ def test_a_cut_session_is_mended_and_other_programs_open_it_again(tmp_path, made
     assert again.complete
     assert not again.repaired
     assert list(folder.glob("*.partial")) == []
+
+
+def test_a_repair_without_room_on_the_disk_leaves_nothing_behind(tmp_path, made_up, monkeypatch):
+    session = made_up.write_session(tmp_path, end=False)
+    session.writer.flush()
+    session.writer.abandon()
+    cut = session.writer.path.read_bytes()
+
+    def fill(_, target, __):
+        target.write_bytes(b"half")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(repair, "_copy", fill)
+    with pytest.raises(RecordingError, match="cannot be written: No space left"):
+        check(session.writer.folder, repair=True)
+    assert [path.name for path in session.writer.folder.iterdir()] == ["session_0.mcap"]
+    assert session.writer.path.read_bytes() == cut
 
 
 def test_a_whole_one_is_left_as_it_is_and_what_it_lacks_is_named(tmp_path, made_up):

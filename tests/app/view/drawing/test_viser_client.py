@@ -12,6 +12,7 @@ DIGITS = bytes(c for c in range(0x21, 0x7F) if chr(c) not in "\"&<>'`")
 
 DEFAULTS = (
     b"`data:image/jpeg;base64,AAAA`,enableDefaultLights:!0,enableDefaultLightsShadows:!0;"
+    b"n.type===`retry`?e!==null&&a():n.type===`close`?(e=null,t!==null&&t.close(),1):0;"
     b"t.messageQueue.length=0,t.firstMessageBatch=!0;"
     b"function q(e,t){let n=e.messageQueue,r=1}"
     b"t.current.requestRender=()=>{a.current=performance.now()+B,i()},"
@@ -21,6 +22,8 @@ DEFAULTS = (
 )
 CHANGED = (
     b"null,enableDefaultLights:!1,enableDefaultLightsShadows:!1;"
+    b"n.type===`retry`?e!==null&&t?.readyState!==WebSocket.CONNECTING&&a()"
+    b":n.type===`close`?(e=null,t!==null&&t.close(),1):0;"
     b"t.messageQueue.length=0,t.firstMessageBatch=!0,globalThis.ipponMapFirst.begin();"
     b"function q(e,t){t=globalThis.ipponMapFirst.sieve(t,e.messageQueue,held=>q(e,held));"
     b"let n=e.messageQueue,r=1}"
@@ -57,6 +60,7 @@ def test_the_installed_client_unpacks_to_files_that_its_page_names(page):
     assert b"data:image/jpeg" not in client.files[script], "our own surroundings only"
     assert client.files[script].count(b"globalThis.ipponMapFirst") == 2, "the map comes first"
     assert client.files[script].count(b"globalThis.ipponDrawRate") == 3, "frames are spaced"
+    assert client.files[script].count(b"?.readyState!==WebSocket.CONNECTING&&") == 1, "it may wait"
     assert b"mantine" in client.files[style]
     assert client.files[decoder].startswith(b"\0asm")
     assert f'src="/assets/{script}"'.encode() in client.page

@@ -8,6 +8,7 @@ from app.view.model.picking import (
     SurfaceLookup,
     first_voxel,
     floor_point,
+    is_hidden,
     nearest_viewpoint,
     seen_from,
 )
@@ -99,3 +100,21 @@ def test_clearance_is_the_distance_to_what_stands_at_the_height_of_the_body():
     assert len(points) == 27, "the floor under the wall is taken; the lamp overhead takes nothing"
     far = distance[np.argmax(points[:, 0])]
     assert far == pytest.approx(0.9, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("beyond", "hidden"),
+    [(2.0, True), (1.25, False), (0.5, False)],
+    ids=["behind the wall", "on the wall", "before it"],
+)
+def test_a_box_is_hidden_by_what_is_before_it(beyond, hidden):
+    store = store_of(wall(12))
+    origin, size = np.array([0.05, 0.05, 0.05]), np.full(3, 0.2)
+    assert is_hidden(store, V, origin, np.array([beyond, 0.0, 0.1]), size) == hidden
+
+
+def test_a_box_that_can_be_seen_in_part_is_not_hidden():
+    store = store_of([voxel for voxel in wall(12) if voxel[1] < 0])
+    origin = np.array([0.05, 0.05, 0.05])
+    assert not is_hidden(store, V, origin, np.array([2.0, -0.2, 0.1]), np.full(3, 1.0))
+    assert is_hidden(store, V, origin, np.array([2.0, -0.9, 0.1]), np.full(3, 0.4))

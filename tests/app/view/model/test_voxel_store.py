@@ -55,6 +55,9 @@ def test_holds_what_a_dictionary_would(batches):
                 twin.pop(where, None)
     assert _as_dict(store) == twin
     assert store.count == len(twin)
+    asked = [where for batch in batches for where, *_ in batch] + [(500, 0, 0)]
+    held = store.holds(np.array(asked, np.int64))
+    assert held.tolist() == [where in twin for where in asked]
 
 
 def test_only_touched_columns_are_dirty():

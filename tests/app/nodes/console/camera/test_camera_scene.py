@@ -1,8 +1,10 @@
 import msgspec
+import numpy as np
 
 from app.messages.scene import FoundObject
 from app.nodes.console.camera.camera_scene import camera_scene
 from app.view.model.scene_model import SceneModel
+from app.view.model.voxel_store import VoxelUpdate
 
 
 def test_finds_path_and_drive_are_drawn(stage):
@@ -42,3 +44,25 @@ def test_a_doubtful_find_has_a_question_mark(stage):
     find = msgspec.structs.replace(stage.find_of(), perhaps=True)
     model.on_status(stage.status_of("found", find=find))
     assert camera_scene(model).objects[0].text == "hat? 93%"
+
+
+def test_a_candidate_behind_a_wall_is_not_drawn_over_the_picture(stage):
+    model = SceneModel()
+    model.on_status(stage.status_of())
+    model.camera_poses.append((0, np.eye(4)))
+    seen, behind = (
+        FoundObject(label="hat", probability=0.5, center_world=(x, 0.0, 0.0), size_m=(0.2,) * 3)
+        for x in (1.0, 3.0)
+    )
+    model.on_detections((seen, behind))
+    wall = np.array([(20, j, k) for j in range(-30, 30) for k in range(-30, 30)])
+    n = len(wall)
+    model.voxels.apply(
+        VoxelUpdate(
+            indices=np.floor(wall * 0.1 / model.voxel_size_m).astype(np.int64),
+            attributes=np.zeros((n, 8), np.uint8),
+            surface=np.ones(n, np.bool_),
+        )
+    )
+    (one,) = camera_scene(model).objects
+    assert one.center_world == seen.center_world

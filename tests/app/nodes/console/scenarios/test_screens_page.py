@@ -195,7 +195,10 @@ WATCHED = """() => {
 }"""
 
 
-@pytest.mark.parametrize(("theme", "width", "height"), [("light", 1440, 900), ("dark", 390, 844)])
+@pytest.mark.parametrize(
+    ("theme", "width", "height"),
+    [("light", 1440, 900), ("dark", 390, 844), ("light", 820, 1180)],
+)
 def test_every_state_is_whole_named_and_readable(at_first, parts, stage, theme, width, height):
     page, home = parts
     _use_theme(page, theme)

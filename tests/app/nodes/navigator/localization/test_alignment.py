@@ -7,6 +7,7 @@ import threading
 import numpy as np
 import pytest
 
+from app.cli.main import run
 from app.links.network.requests import RequestRefusedError, ask
 from app.messages import keys
 from app.messages.control import ControlReply, ControlRequest
@@ -162,20 +163,45 @@ def test_a_stop_is_obeyed_and_nothing_else_is_taken(align, sessions):
     alignment._stream.close()
 
 
-def test_a_first_image_that_contradicts_the_map_is_reported_once(yesterday):
-    events = []
+def test_a_first_image_that_contradicts_the_map_is_reported_once(yesterday, tmp_path):
+    events, path = [], tmp_path / "home.map"
+    kept = {"home.map": b"map", "home.map.memory": b"things", "home.map.rooms.json": b"[]"}
+    for name, content in kept.items():
+        (tmp_path / name).write_bytes(content)
+    config = dataclasses.replace(CONFIG, keep_map=str(path))
+
+    def look(known, frame, config=config):
+        first = FirstLook(known, lambda *event: events.append(event), config)
+        first.check(frame)
+        first.check(frame)
+        return first.problem
+
     frame = world_at(2.2, 1.6, 0.4).observe()
-    right = FirstLook(yesterday, lambda *event: events.append(event))
-    right.check(frame)
-    assert (right.problem, events) == ("", [])
+    assert look(yesterday, frame) == ""
+    assert (events, len(list(tmp_path.iterdir()))) == ([], 3)
     turned = in_map_frame(frame, make_transform(rotation_z(1.5), (3.5, 0.2, 0.0)))
-    wrong = FirstLook(yesterday, lambda *event: events.append(event))
-    wrong.check(turned)
-    wrong.check(turned)
-    assert wrong.problem.endswith("the robot's frame has changed: start again with --align")
-    assert events == [("error", wrong.problem)]
-    FirstLook(None, lambda *event: events.append(event)).check(turned)
-    assert len(events) == 1
+    problem = look(yesterday, turned)
+    assert problem.endswith(
+        "of it contradicts the map; the robot's frame has changed: the map as it was is kept as "
+        "home.map.aside-1; start again with --align and that --map"
+    )
+    assert events == [("error", problem)]
+    for name, content in kept.items():
+        copy = name.replace("home.map", "home.map.aside-1")
+        assert (tmp_path / copy).read_bytes() == (tmp_path / name).read_bytes() == content
+    assert look(None, turned) == ""
+    sent = dataclasses.replace(config, profile=dataclasses.replace(ZED, takes_velocities=False))
+    assert look(yesterday, turned, sent).endswith(
+        "home.map.aside-2; start again with another --map"
+    )
+    path.unlink()
+    assert look(yesterday, turned).endswith("could not be kept (No such file or directory)")
+
+
+def test_a_camera_that_nothing_turns_is_not_aligned(tmp_path, capsys):
+    arguments = ["navigate", "--map", str(tmp_path / "home.map"), "--profile", "hand-held"]
+    assert run([*arguments, "--align"]) == 2
+    assert "profile hand-held takes none: begin another map" in capsys.readouterr().err
 
 
 def test_an_alignment_is_said_in_degrees_and_metres():

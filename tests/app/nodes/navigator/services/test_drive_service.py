@@ -56,6 +56,12 @@ class Missionary:
         return True
 
 
+def room_of(points):
+    if points[0][0] < 0.0:
+        raise RequestRefusedError("the navigator is busy")
+    return "Anna's room"
+
+
 @pytest.fixture
 def service(sessions):
     router, client = sessions
@@ -71,6 +77,7 @@ def service(sessions):
     goals = GoalQueue(3)
     painted = LatchedTopic(router, f"{ROBOT}/{keys.PAINTED}", sender)
     drive = DriveService(mux, operations, painted, ZED)
+    drive.room_of = room_of
     preview = PreviewService(goals, operations)
     endpoints = [declare_endpoints(router, ROBOT, service) for service in (drive, preview)]
 
@@ -127,6 +134,10 @@ def test_what_is_painted_counts_is_kept_for_late_joiners_and_can_be_undone(servi
     assert kept is not None
     regions = decode(kept, PaintedRegions).regions
     assert [(r.kind, r.strokes, r.radius_m) for r in regions] == [("look_here", [(1.0, 2.0)], 0.5)]
+    assert regions[0].room == "Anna's room"
+    unnamed = PaintRequest(action="not_here", strokes=[(-1.0, 2.0)], radius_m=0.5)
+    assert service.request(keys.PAINT, unnamed).detail == "not searching there"
+    service.request(keys.PAINT, PaintRequest(action="undo"))
     assert service.request(keys.PAINT, PaintRequest(action="undo")).detail == "undone; 0 left"
     with pytest.raises(RequestRefusedError, match="there is no painted region to undo"):
         service.request(keys.PAINT, PaintRequest(action="undo"))

@@ -6,6 +6,8 @@ import threading
 import pytest
 
 from app.links.network.requests import RequestRefusedError
+from app.messages.control import SearchRequest
+from ippon.guidance.language.goals.goal import Attribute
 from ippon.guidance.levels import Level
 from tests.app.nodes.navigator.conftest import finds
 
@@ -126,3 +128,11 @@ def test_the_history_says_what_became_of_a_goal_and_how_long_it_took(desk):
         ("hat", "found", True, 1, 73.0),
         ("tv", "cancelled", False, 0, 12.0),
     ]
+
+
+def test_an_edit_of_the_context_keeps_the_count_and_the_attributes(desk):
+    red = Attribute(kind="colour", value="red")
+    desk.goals.search(SearchRequest(object="chairs", count="all", attributes=[red]))
+    desk.ask(2, "edit", object="chairs", context="in the hall")
+    goal = desk.queue.find(2).goal
+    assert (goal.context, goal.count, goal.attributes) == ("in the hall", "all", (red,))

@@ -122,3 +122,12 @@ def test_without_a_map_file_names_last_while_the_process_runs(events):
     service = RoomService(_Operations(), events.report)
     service.rename(RoomNameRequest(**AT, name="Anna's"))
     assert service.rooms(RoomsRequest()).rooms[0].name == "Anna's"
+
+
+def test_points_are_in_the_room_that_holds_most_of_them(make):
+    service = make()
+    kitchen, unclear, outside = (1.0, 1.0), (4.0, 1.0), (90.0, 1.0)
+    assert service.room_of([kitchen, unclear, outside]) == "kitchen"
+    service.rename(RoomNameRequest(x_m=4.0, y_m=1.0, name="Lager"))
+    assert service.room_of([kitchen, unclear, unclear]) == "Lager"
+    assert service.room_of([outside]) == ""

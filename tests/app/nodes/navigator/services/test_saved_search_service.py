@@ -5,8 +5,9 @@ from types import SimpleNamespace
 import pytest
 
 from app.links.network.requests import RequestRefusedError
-from app.messages.control import SavedSearches, SavedSearchRequest, decode
+from app.messages.control import SavedSearches, SavedSearchRequest, SearchRequest, decode
 from app.nodes.navigator.services.saved_search_service import MAX_SAVED, SavedSearchService
+from ippon.guidance.language.goals.goal import Attribute
 
 
 @pytest.fixture
@@ -79,3 +80,19 @@ def test_a_damaged_file_is_set_aside(shelf):
     ask("save", object="mug")
     assert shown(shelf) == [(1, "mug", "")]
     assert (shelf.path.parent / "ippon.json.aside-1").read_text(encoding="utf-8") == "{"
+
+
+def test_a_goal_is_saved_with_its_count_and_what_tells_it_from_others(shelf):
+    ask = shelf.start()
+    blue = Attribute(kind="colour", value="blue", negated=True)
+    wanted = SearchRequest(object="chairs", count=2, attributes=[blue], other=True)
+    shelf.desk.goals.search(wanted)
+    ask("save", object="chairs", goal_id=2)
+    assert ask("save", object="chairs", goal_id=2) == "chairs is saved already"
+    assert ask("save", object="chairs") == "chairs is saved", "one chair of any colour is another"
+    shelf.desk.ask(2, "remove")
+    shelf.start()("run", saved_id=1)
+    goal = shelf.desk.queue.find(3).goal
+    assert (goal.display, goal.count, goal.attributes, goal.other) == ("chairs", 2, (blue,), True)
+    with pytest.raises(RequestRefusedError, match="there is no goal 99 any more"):
+        ask("save", object="chairs", goal_id=99)

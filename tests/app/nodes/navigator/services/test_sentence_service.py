@@ -12,6 +12,7 @@ from app.nodes.navigator.services import sentence_service
 from app.nodes.navigator.services.goal_service import GoalService
 from ippon.guidance.language.goals.goal import Attribute
 from ippon.guidance.language.requests.sentence import search_name
+from ippon.rooms.named_rooms import RoomName
 from tests.app.memory.test_memory_file import thing
 from tests.app.nodes.navigator.conftest import MODEL, Model
 
@@ -94,3 +95,16 @@ def test_a_picture_without_a_model_or_that_is_none_is_refused(open_office):
         open_office().sentences.read_picture(PICTURE)
     with pytest.raises(RequestRefusedError, match="not a JPEG image"):
         open_office(Model()).sentences.read_picture(PictureRequest(jpeg=b"none at all"))
+
+
+@pytest.mark.parametrize("context", ["in Annas Zimmer", "in Anna's room", "not in the Lager"])
+def test_a_room_that_has_been_named_is_understood(open_office, context):
+    office = open_office()
+    plain = office.guidance.plan(SearchRequest(object="scarf"), 0.0).guidance
+    names = [RoomName(x_m=0.0, y_m=0.0, name=name) for name in ("Annas Zimmer", "Lager")]
+    office.sentences.room_names = office.guidance.room_names = lambda: tuple(names)
+    reading = office.sentences.read(SentenceRequest(sentence=f"scarf {context}"))
+    assert reading.notes == []
+    planned = office.guidance.plan(SearchRequest(object="scarf", context=context), 0.0)
+    assert planned.guidance.notes == plain.notes
+    assert planned.guidance.rows == plain.rows, "the name of a room says nothing of things"

@@ -15,7 +15,7 @@ from app.cli.main import run
 from app.links.network.subscription import subscribe
 from app.links.robot_streams.assembler import FrameAssembler
 from app.messages import keys
-from app.messages.cdr import encode, header, typestore
+from app.messages.cdr import encode, header, make, typestore
 from app.messages.images import (
     decode_camera,
     decode_color,
@@ -28,8 +28,8 @@ from app.messages.motion import decode_transforms, encode_transforms
 from app.nodes.replay.datasets import DatasetError, open_dataset
 from app.nodes.replay.floor_alignment import align_to_floor
 from app.nodes.replay.messages import RobotMessage, bag_messages
-from app.nodes.replay.node import ReplayConfig, messages_of, play, run_replay, world_of
-from app.nodes.replay.robot_names import read_names
+from app.nodes.replay.node import ReplayConfig, messages_of, play, poses_sent, run_replay
+from app.nodes.replay.robot_names import read_mount, read_names
 from app.recognition.frames import open_source
 from app.recording.writing.writer import SessionWriter
 from ippon.geometry import invert_transform, make_transform, rotation_z
@@ -210,7 +210,7 @@ def test_the_root_of_tf_is_the_world_of_a_bag_without_map(tmp_path):
     assert len(poses) > 5
     np.testing.assert_allclose(poses, [f.T_world_camera for f in open_source(mapped).frames()])
     config = ReplayConfig(path=bag, start_s=1.0)
-    first = next(messages_of(config, 0, world_of(config)))
+    first = next(messages_of(config, 0, poses_sent(config)))
     (same,) = decode_transforms(first.payload)
     assert (first.at_s, first.key, same.parent, same.child) == (0.0, keys.TF_STATIC, "map", "odom")
     np.testing.assert_array_equal(same.T_parent_child, np.eye(4))
@@ -250,18 +250,136 @@ def test_a_bag_whose_images_cannot_have_a_pose_is_refused(command, tmp_path, cap
     assert "ippon replay --no-poses" in error
 
 
-def test_a_bag_whose_poses_are_of_another_time_is_refused(tmp_path):
-    with pytest.raises(DatasetError, match=r"no image can be mapped; .* lacks tf from map to cam"):
-        list(open_source(_bag(tmp_path / "s", late_s=100.0)).frames())
+@pytest.mark.parametrize("command", READERS)
+def test_a_bag_whose_poses_are_of_another_time_is_refused(command, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "objects.json").write_text('{"objects": [], "absent": ["cup"]}')
+    bag = _bag(tmp_path / "s", late_s=100.0)
+    assert run([command[0], str(bag), *command[1:]]) == 2
+    error = capsys.readouterr().err
+    assert (
+        "no image has a pose: by their stamps the images end 94.20 s before the first pose of "
+        "'base_link': the clocks of camera and poses differ. Record again with clocks that agree"
+    ) in error
+
+
+def test_a_bag_with_odometry_in_place_of_tf_is_read(tmp_path):
+    """Its poses are those of the odometry, and where the camera is comes from tf or a profile."""
+    mapped = [frame.T_world_camera for frame in open_source(_bag(tmp_path / "tf")).frames()]
+    bag = _odometry_bag(tmp_path / "a")
+    source = open_source(bag)
+    assert source.note == (
+        f"{bag}: the poses are those of its odometry, which drifts; {bag} has no frame 'map': "
+        "'odom' is taken as the world"
+    )
+    frames = list(source.frames())
+    np.testing.assert_allclose([f.T_world_camera for f in frames], mapped, atol=1e-9)
+    config = ReplayConfig(path=bag)
+    assert {m.key for m in messages_of(config, 0, poses_sent(config))} == {
+        keys.COLOR, keys.DEPTH, keys.CAMERA_INFO, keys.TF, keys.TF_STATIC, keys.CONTACT,
+        keys.HEATMAP,
+    }  # fmt: skip
+
+    bare = _odometry_bag(tmp_path / "b", mount=False, child="base_footprint")
+    with pytest.raises(
+        DatasetError,
+        match=r"no way from 'odom' to 'camera_color_optical_frame'.*"
+        "Odometry says where the base is; --profile FILE with a fixed `tilt`",
+    ):
+        open_source(bare)
+    (tmp_path / "own.yaml").write_text(ROBOT.partition("ros2:")[0])
+    mount = read_mount(str(tmp_path / "own.yaml"))
+    assert mount[2, 3] == 1.0
+    assert read_mount("hand-held") is None
+    assert read_mount(None) is None
+    source = open_source(bare, mount=mount)
+    assert "where the camera is on the base is taken from the profile" in source.note
+    for frame, known in zip(source.frames(), frames, strict=True):
+        np.testing.assert_allclose(frame.T_world_base, known.T_world_base)
+        np.testing.assert_allclose(frame.T_world_camera, known.T_world_base @ mount)
+
+
+def test_tf_that_leads_to_the_camera_is_taken_before_odometry(tmp_path):
+    assert open_source(_odometry_bag(tmp_path / "a", tf=True)).note == ""
+
+
+def _odometry_bag(folder, *, mount=True, child="base_link", tf=False):
+    """Write a session whose pose is nav_msgs/Odometry, in place of tf or beside it."""
+    writer = SessionWriter(folder, "r")
+    for n, (time_ns, key, payload) in enumerate(all_messages()):
+        if key != keys.TF:
+            writer.add(key, payload, time_ns, 0.0)
+            continue
+        base, camera = decode_transforms(payload)
+        if tf:
+            writer.add(keys.TF, payload, time_ns, 0.0)
+        elif mount and n < 10:
+            writer.add(keys.TF_STATIC, encode_transforms([camera]), time_ns, 0.0)
+        writer.add(keys.ODOM, _odometry(base, child), time_ns, 0.0)
+    writer.close()
+    return folder
+
+
+def _odometry(base, child):
+    x, y, z = base.T_parent_child[:3, 3]
+    q = Rotation.from_matrix(base.T_parent_child[:3, :3]).as_quat()
+    pose = make(
+        "geometry_msgs/msg/Pose",
+        position=make("geometry_msgs/msg/Point", x=x, y=y, z=z),
+        orientation=make("geometry_msgs/msg/Quaternion", x=q[0], y=q[1], z=q[2], w=q[3]),
+    )
+    zero = make("geometry_msgs/msg/Vector3", x=0.0, y=0.0, z=0.0)
+    twist = make("geometry_msgs/msg/Twist", linear=zero, angular=zero)
+    none = np.zeros(36)
+    return encode(
+        "nav_msgs/msg/Odometry",
+        header=header(base.stamp_ns, "odom"), child_frame_id=child,
+        pose=make("geometry_msgs/msg/PoseWithCovariance", pose=pose, covariance=none),
+        twist=make("geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=none),
+    )  # fmt: skip
 
 
 def test_the_doctor_says_that_images_cannot_have_a_pose(tmp_path, capsys):
-    assert run(["doctor", str(_bag(tmp_path / "a", camera=False))]) == 0
+    assert run(["doctor", str(_bag(tmp_path / "a", camera=False))]) == 1
     out = capsys.readouterr().out
     assert "no image has a pose: no way from 'map' to 'camera_color_optical_frame'" in out
     assert "whole" not in out
+    assert run(["doctor", str(_bag(tmp_path / "late", late_s=100.0))]) == 1
+    assert "the images end 94.20 s before the first pose of" in capsys.readouterr().out
     assert run(["doctor", str(_bag(tmp_path / "b", root="odom"))]) == 0
     assert "no image has a pose" not in capsys.readouterr().out
+    assert run(["doctor", str(_odometry_bag(tmp_path / "c"))]) == 0
+    assert "tf" not in capsys.readouterr().out
+    bare = str(_odometry_bag(tmp_path / "d", mount=False))
+    assert run(["doctor", bare]) == 1
+    assert "--profile FILE with a fixed `tilt` says where the camera is" in capsys.readouterr().out
+    (tmp_path / "own.yaml").write_text(ROBOT.partition("ros2:")[0])
+    assert run(["doctor", bare, "--profile", str(tmp_path / "own.yaml")]) == 0
+
+
+def test_the_doctor_counts_images_without_depth_in_bags_of_others(own_bag, tmp_path, capsys):
+    bag, profile = own_bag
+    assert run(["doctor", str(bag), "--profile", str(profile)]) == 0
+    assert "whole" in capsys.readouterr().out
+    with Writer(tmp_path / "half", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        to, depths = {}, 0
+        for time_ns, key, payload in all_messages():
+            if key in (keys.COLOR, keys.DEPTH, keys.CAMERA_INFO, keys.TF):
+                kind = keys.ROS_TYPES[key]
+                if key not in to:
+                    to[key] = writer.add_connection(f"/x/{key}", kind, typestore=typestore())
+                depths += key == keys.DEPTH
+                if key != keys.DEPTH or depths % 2:
+                    writer.write(to[key], time_ns, payload)
+    assert run(["doctor", str(tmp_path / "half")]) == 1
+    out = capsys.readouterr().out
+    assert "15 of 30 colour images have no depth image within 20 ms of their stamp" in out
+    source = open_source(tmp_path / "half")
+    assert len(list(source.frames())) == 15
+    assert source.tally.note.startswith("15 of 30 colour images were not mapped")
+    assert "without" not in out, "what only our recordings hold is not missed in others"
+    assert run(["doctor", str(tmp_path)]) == 2
+    assert "it holds no .mcap file" in capsys.readouterr().err
 
 
 ROBOT = """

@@ -1,0 +1,124 @@
+"""Where the poses of a bag come from: its transforms, or odometry in place of them."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from app.messages import keys
+from app.messages.cdr import MessageError
+from app.messages.motion import StampedTransform, decode_odometry, encode_transforms
+from app.nodes.replay.datasets import DatasetError
+from app.recording.frame_tree import BASE, NO_MOUNT, ODOMETRY_WORLD, WORLD, FrameTree
+from ippon.geometry import Float64Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BagPoses:
+    """What of a bag is its poses."""
+
+    world: str = WORLD
+    """Frame that is taken as the world; `map` is put there."""
+    odometry_child: str = ""
+    """Frame whose pose its odometry is; empty where the poses are those of its tf alone."""
+    camera_frame: str = ""
+    """Frame that the mount of the profile places on `base_link`; empty where tf does."""
+    T_base_camera: Float64Array | None = None
+    """That mount."""
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Keys of the poses."""
+        return (keys.TF, keys.TF_STATIC, *((keys.ODOM,) if self.odometry_child else ()))
+
+    def note(self, path: Path) -> str:
+        """Return what a user should know of them; empty for tf from `map`."""
+        notes: list[str] = []
+        if self.odometry_child:
+            notes.append(f"{path}: the poses are those of its odometry, which drifts")
+        if self.camera_frame:
+            notes.append("where the camera is on the base is taken from the profile")
+        if self.world != WORLD:
+            notes.append(f"{path} has no frame 'map': {self.world!r} is taken as the world")
+        return "; ".join(notes)
+
+    def fixed(self) -> bytes | None:
+        """Return the transforms that the bag lacks, as a message of tf_static; None for none."""
+        links: list[tuple[str, str, Float64Array]] = []
+        if self.world != WORLD:
+            links.append((WORLD, self.world, np.eye(4)))
+        if self.camera_frame and self.T_base_camera is not None:
+            links.append((BASE, self.camera_frame, self.T_base_camera))
+        if not links:
+            return None
+        return encode_transforms(
+            StampedTransform(stamp_ns=0, parent=a, child=b, T_parent_child=T) for a, b, T in links
+        )
+
+    def converted(self, odometry: bytes) -> bytes:
+        """Return a message of odometry as one of tf.
+
+        Raises:
+            MessageError: It cannot be decoded.
+        """
+        pose = decode_odometry(odometry)
+        return encode_transforms(
+            [
+                StampedTransform(
+                    stamp_ns=pose.stamp_ns,
+                    parent=pose.parent or ODOMETRY_WORLD,
+                    child=self.odometry_child,
+                    T_parent_child=pose.T_parent_child,
+                )
+            ]
+        )
+
+
+def poses_of(
+    path: Path, messages: Iterable[tuple[str, bytes]], T_base_camera: Float64Array | None
+) -> BagPoses:
+    """Return where the poses of a bag come from, after as few of its messages as tell.
+
+    Args:
+        path: The bag, for errors.
+        messages: Key and payload of the topics of `FrameTree`, in order.
+        T_base_camera: Mount of the camera, where a profile says it.
+
+    Raises:
+        DatasetError: No image can have a pose; says why, and what to do.
+    """
+    tree = FrameTree()
+    for key, payload in messages:
+        try:
+            tree.add(key, payload)
+        except MessageError:
+            continue
+        if tree.has_images and WORLD in tree.names and not tree.problem():
+            return BagPoses()
+    problem = tree.problem()
+    if not problem:
+        return BagPoses(world=tree.world)
+    mount = T_base_camera is not None
+    with_odometry = tree.with_odometry(mount=mount)
+    if with_odometry is not None:
+        problem = with_odometry.problem()
+        if not problem:
+            mounted = mount and tree.lacks_mount
+            return BagPoses(
+                world=with_odometry.world,
+                odometry_child=tree.odometry_child,
+                camera_frame=tree.camera if mounted else "",
+                T_base_camera=T_base_camera if mounted else None,
+            )
+        if not mount and tree.lacks_mount:
+            problem += NO_MOUNT
+    what = (
+        "with clocks that agree"
+        if (with_odometry or tree).are_apart()
+        else "with tf and tf_static, and with what is missing (static_transform_publisher)"
+    )
+    raise DatasetError(
+        f"{path}: no image has a pose: {problem}. Record again {what}, or let the poses be found "
+        "by the images (`ippon replay --no-poses`, and `ippon navigate --profile hand-held`)"
+    )

@@ -1,0 +1,27 @@
+from dataclasses import replace
+
+from app.memory.memory_file import memory_path
+from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.navigator.state.map_aside import new_map_for_tracking
+from app.nodes.navigator.state.persistence import SavedState
+from app.robot_file import read_profile
+from ippon.mapping.config import MapConfig
+from ippon.mapping.voxel_map import VoxelMap
+
+
+def test_a_tracked_camera_does_not_map_into_the_frame_of_yesterday(tmp_path):
+    path = tmp_path / "home.map"
+    path.write_bytes(b"map")
+    memory_path(path).write_bytes(b"things")
+    saved = SavedState(voxel_map=VoxelMap(MapConfig(memory_limit_mb=64.0), ("wall",)), requests=())
+    sends_poses = NavigatorConfig(keep_map=str(path))
+    assert new_map_for_tracking(sends_poses, saved) == (saved, "")
+    held = replace(sends_poses, profile=read_profile("hand-held"))
+    assert new_map_for_tracking(held, None) == (None, "")
+    anew, note = new_map_for_tracking(held, saved)
+    assert anew == replace(saved, voxel_map=None)
+    assert "is kept as home.map.aside-1, and a new map begins" in note
+    assert sorted(one.name for one in tmp_path.iterdir()) == [
+        "home.map.aside-1", "home.map.aside-1.memory",
+    ]  # fmt: skip
+    assert memory_path(tmp_path / "home.map.aside-1").read_bytes() == b"things"
