@@ -1,6 +1,7 @@
 """What all tests share; threads and numba's cache are set before any test module is imported."""
 
 import pytest
+from hypothesis import settings
 from xdist.scheduler import LoadFileScheduling
 
 from app.process.environment import prevent_spinning
@@ -8,6 +9,9 @@ from app.process.kernel_cache import use_kernel_cache
 
 prevent_spinning()
 use_kernel_cache()
+# The first example may wait for a kernel, and any for the other workers.
+settings.register_profile("patient", deadline=None)
+settings.load_profile("patient")
 
 
 _LONG = ("process", "browser", "slow")

@@ -1,8 +1,8 @@
 """A robot's own navigation in ROS 2: the action NavigateToPose, or a topic; run by ROS 2's Python.
 
 The wheels are in the test: each goal goes out on `robot/goal` over zenoh, `robot/result` ends it
-("reached" or "failed"), and a cancelled one is said on `robot/cancelled`. As Nav2 does, it gives up
-its goal when a new one comes.
+("reached" or "failed"), and the x of a cancelled one is said on `robot/cancelled`. As Nav2 does, it
+gives up its goal when a new one comes.
 """
 
 import contextlib
@@ -50,12 +50,12 @@ class Server:
         self._session.put("robot/goal", serialize_message(handle.request.pose))
         feedback = self._action.Feedback()
         while not self._result.wait(0.02):
-            if handle.is_cancel_requested:
-                handle.canceled()
-                self._session.put("robot/cancelled", b"")
-                return self._action.Result()
             if handle is not self._present:
                 handle.abort()
+                return self._action.Result()
+            if handle.is_cancel_requested:
+                handle.canceled()
+                self._session.put("robot/cancelled", f"{handle.request.pose.pose.position.x}")
                 return self._action.Result()
             handle.publish_feedback(feedback)
         result = self._action.Result()

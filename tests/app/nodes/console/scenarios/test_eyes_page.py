@@ -521,7 +521,8 @@ def test_goals_are_ordered_edited_repeated_and_saved_by_keyboard(page, parts, sh
         ("Cancel the goal tv", keys.QUEUE, QueueRequest(goal_id=6, action="remove")),
         ("Search for keys again", keys.QUEUE, QueueRequest(goal_id=4, action="repeat")),
         ("Save the search for plant", keys.SEARCHES,
-         SavedSearchRequest(action="save", object="plant", context="near the window")),
+         SavedSearchRequest(
+             action="save", object="plant", context="near the window", goal_id=5)),
         ("Search for my keys", keys.SEARCHES, SavedSearchRequest(action="run", saved_id=4)),
         ("Delete the saved search for my keys", keys.SEARCHES,
          SavedSearchRequest(action="delete", saved_id=4)),
