@@ -13,7 +13,7 @@ from app.cli.nodes.segment import segmenter_of
 from app.cli.options.recognition import Recognise
 from app.errors import UsageError
 from app.nodes.replay.datasets import DatasetError
-from app.nodes.replay.robot_names import read_mount, read_names
+from app.nodes.replay.robot_names import read_mount, read_names, read_offset
 from app.recognition.frames import open_source
 from app.recognition.page import page_of
 from app.recognition.recognition import (
@@ -49,8 +49,14 @@ def run_recognise(command: Recognise) -> int:
         raise UsageError("--find takes comma-separated objects, such as cup,tv")
     try:
         names, mount = read_names(command.profile), read_mount(command.profile)
+        offset_s = read_offset(command.profile)
         source = open_source(
-            command.path, command.floor_m, track=command.track, names=names, mount=mount
+            command.path,
+            command.floor_m,
+            track=command.track,
+            names=names,
+            mount=mount,
+            clock_offset_s=offset_s,
         )
         if source.note:
             print(f"ippon: {source.note}", file=sys.stderr)
