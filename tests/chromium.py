@@ -34,9 +34,21 @@ HUMBLE = Path(__file__).with_name("humble_browser")
 takes the processor's time from the tests and from what they test."""
 KEEP_PICTURES = "IPPON_KEEP_PICTURES"
 """Set it to a folder to keep the pictures that tests take, with scenes in full resolution."""
-SHARPNESS = 1.0 if KEEP_PICTURES in os.environ else 0.4
+SHARPNESS = 1.0 if KEEP_PICTURES in os.environ else 0.2
 """Pixels of a scene for each of the page's: with fewer, the rest of the page stays as it is, and so
 do all places on the screen."""
+UNDRAWN = """
+if (location.pathname.endsWith("/view/")) {
+  for (const context of [WebGLRenderingContext, WebGL2RenderingContext]) {
+    for (const name of ["drawArrays", "drawElements"]) {
+      for (const ending of ["", "Instanced"]) {
+        if (context.prototype[name + ending]) context.prototype[name + ending] = () => {};
+      }
+    }
+  }
+}
+"""
+"""Leaves a scene empty: without a GPU its triangles take more of the processor than all else."""
 PATIENCE_MS = 90_000
 """How long a thing may take to come about before it counts as missing, machine busy or not."""
 
@@ -69,6 +81,7 @@ def new_window(
     height: int = 900,
     *,
     is_first_visit: bool = False,
+    is_drawn: bool = KEEP_PICTURES in os.environ,
     sharpness: float | None = SHARPNESS,
 ) -> BrowserContext:
     """Return a window without pages; what one page loads is there for the next.
@@ -78,6 +91,7 @@ def new_window(
         width: Of the page, pixels.
         height: Of the page, pixels.
         is_first_visit: Only a first visit meets the introduction.
+        is_drawn: Scenes have their triangles, for tests that look at pixels.
         sharpness: Of scenes; None lets the page decide, as for users.
     """
     window = browser.new_context(viewport={"width": width, "height": height}, color_scheme="dark")
@@ -88,14 +102,22 @@ def new_window(
             'if (location.pathname.endsWith("/view/"))'
             f'history.replaceState(null, "", `${{location.href}}&fixedDpr={sharpness}`);'
         )
+    if not is_drawn:
+        window.add_init_script(UNDRAWN)
     if not is_first_visit:
         window.add_init_script("localStorage.setItem('ippon-introduction', 'done')")
     return window
 
 
-def new_page(browser: Browser, width: int = 1440, height: int = 900) -> Page:
+def new_page(
+    browser: Browser,
+    width: int = 1440,
+    height: int = 900,
+    *,
+    is_drawn: bool = KEEP_PICTURES in os.environ,
+) -> Page:
     """Return an empty page of a window of its own, which closes with the browser."""
-    return new_window(browser, width, height).new_page()
+    return new_window(browser, width, height, is_drawn=is_drawn).new_page()
 
 
 def box_at_rest(locator: Locator) -> FloatRect:

@@ -21,7 +21,6 @@ _EXTENT_SHARE: Final = 0.6
 _LEAST_EXTENT_M: Final = 0.08
 _EDGE_M: Final = 0.15
 """Depth difference of pixels from which they lie on different surfaces."""
-MIDDLE_PERCENTILE: Final = 50.0
 
 
 def heatmap_of_instances(
@@ -140,8 +139,16 @@ def _pixels(
     known = middle[middle > 0.0]
     if known.size == 0:
         return None
-    at = float(np.percentile(known, MIDDLE_PERCENTILE))
+    at = _median(known)
     # One radian is about the width of the image in pixels, for fields of view of 45 to 75 degrees.
     shorter_m = min(bottom - top, right - left) / depth.shape[1] * at
     extent = max(_LEAST_EXTENT_M, _EXTENT_SHARE * shorter_m)
     return window, (box > 0.0) & (np.abs(box - at) <= extent)
+
+
+def _median(values: NDArray[np.float32]) -> float:
+    """Return what `np.median` does, for few values several times faster."""
+    high = values.size // 2
+    low = (values.size - 1) // 2
+    ordered = np.partition(values, (low, high))
+    return 0.5 * (float(ordered[low]) + float(ordered[high]))

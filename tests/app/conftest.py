@@ -20,12 +20,23 @@ from tests.evaluation_rows import make_row
 from tests.locations import ROOT
 
 
-@pytest.fixture
-def free_endpoint() -> str:
+def unused_endpoint() -> str:
     """Return a loopback endpoint that nobody listens on."""
     with socket.socket() as listener:
         listener.bind(("127.0.0.1", 0))
         return f"tcp/127.0.0.1:{listener.getsockname()[1]}"
+
+
+@pytest.fixture
+def free_endpoint() -> str:
+    """Return a loopback endpoint that nobody listens on."""
+    return unused_endpoint()
+
+
+@pytest.fixture(scope="module")
+def shared_endpoint() -> str:
+    """Return a loopback endpoint for what `launch_shared` starts."""
+    return unused_endpoint()
 
 
 @pytest.fixture
@@ -73,21 +84,24 @@ class Process:
         return self.child.returncode, out
 
 
+def _runtime(folder: Path) -> dict[str, str]:
+    names = ("XDG_RUNTIME_DIR", "XDG_CACHE_HOME", "XDG_DATA_HOME")
+    return dict.fromkeys(names, str(folder))
+
+
 @pytest.fixture
 def runtime(tmp_path: Path) -> dict[str, str]:
     """Environment that keeps the list of running navigators to this test."""
-    names = ("XDG_RUNTIME_DIR", "XDG_CACHE_HOME", "XDG_DATA_HOME")
-    return dict.fromkeys(names, str(tmp_path))
+    return _runtime(tmp_path)
 
 
-@pytest.fixture
-def launch(tmp_path: Path, runtime: dict[str, str]) -> Iterator[Callable[..., Process]]:
-    """Start `ippon ...`; whatever still runs at the end of the test is killed."""
+@contextlib.contextmanager
+def _launching(folder: Path, environment: Mapping[str, str]) -> Iterator[Callable[..., Process]]:
     started: list[Process] = []
 
     def start(*arguments: str) -> Process:
-        log = tmp_path / f"{len(started)}-{arguments[0]}.log"
-        started.append(Process(arguments, log, runtime))
+        log = folder / f"{len(started)}-{arguments[0]}.log"
+        started.append(Process(arguments, log, environment))
         return started[-1]
 
     yield start
@@ -95,6 +109,21 @@ def launch(tmp_path: Path, runtime: dict[str, str]) -> Iterator[Callable[..., Pr
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.child.pid, signal.SIGKILL)
         process.child.communicate()
+
+
+@pytest.fixture
+def launch(tmp_path: Path, runtime: dict[str, str]) -> Iterator[Callable[..., Process]]:
+    """Start `ippon ...`; whatever still runs at the end of the test is killed."""
+    with _launching(tmp_path, runtime) as start:
+        yield start
+
+
+@pytest.fixture(scope="module")
+def launch_shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., Process]]:
+    """Start `ippon ...` for all tests of a module."""
+    folder = tmp_path_factory.mktemp("shared")
+    with _launching(folder, _runtime(folder)) as start:
+        yield start
 
 
 _BOXES = (

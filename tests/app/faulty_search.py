@@ -46,9 +46,10 @@ class FaultySearch:
         )
         return began
 
-    def start_robot(self, home="3"):
+    def start_robot(self, home="3", start="0"):
         where = ("--connect", self._robot_endpoint, "--robot", "r")
-        self.robot = self._launch("sim", *where, "--home", home, "--width", "160")
+        home = ("--home", home, "--start", start)
+        self.robot = self._launch("sim", *where, *home, "--width", "160")
 
     @property
     def session(self):

@@ -63,7 +63,7 @@ def colour_rows() -> Iterator[Row]:
     try:
         console.wait_until_up()
         with open_browser(as_users=True) as browser:
-            window = new_window(browser, sharpness=None)
+            window = new_window(browser, is_drawn=True, sharpness=None)
             window.add_init_script(_WATCH)
             page = window.new_page()
             page.goto(console.url)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import ippon
-from tests.app.recognition.test_recognition import MODEL, SEQUENCE
+from tests.app.recognition.test_recognition import MODEL, SEQUENCE, every_second_image
 from tests.locations import ROOT
 
 
@@ -19,13 +19,9 @@ from tests.locations import ROOT
     not (SEQUENCE.exists() and MODEL.exists()), reason="no recording and detector in ../shared"
 )
 def test_the_cups_of_the_kitchen_are_found(tmp_path):
-    for name in ("color", "depth"):
-        (tmp_path / name).symlink_to(SEQUENCE / name)
-    sequence = json.loads((SEQUENCE / "sequence.json").read_text())
-    sequence["frames"] = sequence["frames"][::2]
-    (tmp_path / "sequence.json").write_text(json.dumps(sequence))
+    recording = every_second_image(tmp_path)
     done = subprocess.run(
-        [sys.executable, "examples/where_is_the_cup.py", str(tmp_path), str(MODEL)],
+        [sys.executable, "examples/where_is_the_cup.py", str(recording), str(MODEL)],
         cwd=ROOT, env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True,
         check=True,
     )  # fmt: skip

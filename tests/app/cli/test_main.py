@@ -13,6 +13,7 @@ import pytest
 from app.cli.main import run
 from app.cli.nodes.demo import navigator_arguments
 from app.cli.options.nodes import Demo
+from app.homes import load_home
 from app.links.network.registry import RunningNavigator, register
 from app.robot_file import template
 from ippon.mission.mission import Mission
@@ -164,9 +165,9 @@ def test_levels_as_json(capsys):
 
 
 @pytest.mark.slow
-def test_a_picture_of_a_home(tmp_path, capsys):
+def test_a_picture_of_a_home(room, tmp_path, capsys):
     picture = tmp_path / "home.png"
-    assert run(["sim", "--home", "5", "--picture", str(picture)]) == 0
+    assert run(["sim", "--home", str(room), "--picture", str(picture)]) == 0
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert str(picture) in capsys.readouterr().out
 
@@ -175,8 +176,10 @@ def test_a_picture_of_a_home(tmp_path, capsys):
 def test_an_exported_home_is_a_home(tmp_path, capsys):
     folder = tmp_path / "home"
     assert run(["sim", "--home", "5", "--export", str(folder)]) == 0
-    assert run(["sim", "--home", str(folder), "--picture", str(tmp_path / "again.png")]) == 0
-    capsys.readouterr()
+    exported, made = load_home(str(folder)), load_home("5")
+    assert f"{folder}: scene.glb and scene.json" in capsys.readouterr().out
+    assert [one.node for one in exported.instances] == [one.node for one in made.instances]
+    assert len(exported.start_poses) == len(made.start_poses)
 
 
 @pytest.mark.process

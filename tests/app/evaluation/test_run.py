@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from app.cli import main
 from app.errors import UsageError
 from app.evaluation import run
 from app.evaluation.config import EvaluationConfig
@@ -56,14 +57,14 @@ def _rows(out):
 
 @pytest.mark.process
 @pytest.mark.slow
-def test_one_worker_and_two_write_the_same_rows(launch, room, tmp_path):
+def test_one_worker_and_two_write_the_same_rows(room, tmp_path, observer):
     for workers in (1, 2):
-        arguments = list(_arguments(tmp_path / f"out{workers}", room, workers))
-        arguments[arguments.index("oracle")] = "oracle,ippon"
-        arguments[arguments.index("chair,hat")] = "chair"
-        child = launch(*arguments, "--max-time-s", "11", "--starts", "2")
-        status, _ = child.finish(240.0)
-        assert status == 0, child.log()
+        setup = EvaluationConfig(
+            out=tmp_path / f"out{workers}", homes=(str(room),), objects="chair",
+            methods="oracle,ippon", robot="zed", image_width=64, max_time_s=11.0, starts=2,
+            workers=workers,
+        )  # fmt: skip
+        assert run_evaluation(setup, observer).failed == 0
     one, two = _rows(tmp_path / "out1"), _rows(tmp_path / "out2")
     assert one == two
     oracle, ippon = ([r for r in one if r["method"] == name] for name in ("oracle", "ippon"))
@@ -74,7 +75,7 @@ def test_one_worker_and_two_write_the_same_rows(launch, room, tmp_path):
 
 @pytest.mark.process
 @pytest.mark.slow
-def test_a_killed_run_goes_on_where_it_was(launch, room, tmp_path):
+def test_a_killed_run_goes_on_where_it_was(launch, room, tmp_path, capsys):
     out = tmp_path / "out"
     child = launch(*_arguments(out, room))
     deadline = time.monotonic() + 200.0
@@ -95,22 +96,20 @@ def test_a_killed_run_goes_on_where_it_was(launch, room, tmp_path):
     assert {name: after[name] for name in before} == before
     assert len(EvaluationFolder(out).rows()) == len(after)
     # A third time there is nothing left to do, and other options are refused.
-    status, _ = launch(*_arguments(out, room)).finish(120.0)
-    assert status == 0
-    refused = launch(*_arguments(out, room), "--seed", "5")
-    status, _ = refused.finish(60.0)
-    assert status == 2
-    assert "holds results of another setup: seed 0 (now 5)" in refused.log().replace("\n", " ")
+    assert main.run(list(_arguments(out, room))) == 0
+    assert {p.name: p.stat().st_mtime_ns for p in (out / "rows").glob("*.json")} == after
+    capsys.readouterr()
+    assert main.run([*_arguments(out, room), "--seed", "5"]) == 2
+    said = capsys.readouterr().err.replace("\n", " ")
+    assert "holds results of another setup: seed 0 (now 5)" in said
 
 
-@pytest.mark.process
-def test_a_home_without_the_object_is_a_clear_error(launch, room, tmp_path):
+@pytest.mark.slow
+def test_a_home_without_the_object_is_a_clear_error(room, tmp_path, capsys):
     arguments = list(_arguments(tmp_path / "out", room))
     arguments[arguments.index("chair,hat")] = "unicorn"
-    child = launch(*arguments)
-    status, _ = child.finish(120.0)
-    assert status == 2
-    assert "these homes have none of these objects within reach" in child.log()
+    assert main.run(arguments) == 2
+    assert "these homes have none of these objects within reach" in capsys.readouterr().err
 
 
 @pytest.mark.process

@@ -101,6 +101,17 @@ def station(free_endpoint):
         station.close()
 
 
+@pytest.fixture(scope="module")
+def running(launch_shared, shared_endpoint):
+    """A robot that runs for the tests that leave it running, and what it talks to."""
+    station = Station(shared_endpoint)
+    where = ("--connect", shared_endpoint, "--robot", "r", "--home", "3", "--width", "96")
+    robot = launch_shared("sim", *where)
+    station.wait_for(keys.COLOR)
+    yield station, robot
+    station.close()
+
+
 @pytest.fixture
 def start_robot(launch, free_endpoint):
     def start(*extra):
@@ -110,8 +121,8 @@ def start_robot(launch, free_endpoint):
     return start
 
 
-def test_it_publishes_what_a_ros_2_robot_would(station, start_robot):
-    start_robot()
+def test_it_publishes_what_a_ros_2_robot_would(running):
+    station, _ = running
     color = station.wait_for(keys.COLOR)
     depth = decode_depth(station.last[keys.DEPTH])
     heatmap = decode_heatmap(station.last[keys.HEATMAP])
@@ -127,9 +138,35 @@ def test_it_publishes_what_a_ros_2_robot_would(station, start_robot):
     assert np.diff(stamps).tolist() == [200_000_000] * 4
 
 
-def test_it_obeys_within_its_limits(station, start_robot):
-    start_robot()
-    station.wait_for(keys.COLOR)
+TF_PERIOD_S = 0.04
+
+
+def drive_off(station, speed=0.4):
+    """Drive forward for a second; return the pose and the stamp at the last command."""
+    for _ in range(20):
+        station.drive(speed)
+        time.sleep(0.05)
+    station.drive(speed)
+    return station.pose()
+
+
+def test_it_stands_half_a_second_after_the_last_command(running):
+    station, _ = running
+    _, last_command_s = drive_off(station)
+    x, moved_s = None, 0.0
+    while True:
+        station.wait_for(keys.TF)
+        T, stamp_s = station.pose()
+        if x is not None and not np.array_equal(T[:3, 3], x):
+            moved_s = stamp_s
+        x = T[:3, 3]
+        if stamp_s > last_command_s + 1.5:
+            break
+    assert last_command_s < moved_s <= last_command_s + 0.5 + 2 * TF_PERIOD_S
+
+
+def test_it_obeys_within_its_limits(running):
+    station, _ = running
     before, t0 = station.pose()
     station.tilt(-0.5)
     for _ in range(20):
@@ -144,34 +181,6 @@ def test_it_obeys_within_its_limits(station, start_robot):
         if t.child == "camera_color_optical_frame"
     )
     assert math.asin(camera.T_parent_child[2, 2]) == pytest.approx(-0.5, abs=1e-6)
-
-
-TF_PERIOD_S = 0.04
-
-
-def drive_off(station, speed=0.4):
-    """Drive forward for a second; return the pose and the stamp at the last command."""
-    for _ in range(20):
-        station.drive(speed)
-        time.sleep(0.05)
-    station.drive(speed)
-    return station.pose()
-
-
-def test_it_stands_half_a_second_after_the_last_command(station, start_robot):
-    start_robot()
-    station.wait_for(keys.COLOR)
-    _, last_command_s = drive_off(station)
-    x, moved_s = None, 0.0
-    while True:
-        station.wait_for(keys.TF)
-        T, stamp_s = station.pose()
-        if x is not None and not np.array_equal(T[:3, 3], x):
-            moved_s = stamp_s
-        x = T[:3, 3]
-        if stamp_s > last_command_s + 1.5:
-            break
-    assert last_command_s < moved_s <= last_command_s + 0.5 + 2 * TF_PERIOD_S
 
 
 def test_it_stands_when_the_link_is_gone_and_comes_back_by_itself(
@@ -200,14 +209,14 @@ def test_it_stands_when_the_link_is_gone_and_comes_back_by_itself(
         again.close()
 
 
-def test_hostile_commands_are_skipped(station, start_robot):
-    robot = start_robot()
-    station.wait_for(keys.COLOR)
+def test_hostile_commands_are_skipped(running):
+    station, robot = running
     for payload in (b"", b"\0\1\0\0", b"\xff" * 1000, encode_twist_nan(), bytes(1_000_000)):
         station.session.put(f"r/{keys.CMD_VEL}", payload)
         station.session.put(f"r/{keys.CMD_TILT}", payload)
         station.session.put(f"r/{keys.LABELS}", payload)
     robot.wait_for_log("message skipped")
+    station.pose()
     stamp = station.wait_for(keys.COLOR).stamp_ns
     assert station.wait_for(keys.COLOR).stamp_ns > stamp
     assert len(robot.log()) < 20_000

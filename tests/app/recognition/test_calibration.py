@@ -10,10 +10,8 @@ from app.cli.main import run
 from app.cli.tools.calibrate import _known_beside
 from app.errors import UsageError
 from ippon.observation_model import read_observation_model
-from tests.locations import ROOT, SHARED
-
-SEQUENCE = SHARED / "rgbd/redkitchen_a"
-MODEL = SHARED / "models/nanodet_plus_m_416/nanodet-plus-m_416.param"
+from tests.app.recognition.test_recognition import MODEL, SEQUENCE, every_second_image
+from tests.locations import ROOT
 
 
 def calibrate(*arguments):
@@ -29,8 +27,9 @@ def test_a_table_fitted_to_half_of_a_real_kitchen_explains_the_other_half_better
     pytest.importorskip("ncnn")
     out = tmp_path / "table.json"
     ran = calibrate(
-        SEQUENCE, "--out", out, "--segmentation.backend", "detector", "--segmentation.model", MODEL
-    )
+        every_second_image(tmp_path), "--out", out,
+        "--segmentation.backend", "detector", "--segmentation.model", MODEL,
+    )  # fmt: skip
     assert ran.returncode == 0, ran.stderr
     assert "no better" not in ran.stderr
     assert "second half" in ran.stdout

@@ -25,6 +25,16 @@ MODEL = SHARED / "models/nanodet_plus_m_416/nanodet-plus-m_416.param"
 ABSENT = ("sofa", "bed", "toilet", "teddy_bear", "refrigerator", "backpack", "vase", "laptop")
 
 
+def every_second_image(folder):
+    """Write a recording with half of the kitchen's images, which show the same; return it."""
+    for name in ("color", "depth", "objects.json"):
+        (folder / name).symlink_to(SEQUENCE / name)
+    sequence = json.loads((SEQUENCE / "sequence.json").read_text())
+    sequence["frames"] = sequence["frames"][::2]
+    (folder / "sequence.json").write_text(json.dumps(sequence))
+    return folder
+
+
 def recognise(*arguments):
     return subprocess.run(
         [sys.executable, "-m", "app", "recognise", *arguments],
@@ -81,7 +91,8 @@ def test_a_real_kitchen_holds_what_is_in_it_and_nothing_that_is_not(tmp_path):
     pytest.importorskip("ncnn")
     kinds = ("cup", "tv", "chair", "table", "book", "bottle", *ABSENT, "hat")
     ran = recognise(
-        str(SEQUENCE), "--find", ",".join(kinds), "--json", "--page", str(tmp_path / "page.html"),
+        str(every_second_image(tmp_path)), "--find", ",".join(kinds), "--json",
+        "--page", str(tmp_path / "page.html"),
         "--segmentation.backend", "detector", "--segmentation.model", str(MODEL),
     )  # fmt: skip
     assert ran.returncode == 0, ran.stderr

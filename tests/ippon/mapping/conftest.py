@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
+from numba import njit
 from numpy.typing import NDArray
 
 from ippon.camera import PinholeCamera
@@ -41,18 +42,11 @@ class BoxWorld:
     ) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
         """Return depth along the optical axis (0 for none) and the box seen (-1 for none)."""
         directions = camera.rays() @ T_world_camera[:3, :3].T
-        origin = T_world_camera[:3, 3]
-        depth = np.full(directions.shape[:2], np.inf)
+        depth = np.zeros(directions.shape[:2], np.float32)
         seen = np.full(directions.shape[:2], -1)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            for number, box in enumerate(self.boxes):
-                a = (np.array(box[:3]) - origin) / directions
-                b = (np.array(box[3:]) - origin) / directions
-                near, far = np.fmin(a, b).max(axis=2), np.fmax(a, b).min(axis=2)
-                hit = (near <= far) & (near > 1e-6) & (near < depth)
-                depth[hit] = near[hit]
-                seen[hit] = number
-        return np.where(np.isfinite(depth), depth, 0.0).astype(np.float32), seen
+        boxes = np.array(self.boxes, np.float64).reshape(-1, 6)
+        _render_kernel(directions, T_world_camera[:3, 3].copy(), boxes, depth, seen)
+        return depth, seen
 
     def frame(
         self,
@@ -77,6 +71,27 @@ class BoxWorld:
             tilt_rad=0.0,
             heatmap=None if heatmap is None else heatmap(seen),
         )
+
+
+@njit(cache=True, error_model="numpy")
+def _render_kernel(directions, origin, boxes, depth, seen):
+    """Write the distance to the nearest box along each ray, and its number."""
+    for v in range(depth.shape[0]):
+        for u in range(depth.shape[1]):
+            nearest = np.inf
+            for number in range(len(boxes)):
+                near, far = -np.inf, np.inf
+                for axis in range(3):
+                    a = (boxes[number, axis] - origin[axis]) / directions[v, u, axis]
+                    b = (boxes[number, axis + 3] - origin[axis]) / directions[v, u, axis]
+                    # A ray along a face has no number on one side: 0 / 0.
+                    near = max(near, a if a < b or np.isnan(b) else b)
+                    far = min(far, a if a > b or np.isnan(b) else b)
+                if near <= far and 1e-6 < near < nearest:
+                    nearest = near
+                    seen[v, u] = number
+            if nearest < np.inf:
+                depth[v, u] = nearest
 
 
 def small_camera() -> PinholeCamera:

@@ -169,7 +169,8 @@ def resident_mb():
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory is read from /proc")
-def test_ten_thousand_frames_leave_memory_flat(tools, world):
+@pytest.mark.parametrize("count", [5_000, pytest.param(10_000, marks=pytest.mark.large)])
+def test_thousands_of_frames_leave_memory_flat(tools, world, count):
     voxel_map = VoxelMap(MapConfig(), LABELS)
     voxel_map.set_ooi("hat")
     rng = np.random.default_rng(1)
@@ -178,7 +179,7 @@ def test_ten_thousand_frames_leave_memory_flat(tools, world):
     heat = rng.integers(0, 256, (40, 12, 16, 3), dtype=np.uint8)
     noise = rng.normal(0.0, 0.01, (50, 50, 80)).astype(np.float32)
     sizes, resident = [], []
-    for n in range(10_000):
+    for n in range(count):
         frame = images[n % len(images)]
         depth = np.where(frame.depth > 0, frame.depth + noise[n % len(noise)], 0)
         heatmap = Heatmap(labels=LABELS, ooi="hat", probabilities=heat[n % len(heat)])

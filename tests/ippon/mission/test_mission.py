@@ -131,7 +131,7 @@ def test_looks_around_again_for_the_same_object_somewhere_else(scene) -> None:
 @pytest.mark.slow
 def test_a_rejected_find_is_not_found_again(scene) -> None:
     world, mission = start(scene)
-    ask(mission, "toilet")
+    ask(mission, "bed")
     first = search(world, mission)[-1].snapshot
     assert first.find is not None
     assert mission.goals.confirm_find()

@@ -19,7 +19,8 @@ from app.messages.status import Status
 
 pytestmark = [pytest.mark.process, pytest.mark.slow]
 
-ONE_SEARCH = ("--headless", "--exit-when-done", "--speed", "max", "--home", "3")
+ONE_SEARCH = ("--headless", "--exit-when-done", "--speed", "max", "--home", "4")
+"""The bed is in the room next to the start."""
 
 
 def _stat(pid):
@@ -177,7 +178,7 @@ def test_demos_side_by_side_do_not_disturb_each_other(launch, start):
 
 
 def test_asking_and_following_from_another_terminal(launch, start):
-    (demo,) = start(("--home", "3", "--headless", "--no-search", "--speed", "2"))
+    (demo,) = start(("--home", "4", "--headless", "--no-search", "--speed", "2"))
     asked = launch("ask", "find the bed, I think it is in the bedroom", "--follow", "--json")
     status, out = asked.finish(240.0)
     assert status == 0, asked.log()

@@ -4,18 +4,30 @@ from playwright.sync_api import expect
 
 from tests.chromium import new_window
 
+WHOLE_MAP_TICKS = 30
+"""After these the map has all of its voxels, and the hat."""
+
 
 class PageParts:
     """A console, the navigator that it watches, and a window to open its page in."""
 
-    def __init__(self, stage, browser, navigator=True, **home):
+    def __init__(self, stage, browser, navigator=True, is_drawn=False, **home):
         self.zenoh_port, self.port = stage.free_port(), stage.free_port()
         self.home = stage.PublishedHome(self.zenoh_port, **home) if navigator else None
         self.console = stage.ConsoleProcess(self.zenoh_port, self.port)
-        self.window = new_window(browser)
+        self.window = new_window(browser, is_drawn=is_drawn)
         # The map is looked at by its pixels, which the camera's picture would cover.
         self.window.add_init_script("localStorage.setItem('ippon-camera', 'off')")
         self.console.wait_until_up()
+
+    def hold_still(self):
+        """Show the whole map from now on, and publish the status only.
+
+        A scene that changes costs a third of a core to draw.
+        """
+        while self.home.ticks < WHOLE_MAP_TICKS:
+            self.home.tick()
+        self.home.frozen = True
 
     def open_page(self):
         """Open the page as an operator would."""

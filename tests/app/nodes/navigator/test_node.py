@@ -118,11 +118,21 @@ def operator(navigator, free_endpoint):
     operator.session.close()
 
 
+@pytest.fixture(scope="module")
+def idle(launch_shared, shared_endpoint):
+    """A navigator without a goal, for the tests that leave it so, and its operator."""
+    process = launch_shared("navigate", "--listen", shared_endpoint, "--robot", "r")
+    operator = Operator(shared_endpoint)
+    operator.ready()
+    yield operator, process
+    operator.session.close()
+
+
 @pytest.fixture
 def start_robot(launch, free_endpoint):
-    def start(speed="1"):
-        where = ("--connect", free_endpoint, "--robot", "r", "--home", "3", "--width", "240")
-        return launch("sim", *where, "--speed", speed)
+    def start(home="3", start="0", speed="1"):
+        where = ("--connect", free_endpoint, "--robot", "r", "--home", home, "--start", start)
+        return launch("sim", *where, "--width", "240", "--speed", speed)
 
     return start
 
@@ -144,7 +154,8 @@ def test_a_search_from_the_query_to_the_find_and_on(operator, start_robot, navig
     assert operator.search("bed").position == 1
 
     operator.follow_map()
-    start_robot("max")
+    # The sofa is near, and the bed in another room.
+    start_robot("8", "1", "max")
     # The queued goal starts by itself, on the same map.
     status = operator.wait_for(lambda s: _wants(s, "bed"), follow_map=True)
     assert [(goal.object, goal.outcome) for goal in status.history] == [("sofa", "found")]
@@ -179,12 +190,7 @@ def test_a_search_from_the_query_to_the_find_and_on(operator, start_robot, navig
     assert navigator.finish()[0] == 0
 
 
-@pytest.mark.slow
-def test_stop_resume_and_requests_while_it_drives(operator, start_robot):
-    operator.search("toilet")
-    start_robot()
-    operator.wait_until_moving()
-
+def _stops_and_resumes_and_takes_requests(operator):
     durations = []
     for level in ("far", "near") * 10:
         started = time.monotonic()
@@ -234,10 +240,16 @@ def test_a_killed_navigator_leaves_a_standing_robot_and_its_successor_finds_it(
         again.session.close()
 
 
-def test_a_robot_that_falls_silent_and_comes_back(operator, start_robot):
+def test_a_robot_that_falls_silent_and_comes_back_and_is_stopped_and_resumed(operator, start_robot):
     operator.search("toilet")
     robot = start_robot()
     operator.wait_until_moving()
+    _falls_silent_and_comes_back(operator, robot)
+    operator.wait_until_moving()
+    _stops_and_resumes_and_takes_requests(operator)
+
+
+def _falls_silent_and_comes_back(operator, robot):
     robot.child.send_signal(signal.SIGSTOP)
     frozen_at = time.monotonic()
     status = operator.wait_for_state("lost", timeout_s=20.0)
@@ -251,8 +263,36 @@ def test_a_robot_that_falls_silent_and_comes_back(operator, start_robot):
     assert kinds.count("stream_back") == 1
 
 
-def test_hostile_messages_are_counted_and_nothing_else(operator, start_robot, navigator):
-    start_robot()
+def test_malformed_requests_get_an_answer(idle):
+    session = idle[0].session
+    for topic in (keys.SEARCH, keys.CONTROL, keys.GUIDANCE, keys.FEEDBACK):
+        for payload in (None, b"", b"{", b"\xff\xfe", b'{"surprise": 1}', b"[" * 5000):
+            replies = list(session.get(f"r/{topic}", payload=payload, timeout=20.0))
+            assert len(replies) == 1
+            assert msgspec.json.decode(replies[0].ok.payload.to_bytes())["error"]
+
+
+def test_requests_out_of_place_are_refused(idle):
+    for topic, request, kind, text in (
+        (keys.CONTROL, ControlRequest(action="cancel"), ControlReply, "no goal to cancel"),
+        (keys.FEEDBACK, FeedbackRequest(verdict="confirm"), Accepted, "there is no find"),
+        (keys.GUIDANCE, GuidanceRequest(label="bed", level="far"), Accepted, "there is no goal"),
+    ):
+        with pytest.raises(RequestRefusedError, match=text):
+            idle[0].ask(topic, request, kind)
+
+
+def test_a_taken_endpoint(idle, launch, shared_endpoint):
+    second = launch("navigate", "--listen", shared_endpoint, "--robot", "r")
+    status, out = second.finish(120.0)
+    assert (status, out) == (2, "")
+    assert f"cannot listen on {shared_endpoint}: another navigator may be running" in second.log()
+    assert idle[0].last(keys.STATUS) is not None
+
+
+def test_hostile_messages_are_counted_and_nothing_else(idle, launch, shared_endpoint):
+    operator, navigator = idle
+    launch("sim", "--connect", shared_endpoint, "--robot", "r", "--home", "3", "--width", "240")
     operator.wait_for(lambda s: s.frames > 3)
     status = None
     while status is None or sum(t.rejected for t in status.streams) < 20:
@@ -267,29 +307,3 @@ def test_hostile_messages_are_counted_and_nothing_else(operator, start_robot, na
     operator.wait_for(lambda s: s.frames > frames + 3 and s.state != "lost")
     assert sum(e.kind == "bad_message" for e in operator.events) <= len(status.streams)
     assert "Traceback" not in navigator.log()
-
-
-def test_malformed_requests_get_an_answer(operator):
-    for topic in (keys.SEARCH, keys.CONTROL, keys.GUIDANCE, keys.FEEDBACK):
-        for payload in (None, b"", b"{", b"\xff\xfe", b'{"surprise": 1}', b"[" * 5000):
-            replies = list(operator.session.get(f"r/{topic}", payload=payload, timeout=20.0))
-            assert len(replies) == 1
-            assert msgspec.json.decode(replies[0].ok.payload.to_bytes())["error"]
-
-
-def test_requests_out_of_place_are_refused(operator):
-    for topic, request, kind, text in (
-        (keys.CONTROL, ControlRequest(action="cancel"), ControlReply, "no goal to cancel"),
-        (keys.FEEDBACK, FeedbackRequest(verdict="confirm"), Accepted, "there is no find"),
-        (keys.GUIDANCE, GuidanceRequest(label="bed", level="far"), Accepted, "there is no goal"),
-    ):
-        with pytest.raises(RequestRefusedError, match=text):
-            operator.ask(topic, request, kind)
-
-
-def test_a_taken_endpoint(operator, launch, free_endpoint):
-    second = launch("navigate", "--listen", free_endpoint, "--robot", "r")
-    status, out = second.finish(120.0)
-    assert (status, out) == (2, "")
-    assert f"cannot listen on {free_endpoint}: another navigator may be running" in second.log()
-    assert operator.last(keys.STATUS) is not None

@@ -109,6 +109,7 @@ def pooled(likelihoods, before, count):
     return after[:n], low
 
 
+@pytest.mark.slow
 def test_energies_are_exact_to_a_thousandth_of_a_step():
     rng = np.random.default_rng(1)
     likelihoods = np.exp(rng.uniform(-MOST_NATS, MOST_NATS, (3, 2000))).astype(np.float32)

@@ -16,6 +16,7 @@ def test_the_closest_point_is_the_best_of_plane_and_edges(seed):
         np.testing.assert_allclose(out, reference.closest_point(triangle, point), atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2, 3))]
 )

@@ -50,6 +50,7 @@ def _state_of(served, path, robot):
                 return state
 
 
+@pytest.mark.slow
 def test_each_robot_has_a_page_with_its_own_state(fleet):
     served, _ = fleet
     page = served.get("/robot/site~b/")

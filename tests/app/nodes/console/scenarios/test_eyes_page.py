@@ -32,6 +32,8 @@ from tests.chromium import KEEP_PICTURES, PATIENCE_MS, box_at_rest, new_window
 pytestmark = pytest.mark.browser
 
 HZ = 10.0
+"""Rate of the images where they are counted; elsewhere fewer do."""
+WATCHED_S = 6.0 if KEEP_PICTURES in os.environ else 3.0
 
 
 class _Home:
@@ -70,7 +72,7 @@ class _Home:
 @pytest.fixture(scope="module")
 def parts(stage, browser):
     zenoh_port, port = stage.free_port(), stage.free_port()
-    home = stage.PublishedHome(zenoh_port, hz=HZ, most_voxels=12_000)
+    home = stage.PublishedHome(zenoh_port, most_voxels=12_000)
     noted = _Home(home)
     console = stage.ConsoleProcess(zenoh_port, port)
     window = new_window(browser)
@@ -167,7 +169,8 @@ def test_pictures_come_within_the_budget_and_soon(page, parts):
     noted = parts[0]
     camera = page.locator("#camera")
     delays, sizes = {}, []
-    until = time.monotonic() + 6.0
+    noted.home.hz, usual_hz = HZ, noted.home.hz
+    until = time.monotonic() + WATCHED_S
     while time.monotonic() < until:
         stamp, at, size = (
             camera.get_attribute(f"data-{k}") for k in ("stamp", "drawn-at", "bytes")
@@ -176,15 +179,17 @@ def test_pictures_come_within_the_budget_and_soon(page, parts):
             delays[stamp] = float(at) - noted.sent_ms[stamp]
             sizes.append(int(size))
         page.wait_for_timeout(20)
+    noted.home.hz = usual_hz
     ordered = sorted(delays.values())
     folder = os.environ.get(KEEP_PICTURES)
     if folder is not None:
-        text = f"{len(ordered)} pictures in 6 s, ms: {[round(d) for d in ordered]}, bytes {sizes}\n"
+        ms = [round(d) for d in ordered]
+        text = f"{len(ordered)} pictures in {WATCHED_S:.0f} s, ms: {ms}, bytes {sizes}\n"
         (Path(folder) / "image_to_glass_ms.txt").write_text(text)
     assert len(ordered) > 6
     assert ordered[0] >= 0.0
     assert ordered[len(ordered) // 2] < 500.0
-    assert sum(sizes) * 8 / 6.0 < 2e6
+    assert sum(sizes) * 8 / WATCHED_S < 2e6
 
 
 def test_a_frozen_camera_is_marked(page, parts, shoot):
@@ -433,9 +438,9 @@ def test_the_name_of_a_kind_is_beside_the_pointer(page, shoot):
     inside.get_by_role("button", name="Show the whole map").click()
     inside.get_by_role("button", name="Thing", exact=True).click()
     expect(inside.locator("[data-mode='thing']")).to_contain_text("sofa")
-    page.wait_for_timeout(3_000)
     label, names = page.locator("#hover"), set()
-    for k in range(24):
+    # Several times over: the whole map comes into view in its own time.
+    for k in [*range(24)] * 3:
         page.mouse.move(330 + 90 * (k % 6), 300 + 90 * (k // 6))
         page.wait_for_timeout(400)
         if label.is_visible():

@@ -33,6 +33,7 @@ def opened(parts):
 def home(parts):
     """A navigator in the middle of a search."""
     parts.home.begin_again()
+    parts.hold_still()
     return parts.home
 
 

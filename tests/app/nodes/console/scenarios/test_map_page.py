@@ -15,7 +15,7 @@ pytestmark = pytest.mark.browser
 @pytest.fixture(scope="module")
 def growing(stage, browser):
     """A console, its page, and a home whose map grows."""
-    parts = PageParts(stage, browser)
+    parts = PageParts(stage, browser, is_drawn=True)
     parts.page = parts.open_page()
     yield parts
     parts.close()
@@ -24,7 +24,7 @@ def growing(stage, browser):
 @pytest.fixture
 def early(stage, browser):
     """A console without a navigator."""
-    parts = PageParts(stage, browser, navigator=False)
+    parts = PageParts(stage, browser, navigator=False, is_drawn=True)
     yield parts
     parts.close()
 

@@ -28,6 +28,7 @@ def shared(stage, browser):
 def home(shared):
     """A navigator in the middle of a search, which nobody has asked anything yet."""
     shared.home.begin_again()
+    shared.hold_still()
     return shared.home
 
 

@@ -22,7 +22,7 @@ from tests.app.nodes.console.page_checks import (
     in_page,
     in_panels,
 )
-from tests.chromium import KEEP_PICTURES, new_window
+from tests.chromium import KEEP_PICTURES, box_at_rest, new_window
 
 pytestmark = pytest.mark.browser
 
@@ -55,6 +55,9 @@ def at_first(parts):
     page, home = parts
     home.begin_again()
     page.set_viewport_size({"width": 1440, "height": 900})
+    # What the test before showed as another operator's is the robot's again.
+    expect(page.locator("#lease-take")).to_be_visible()
+    box_at_rest(page.frame_locator("#view").locator("[data-dock-region='right']"))
     yield page
     page.evaluate("document.getElementById('help').close()")
     for name in SIDES:
@@ -139,9 +142,12 @@ def test_nothing_is_cut_off_on_a_small_screen_or_enlarged(at_first, width, heigh
     at_first.wait_for_timeout(600)
     assert in_page(at_first, CUT_OFF) == []
     for name in _views(at_first):
-        wrong = in_panels(at_first, CUT_OFF) if name in TABS else in_page(at_first, CUT_OFF)
+        look = in_panels if name in TABS else in_page
+        if look(at_first, CUT_OFF):
+            # viser's tabs can be dragged: while a press on one ends, the panel takes no pointer.
+            at_first.wait_for_timeout(500)
         _keep(at_first, f"{width}-{name}")
-        assert wrong == [], name
+        assert look(at_first, CUT_OFF) == [], name
 
 
 SLOW = """() => {

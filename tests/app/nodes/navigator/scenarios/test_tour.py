@@ -25,9 +25,10 @@ def operator(launch, free_endpoint):
 
 def test_two_objects_asked_for_with_and_are_found_in_one_tour(operator, launch, free_endpoint):
     where = ("--connect", free_endpoint, "--robot", "r")
-    launch("sim", *where, "--home", "3", "--width", "240", "--speed", "max")
+    home = ("--home", "8", "--start", "1", "--width", "240")
+    launch("sim", *where, *home, "--speed", "max")
     asked = subprocess.run(
-        [sys.executable, "-m", "app", "ask", "my bed and the toilet", "--follow", "--json",
+        [sys.executable, "-m", "app", "ask", "my sofa and the bed", "--follow", "--json",
          *where],
         capture_output=True, text=True, check=False, timeout=280,
     )  # fmt: skip
@@ -36,11 +37,11 @@ def test_two_objects_asked_for_with_and_are_found_in_one_tour(operator, launch, 
     assert (accepted["goal_id"], accepted["joined"]) == (1, None)
     assert (joined["goal_id"], joined["joined"], joined["position"]) == (2, 1, 0)
     ends = [line for line in lines if line["outcome"] == "found"]
-    assert {line["object"] for line in ends} == {"bed", "toilet"}
+    assert {line["object"] for line in ends} == {"sofa", "bed"}
     assert all(len(line["position_world"]) == 3 for line in ends)
 
     status = operator.wait_for(lambda s: s.state == "found")
-    assert [(g.object, g.outcome) for g in status.tour] == [("bed", "found"), ("toilet", "found")]
+    assert [(g.object, g.outcome) for g in status.tour] == [("sofa", "found"), ("bed", "found")]
     assert (status.queue, status.history) == ([], [])
     found = [event for event in operator.events if event.kind == "found"]
     assert sorted(event.goal_id for event in found) == [1, 2]
