@@ -49,15 +49,10 @@ def run_recognise(command: Recognise) -> int:
         raise UsageError("--find takes comma-separated objects, such as cup,tv")
     try:
         names, mount = read_names(command.profile), read_mount(command.profile)
-        offset_s = read_offset(command.profile)
         source = open_source(
-            command.path,
-            command.floor_m,
-            track=command.track,
-            names=names,
-            mount=mount,
-            clock_offset_s=offset_s,
-        )
+            command.path, command.floor_m, track=command.track, names=names, mount=mount,
+            clock_offset_s=read_offset(command.profile),
+        )  # fmt: skip
         if source.note:
             print(f"ippon: {source.note}", file=sys.stderr)
         path = command.observation_model
@@ -78,7 +73,6 @@ def run_recognise(command: Recognise) -> int:
                 lambda frame, labels: _observed(segmenter, frame, labels, own),
                 lambda n: progress.update(task, completed=n),
             )
-        left_out = source.tally.note
         for name in objects:
             label = label_of.get(name)
             finds = [] if label is None else in_own_world(recognition, label, source.T_map_world)
@@ -92,7 +86,7 @@ def run_recognise(command: Recognise) -> int:
         raise UsageError(str(error)) from error
     except OSError as error:
         raise UsageError(f"cannot write {command.page}: {error}") from error
-    if left_out:
+    if left_out := source.tally.note:
         print(f"ippon: {left_out}", file=sys.stderr)
     if recognition.refused:
         print(f"ippon: {recognition.refused} frames were refused", file=sys.stderr)

@@ -24,10 +24,10 @@ from app.view.model.candidates import Candidate, best_candidates
 from app.view.model.history import History
 from app.view.model.label_colors import LabelColors
 from app.view.model.picture_store import PictureStore
-from app.view.model.recorders import Recorders
 from app.view.model.seek_history import SeekHistory
 from app.view.model.unfound_goals import UnfoundGoals
 from app.view.model.voxel_store import VoxelStore, VoxelUpdate
+from app.view.recorders import Recorders
 from ippon.camera import PinholeCamera
 from ippon.geometry import Float64Array, base_pose
 from ippon.planning.plan import TreeView

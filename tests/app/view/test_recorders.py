@@ -1,7 +1,7 @@
 """The recorders of one robot."""
 
 from app.messages.recording import RecordingStatus
-from app.view.model.recorders import Recorders
+from app.view.recorders import Recorders
 
 
 def sessions_after(*sessions):
