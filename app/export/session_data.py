@@ -95,10 +95,18 @@ def _trajectory(recording: Recording) -> Trajectory:
             stamps.append(stamp_ns)
             poses.append(reduce(matmul, [link.T_parent_child for link in chain]))
     if not stamps:
-        raise RecordingError(
-            f"{recording.path} has no pose of the robot: no tf from {WORLD_FRAME} to {BASE_FRAME}"
-        )
+        raise RecordingError(_no_pose(recording.path, has_odometry=keys.ODOM in recording.keys))
     return Trajectory(time_ns=np.array(stamps, np.int64), T_world_base=np.stack(poses))
+
+
+def _no_pose(path: Path, *, has_odometry: bool) -> str:
+    text = f"{path} has no pose of the robot: no tf from {WORLD_FRAME} to {BASE_FRAME}"
+    if not has_odometry:
+        return text
+    return (
+        f"{text}, only odometry. Play it with `ippon replay` for a navigator, record that with "
+        "`ippon record`, and export the new recording"
+    )
 
 
 def _chain(links: dict[str, StampedTransform]) -> list[StampedTransform]:

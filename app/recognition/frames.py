@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.links.robot_streams.assembler import FrameAssembler, assemble
+from app.links.robot_streams.assembler import AssemblerConfig, FrameAssembler, assemble
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.nodes.replay.bag_poses import BagPoses
@@ -63,6 +63,8 @@ class FrameSource:
     """Where the poses of a bag come from."""
     names: Names = field(default_factory=lambda: USUAL)
     """Topics of a bag of a robot that has names of its own."""
+    clock_offset_s: float = 0.0
+    """How far the camera's clock is behind that of the poses of a bag."""
     tally: Tally = field(default_factory=Tally)
     """Counts the images while the frames are read."""
 
@@ -104,6 +106,7 @@ def open_source(
     track: bool = False,
     names: Names = USUAL,
     mount: Float64Array | None = None,
+    clock_offset_s: float = 0.0,
 ) -> FrameSource:
     """Open a dataset's folder, a recording or a bag.
 
@@ -113,6 +116,7 @@ def open_source(
         track: Find the poses of a dataset by its images; none are read.
         names: Topics of a bag of a robot that has names of its own.
         mount: T_base_camera, for a bag whose tf does not say it.
+        clock_offset_s: How far the camera's clock is behind that of the poses of a bag.
 
     Raises:
         DatasetError: The format is unknown, the data are damaged, or no image of a bag can have a
@@ -124,7 +128,9 @@ def open_source(
         if track:
             raise DatasetError(f"{path} is a bag: only the poses of datasets can be tracked here")
         poses = bag_poses(path, names, mount)
-        return FrameSource(path, None, np.eye(4), poses=poses, names=names)
+        return FrameSource(
+            path, None, np.eye(4), poses=poses, names=names, clock_offset_s=clock_offset_s
+        )
     dataset = open_dataset(path, poses=not track)
     if track:
         return FrameSource(path, dataset, np.eye(4), track=True)
@@ -177,7 +183,8 @@ def _frame(
 
 
 def _bag_frames(source: FrameSource) -> Iterator[Frame]:
-    assembler, path, tally = FrameAssembler(), source.path, source.tally
+    assembler = FrameAssembler(AssemblerConfig(camera_clock_offset_s=source.clock_offset_s))
+    path, tally = source.path, source.tally
     for message in bag_messages(path, 0.0, heatmaps=False, poses=source.poses, names=source.names):
         tally.images += message.key == keys.COLOR
         try:

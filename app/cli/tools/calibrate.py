@@ -14,7 +14,7 @@ from app.cli.nodes.segment import segmenter_of
 from app.cli.options.recognition import Calibrate
 from app.errors import UsageError
 from app.nodes.replay.datasets import DatasetError
-from app.nodes.replay.robot_names import read_mount, read_names
+from app.nodes.replay.robot_names import read_mount, read_names, read_offset
 from app.recognition.calibration import (
     Calibrated,
     CalibrationError,
@@ -39,8 +39,9 @@ def run_calibrate(command: Calibrate) -> int:
         raise UsageError(f"--out: the folder {command.out.parent} does not exist")
     try:
         names, mount = read_names(command.profile), read_mount(command.profile)
+        offset_s = read_offset(command.profile)
         sources = [
-            open_source(path, command.floor_m, names=names, mount=mount)
+            open_source(path, command.floor_m, names=names, mount=mount, clock_offset_s=offset_s)
             for path in command.recordings
         ]
         for note in filter(None, (source.note for source in sources)):

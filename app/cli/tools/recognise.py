@@ -13,7 +13,7 @@ from app.cli.nodes.segment import segmenter_of
 from app.cli.options.recognition import Recognise
 from app.errors import UsageError
 from app.nodes.replay.datasets import DatasetError
-from app.nodes.replay.robot_names import read_mount, read_names
+from app.nodes.replay.robot_names import read_mount, read_names, read_offset
 from app.recognition.frames import open_source
 from app.recognition.page import page_of
 from app.recognition.recognition import (
@@ -50,8 +50,9 @@ def run_recognise(command: Recognise) -> int:
     try:
         names, mount = read_names(command.profile), read_mount(command.profile)
         source = open_source(
-            command.path, command.floor_m, track=command.track, names=names, mount=mount
-        )
+            command.path, command.floor_m, track=command.track, names=names, mount=mount,
+            clock_offset_s=read_offset(command.profile),
+        )  # fmt: skip
         if source.note:
             print(f"ippon: {source.note}", file=sys.stderr)
         path = command.observation_model
@@ -72,7 +73,6 @@ def run_recognise(command: Recognise) -> int:
                 lambda frame, labels: _observed(segmenter, frame, labels, own),
                 lambda n: progress.update(task, completed=n),
             )
-        left_out = source.tally.note
         for name in objects:
             label = label_of.get(name)
             finds = [] if label is None else in_own_world(recognition, label, source.T_map_world)
@@ -86,7 +86,7 @@ def run_recognise(command: Recognise) -> int:
         raise UsageError(str(error)) from error
     except OSError as error:
         raise UsageError(f"cannot write {command.page}: {error}") from error
-    if left_out:
+    if left_out := source.tally.note:
         print(f"ippon: {left_out}", file=sys.stderr)
     if recognition.refused:
         print(f"ippon: {recognition.refused} frames were refused", file=sys.stderr)

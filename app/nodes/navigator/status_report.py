@@ -115,7 +115,7 @@ class StatusReport:
             elapsed_s=elapsed_s_of(active, snapshot),
             path_length_m=snapshot.path_length_m if snapshot else 0.0,
             best_ooi=snapshot.best_ooi if snapshot else 0.0,
-            explored_m2=snapshot.explored_m2 if snapshot else 0.0,
+            explored_m2=mission.voxel_map.explored_m2(),
             surface_voxels=_surface_voxels(mission),
             voxel_size_m=mission.config.map.voxel_size_m,
             map_revision=mission.voxel_map.revision,

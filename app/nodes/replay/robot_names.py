@@ -1,7 +1,7 @@
 """What the profile of its robot says of a bag: names of topics, and the mount of the camera."""
 
 from app.recording.channels import Names
-from app.robot_file import read_profile, read_ros2
+from app.robot_file import read_clock_offset, read_profile, read_ros2
 from app.ros2.ippon_ros2.settings import COMPRESSED, STREAMS
 from ippon.geometry import Float64Array
 
@@ -26,6 +26,18 @@ def read_names(profile: str | None) -> Names:
             if kind == COMPRESSED:
                 names[f"{topic.name}/{key.rsplit('/', 1)[-1]}", kind] = key
     return names
+
+
+def read_offset(profile: str | None) -> float:
+    """Return how far a robot's camera clock is behind that of its poses, seconds.
+
+    Args:
+        profile: Name of a built-in profile, or path of a YAML file; None for no offset.
+
+    Raises:
+        RobotFileError: There is no such profile, or it is invalid.
+    """
+    return 0.0 if profile is None else read_clock_offset(profile)
 
 
 def read_mount(profile: str | None) -> Float64Array | None:

@@ -27,6 +27,7 @@ from app.view.model.picture_store import PictureStore
 from app.view.model.seek_history import SeekHistory
 from app.view.model.unfound_goals import UnfoundGoals
 from app.view.model.voxel_store import VoxelStore, VoxelUpdate
+from app.view.recorders import Recorders
 from ippon.camera import PinholeCamera
 from ippon.geometry import Float64Array, base_pose
 from ippon.planning.plan import TreeView
@@ -95,7 +96,7 @@ class SceneModel:
         self.painted: tuple[PaintedStroke, ...] = ()
         self.far_evidence = NO_FAR_EVIDENCE
         """Evidence of the object beyond the map's range."""
-        self.recording: RecordingStatus | None = None
+        self.recorders = Recorders()
         """Status of the recorder; None without a recorder."""
         self.rooms: tuple[Room, ...] = ()
         """Rooms of the map, as last asked for."""
@@ -258,8 +259,8 @@ class SceneModel:
         self._changed.add("events")
 
     def on_recording(self, status: RecordingStatus) -> None:
-        """Update the recorder's status."""
-        self.recording = status
+        """Take a recorder's status."""
+        self.recorders.add(status)
         self._changed.add("recording")
 
     def on_detections(self, detections: tuple[FoundObject, ...]) -> None:

@@ -1,16 +1,21 @@
 """Frames of a recording that has no poses: they are tracked."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
 from app.messages import keys
+from app.messages.images import encode_camera, encode_color, encode_depth
+from app.messages.motion import StampedTransform, encode_transforms
 from app.nodes.replay.datasets import DatasetError, open_dataset
-from app.nodes.replay.messages import dataset_messages
-from app.recognition.frames import open_source
+from app.nodes.replay.messages import RobotMessage, dataset_messages
+from app.recognition import frames
+from app.recognition.frames import FrameSource, open_source
 from ippon.camera import PinholeCamera
+from ippon.geometry import base_pose
 from ippon.simulation.camera.renderer import SceneRenderer
 from tests.boxes import boxes_scene
 from tests.ippon.tracking.conftest import ROOM, held_pose
@@ -23,16 +28,16 @@ def recording(tmp_path_factory):
     """Six frames, without poses."""
     folder = tmp_path_factory.mktemp("recording")
     renderer = SceneRenderer(boxes_scene(ROOM))
-    frames = []
+    entries = []
     for k in range(6):
         image = renderer.render(CAMERA, held_pose(k))
         Image.fromarray(image.color).save(folder / f"{k}.png")
         Image.fromarray((1000.0 * image.depth).astype(np.uint16)).save(folder / f"{k}.depth.png")
-        frames.append({"color": f"{k}.png", "depth": f"{k}.depth.png"})
+        entries.append({"color": f"{k}.png", "depth": f"{k}.depth.png"})
     k = {"fx": CAMERA.fx, "fy": CAMERA.fy, "cx": CAMERA.cx, "cy": CAMERA.cy}
     content = {
         "name": "held", "width": 320, "height": 240, "intrinsics": k, "depth_unit_m": 0.001,
-        "rate_hz": 10.0, "gravity_world": [0.0, 1.0, 0.0], "frames": frames,
+        "rate_hz": 10.0, "gravity_world": [0.0, 1.0, 0.0], "frames": entries,
     }  # fmt: skip
     (folder / "sequence.json").write_text(json.dumps(content))
     return folder
@@ -40,11 +45,11 @@ def recording(tmp_path_factory):
 
 @pytest.mark.slow
 def test_frames_without_poses_are_tracked_above_the_floor(recording):
-    frames = list(open_source(recording, track=True).frames())
-    assert len(frames) == 6
-    for k, frame in enumerate(frames):
+    tracked = list(open_source(recording, track=True).frames())
+    assert len(tracked) == 6
+    for k, frame in enumerate(tracked):
         assert frame.T_world_camera[2, 3] == pytest.approx(held_pose(k)[2, 3], abs=0.05)
-        moved = np.linalg.norm(frame.T_world_camera[:3, 3] - frames[0].T_world_camera[:3, 3])
+        moved = np.linalg.norm(frame.T_world_camera[:3, 3] - tracked[0].T_world_camera[:3, 3])
         true = np.linalg.norm(held_pose(k)[:3, 3] - held_pose(0)[:3, 3])
         assert moved == pytest.approx(true, abs=0.02)
 
@@ -71,3 +76,24 @@ def test_only_datasets_are_tracked(tmp_path):
     bag.write_bytes(b"")
     with pytest.raises(DatasetError, match="is a bag"):
         open_source(bag, track=True)
+
+
+def test_the_clock_offset_of_a_profile_shifts_the_poses_of_a_bag(monkeypatch):
+    def posed(stamp_ns, x):
+        links = (("map", "base_link", base_pose(x, 0.0, 0.0, 0.0)), ("base_link", "c", np.eye(4)))
+        return encode_transforms(
+            StampedTransform(stamp_ns=stamp_ns, parent=a, child=b, T_parent_child=T)
+            for a, b, T in links
+        )
+
+    at = 1_500_000_000
+    payloads = [(keys.TF, posed(at + 30_000_000 * n, 0.3 * n)) for n in range(-2, 3)] + [
+        (keys.CAMERA_INFO, encode_camera(CAMERA, at, "c")),
+        (keys.DEPTH, encode_depth(np.ones((240, 320), np.float32), at, "c")),
+        (keys.COLOR, encode_color(np.zeros((240, 320, 3), np.uint8), at, "c")),
+    ]
+    sent = [RobotMessage(0.0, key, payload) for key, payload in payloads]
+    monkeypatch.setattr(frames, "bag_messages", lambda *_, **__: iter(sent))
+    source = FrameSource(Path("bag"), None, np.eye(4), clock_offset_s=0.03)
+    (frame,) = source.frames()
+    assert frame.T_world_base[0, 3] == pytest.approx(0.3)

@@ -1,6 +1,7 @@
 """Notices what needs a person, from the status and the events of the navigator."""
 
 from collections import deque
+from collections.abc import Sequence
 from typing import Final
 
 from app.messages.recording import RecordingStatus
@@ -36,7 +37,7 @@ class CallDetection:
     def step(
         self,
         status: Status | None,
-        recording: RecordingStatus | None,
+        recordings: Sequence[RecordingStatus],
         silence_s: float,
         now_s: float,
     ) -> list[Occasion]:
@@ -44,13 +45,13 @@ class CallDetection:
 
         Args:
             status: Last status of the navigator; None before the first.
-            recording: Last status of the recorder; None without one.
+            recordings: Last status of each recorder.
             silence_s: Time since the navigator was heard.
             now_s: Monotonic time.
         """
         present: dict[_Key, tuple[Occasion, float]] = {
             (one.kind, key): (one, after_s)
-            for one, key, after_s in self._conditions(status, recording, silence_s, now_s)
+            for one, key, after_s in self._conditions(status, recordings, silence_s, now_s)
         }
         self._began_s = {key: self._began_s.get(key, now_s) for key in present}
         self._told &= set(present)
@@ -65,7 +66,7 @@ class CallDetection:
     def _conditions(
         self,
         status: Status | None,
-        recording: RecordingStatus | None,
+        recordings: Sequence[RecordingStatus],
         silence_s: float,
         now_s: float,
     ) -> list[tuple[Occasion, object, float]]:
@@ -94,9 +95,11 @@ class CallDetection:
         if len(recent) >= STUCK_TIMES:
             text = self._words("call.stuck.text", n=STUCK_TIMES, s=f"{STUCK_S:g}")
             found.append((Occasion(kind="stuck", text=text), None, 0.0))
-        if recording is not None and (recording.warning or recording.state == "failed"):
-            text = recording.warning or recording.text
-            found.append((Occasion(kind="disk", text=text), recording.state, 0.0))
+        for one in recordings:
+            if one.warning or one.state == "failed":
+                text = one.warning or one.text
+                which = (one.session, one.state)
+                found.append((Occasion(kind="disk", text=text), which, 0.0))
         return found
 
 

@@ -1,6 +1,6 @@
 """Recording controls of the Session tab: on, off, notes and marks."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from html import escape
 from typing import Any, Final
 
@@ -19,7 +19,7 @@ class RecordPanel:
     def __init__(self, gui: Any, actions: Actions) -> None:
         self._actions = actions
         say = self._words = actions.say
-        self._state = gui.add_html(recording_line(None, say))
+        self._state = gui.add_html(recording_lines((), say))
         on, off, mark = (say(f"panel.record.{word}") for word in ("on", "off", "mark"))
         self._names: dict[str, RecordAction] = {on: "start", off: "stop", mark: "mark"}
         self._switch = gui.add_button_group(say("panel.record.record"), (on, off, mark))
@@ -33,9 +33,9 @@ class RecordPanel:
         note.on_click(lambda _: form.submit())
         form.on_submit(lambda _: self._note())
 
-    def show(self, status: RecordingStatus) -> None:
-        """Show what the recorder does."""
-        self._state.content = recording_line(status, self._words)
+    def show(self, statuses: Sequence[RecordingStatus]) -> None:
+        """Show what each recorder does."""
+        self._state.content = recording_lines(statuses, self._words)
 
     def _press(self, word: str) -> None:
         self._try(lambda: self._actions.record(self._names[word], ""))
@@ -60,10 +60,16 @@ class RecordPanel:
         return True
 
 
-def recording_line(status: RecordingStatus | None, say: Words) -> str:
-    """Return the state of the recording and any warning, as HTML."""
-    if status is None:
+def recording_lines(statuses: Sequence[RecordingStatus], say: Words) -> str:
+    """Return the state of each recorder and its warning, as HTML; several are told to be so."""
+    if not statuses:
         return markup.muted(escape(say("panel.record.nobody")))
+    several = say("panel.record.several", n=len(statuses)) if len(statuses) > 1 else ""
+    head = f'<p class="ip-warning">{escape(several)}</p>' if several else ""
+    return head + "".join(_recording_line(status, say) for status in statuses)
+
+
+def _recording_line(status: RecordingStatus, say: Words) -> str:
     minutes, seconds = divmod(int(status.seconds), 60)
     text = say(
         "panel.record.lost" if status.dropped else "panel.record.running",

@@ -55,8 +55,8 @@ class SessionPanel:
 
     def update(self, model: SceneModel, changed: frozenset[Part]) -> None:
         """Show what changed."""
-        if "recording" in changed and model.recording is not None and self._record is not None:
-            self._record.show(model.recording)
+        if "recording" in changed and self._record is not None:
+            self._record.show(model.recorders.statuses)
         status = model.status
         if status is None:
             return

@@ -227,7 +227,8 @@ class SceneThread:
         if self._calls is None:
             return
         model = self.model
-        occasions = self._detection.step(model.status, model.recording, self._link.silence_s(), now)
+        recordings = model.recorders.statuses
+        occasions = self._detection.step(model.status, recordings, self._link.silence_s(), now)
         self._calls.step(occasions, now, time.time_ns())
         self._state_feed.calls = msgspec.json.encode(self._calls.shown())
 

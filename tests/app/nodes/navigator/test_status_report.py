@@ -67,6 +67,12 @@ def test_refused_frames_are_shown_with_the_reason(report, mission):
     assert status.why == "frames are refused: the camera jumped 3 m"
 
 
+def test_the_floor_of_a_restored_map_counts_before_the_first_frame(report, monkeypatch):
+    restored = Mission(MissionConfig(), ZED, MATTERPORT_40, seed=0)
+    monkeypatch.setattr(type(restored.voxel_map), "explored_m2", lambda _: 37.5)
+    assert state_of(report, restored).explored_m2 == 37.5
+
+
 def test_planning_that_runs_out_of_time_often_is_told(mission):
     planner = PlannerConfig(step_budget_s=0.04)
     report = StatusReport(NavigatorConfig(mission=MissionConfig(planner=planner)), "test")

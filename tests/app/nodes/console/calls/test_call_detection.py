@@ -19,10 +19,11 @@ def watch():
     """Steps a detection; returns the kinds and texts of what has come up."""
     detection = CallDetection()
 
-    def step(status=None, now_s=0.0, *, silence_s=0.0, recording=None, contacts=0):
+    def step(status=None, now_s=0.0, *, silence_s=0.0, recording=None, several=(), contacts=0):
         for _ in range(contacts):
             detection.hear(Event(stamp_ns=1, kind="contact", text="touched"), now_s)
-        told = detection.step(status, recording, silence_s, now_s)
+        recordings = () if recording is None else (recording,)
+        told = detection.step(status, several or recordings, silence_s, now_s)
         return [(one.kind, one.text) for one in told]
 
     return step
@@ -104,3 +105,12 @@ def test_a_disk_that_fills_calls_and_so_does_a_recording_that_failed(watch):
     assert watch(status_of(), recording=nearer) == []
     failed = RecordingStatus(state="failed", text="the disk is full")
     assert watch(status_of(), recording=failed) == [("disk", "the disk is full")]
+
+
+def test_of_two_recorders_the_one_in_danger_calls_once(watch):
+    full = RecordingStatus(state="failed", text="the disk is full", session="a")
+    fine = RecordingStatus(state="recording", text="recording", session="b")
+    assert watch(status_of(), several=(full, fine)) == [("disk", "the disk is full")]
+    assert watch(status_of(), several=(full, fine)) == []
+    near = msgspec.structs.replace(fine, warning="2.4 GB are free on the disk")
+    assert watch(status_of(), several=(full, near)) == [("disk", "2.4 GB are free on the disk")]
