@@ -258,6 +258,8 @@ def _falls_silent_and_comes_back(operator, robot):
     assert operator.twists[-1][1].linear_m_s == 0.0
     robot.child.send_signal(signal.SIGCONT)
     operator.wait_for(lambda s: s.state != "lost", timeout_s=60.0)
+    # Events have a topic of their own, and may come after the status.
+    operator.wait_for(lambda _: any(event.kind == "stream_back" for event in operator.events))
     kinds = [event.kind for event in operator.events]
     assert kinds.count("stream_lost") == 1
     assert kinds.count("stream_back") == 1
