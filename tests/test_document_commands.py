@@ -303,10 +303,7 @@ def test_no_line_is_left_out(shell, request):
     known = {line for _, line in shell.ran | set(NOT_RUN)}
     documents = {str(one.relative_to(ROOT / "docs")): lines_of(one) for one in GUIDES}
     left = [
-        (name, line)
-        for name, lines in documents.items()
-        for line in lines
-        if line not in known
+        (name, line) for name, lines in documents.items() for line in lines if line not in known
     ]
     assert left == []
     gone = [one for one in NOT_RUN if one[1] not in documents[one[0]]]
