@@ -30,9 +30,9 @@ from app.export.session_data import SessionData
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_color
-from app.messages.status import GoalStatus
+from app.messages.status import GoalStatus, name_of
 from app.recording.notes import read_notes
-from app.recording.session_goals import goals_of, name_of
+from app.recording.session_goals import goals_of
 from app.recording.timeline import MARKS
 from app.view.colors import GREEN, ORANGE, SKY, hex_of
 from app.view.words import ENGLISH, Words

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from html import escape
 
 from app.export.session_data import SessionData
-from app.messages.status import GoalStatus
-from app.recording.session_goals import name_of, outcome_of
+from app.messages.status import GoalStatus, name_of
+from app.recording.session_goals import outcome_of
 from app.view.words import Words
 
 

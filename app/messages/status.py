@@ -204,6 +204,11 @@ class Status(_Message, frozen=True):
     """Why the robot's pose in the map cannot be trusted; empty if it can."""
 
 
+def name_of(goal: GoalStatus) -> str:
+    """Return the object as the requester named it."""
+    return goal.display or goal.object.replace("_", " ")
+
+
 def goal_of(status: Status, goal_id: int) -> GoalStatus | None:
     """Return an active, waiting or finished goal by its number; None if it is not listed."""
     known = [status.goal, *status.tour, *status.queue, *status.history]

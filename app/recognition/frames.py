@@ -77,8 +77,9 @@ class FrameSource:
         """Return what a user finds the colour image of a frame by: its file, or its stamp."""
         if self.dataset is None:
             return f"stamp {frame.stamp_ns / NANOSECONDS:.2f} s"
-        stamps = {_stamp_ns(one.time_s): one.color.name for one in self.dataset.frames}
-        return stamps[frame.stamp_ns]
+        return next(
+            one.color.name for one in self.dataset.frames if _stamp_ns(one.time_s) == frame.stamp_ns
+        )
 
     @property
     def count(self) -> int | None:

@@ -5,7 +5,7 @@ from typing import Literal
 
 import msgspec
 
-from app.messages.status import GoalStatus
+from app.messages.status import GoalStatus, name_of
 from app.recording.timeline import SessionTimeline
 
 SessionOutcome = Literal["found", "out_of_reach", "exhausted", "cancelled", "unfinished"]
@@ -46,11 +46,6 @@ def goals_of(timeline: SessionTimeline) -> list[GoalStatus]:
 def session_goal(goal: GoalStatus) -> SessionGoal:
     """Return a goal as lists and reports name it."""
     return SessionGoal(object=name_of(goal), context=goal.context, outcome=outcome_of(goal))
-
-
-def name_of(goal: GoalStatus) -> str:
-    """Return the object as the requester named it."""
-    return goal.display or goal.object.replace("_", " ")
 
 
 def outcome_of(goal: GoalStatus) -> SessionOutcome:

@@ -6,6 +6,7 @@ import msgspec
 import zenoh
 
 from app.cli.options.tools import Control
+from app.cli.tools.follow import place_text
 from app.cli.tools.levels_table import printable
 from app.cli.tools.navigator_address import find_navigator
 from app.errors import UsageError
@@ -14,7 +15,7 @@ from app.links.network.requests import RequestRefusedError, ask, last_message
 from app.links.network.session import LinkError, open_client
 from app.messages import keys
 from app.messages.control import Accepted, ControlReply, ControlRequest, QueueRequest, decode
-from app.messages.status import GoalStatus, Status, awaited_find
+from app.messages.status import GoalStatus, Status, awaited_find, name_of
 
 NAME = "ippon control"
 _ENDED = {
@@ -68,17 +69,15 @@ def status_lines(status: Status) -> Iterator[str]:
 
 
 def _named(goal: GoalStatus) -> str:
-    name = goal.display or goal.object.replace("_", " ")
     context = f", {goal.context}" if goal.context else ""
-    return f"goal {goal.goal_id}, {name}{context}"
+    return f"goal {goal.goal_id}, {name_of(goal)}{context}"
 
 
 def _place(goal: GoalStatus) -> str:
     if goal.position_world is None:
         return ""
-    x, y, z = goal.position_world
     confirmed = ", confirmed" if goal.confirmed else ""
-    return f" at ({x:.1f}, {y:.1f}) m, {z:.1f} m high{confirmed}"
+    return f" {place_text(goal.position_world)}{confirmed}"
 
 
 def _show(session: zenoh.Session, robot: str, command: Control) -> None:

@@ -10,7 +10,7 @@ from app.cli.exit_status import exit_status
 from app.cli.options.tools import Ask
 from app.links.network.session import LinkError
 from app.messages.control import decode
-from app.messages.status import GoalStatus, Status, goal_of
+from app.messages.status import GoalStatus, Status, goal_of, name_of
 
 SILENT_S = 10.0
 NUMBERS_EVERY_S = 5.0
@@ -62,8 +62,7 @@ class _Progress:
         before = status.goal
         if before is None or before.goal_id in goals:
             return
-        name = before.display or before.object.replace("_", " ")
-        line = f"waits for goal {before.goal_id}, {name}: {status.why}"
+        line = f"waits for goal {before.goal_id}, {name_of(before)}: {status.why}"
         if _words(line) != _words(self._line):
             self._line = line
             print(line, flush=True)
@@ -87,11 +86,12 @@ def _show_counted(goals: list[GoalStatus], shown: set[tuple[int, int]]) -> None:
         for find in goal.counted:
             if (goal.goal_id, find.number) not in shown:
                 shown.add((goal.goal_id, find.number))
-                name = goal.display or goal.object.replace("_", " ")
-                print(f"{name}: find {find.number} {_place(find.position_world)}", flush=True)
+                place = place_text(find.position_world)
+                print(f"{name_of(goal)}: find {find.number} {place}", flush=True)
 
 
-def _place(position_world: tuple[float, float, float]) -> str:
+def place_text(position_world: tuple[float, float, float]) -> str:
+    """Return a position as it is printed after what is there."""
     x, y, z = position_world
     return f"at ({x:.1f}, {y:.1f}) m, {z:.1f} m high"
 
@@ -100,7 +100,7 @@ def _end_of(goal: GoalStatus) -> str:
     """Return how the search for one of several goals ended, in one line."""
     place = ""
     if goal.position_world is not None:
-        place = f" {_place(goal.position_world)}"
+        place = f" {place_text(goal.position_world)}"
     before = f", and {len(goal.counted)} before" if goal.counted else ""
     return f"{goal.object.replace('_', ' ')}: {goal.outcome.replace('_', ' ')}{place}{before}"
 

@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 
 from app.messages.scene import FoundObject
-from app.messages.status import FindReport, Status
+from app.messages.status import FindReport, Status, name_of
 from app.view.colors import FOUND, ORANGE, Rgb, linear
 from app.view.model.candidates import Candidate
 
@@ -130,7 +130,7 @@ def found_before(status: Status) -> tuple[ObjectMark, ...]:
         is_present = status.find is not None and status.find.goal_id == goal.goal_id
         if goal.outcome == "found" and goal.position_world is not None and not is_present:
             places[max(places, default=0) + 1] = goal.position_world
-        name = goal.display or goal.object.replace("_", " ")
+        name = name_of(goal)
         marks += [
             ObjectMark(
                 center_world=place,

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from app.messages.status import GoalStatus, Status
+from app.messages.status import GoalStatus, Status, name_of
 from app.view.model.candidates import Candidate
 
 
@@ -20,7 +20,7 @@ class UnfoundGoal:
     @property
     def name(self) -> str:
         """The object as the requester named it."""
-        return self.goal.display or self.goal.object.replace("_", " ")
+        return name_of(self.goal)
 
 
 class UnfoundGoals:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
-from app.messages.status import CountedFind, FindReport, GoalStatus, Status
+from app.messages.status import CountedFind, FindReport, GoalStatus, Status, name_of
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels.find_card import counted_find, counted_head
 
@@ -71,7 +71,7 @@ class CountedFindsPanel:
 def judged_finds(status: Status) -> list[JudgedFind]:
     """Return what the present goals have found before their last finds, by goal and number."""
     return [
-        JudgedFind(goal_id=goal.goal_id, name=f"{_name(goal)} {find.number}", find=find)
+        JudgedFind(goal_id=goal.goal_id, name=f"{name_of(goal)} {find.number}", find=find)
         for goal in _present(status)
         for find in goal.counted
     ]
@@ -81,13 +81,9 @@ def find_name(find: FindReport, status: Status) -> str:
     """Return the name of the find that waits, where there are several; empty for the only one."""
     goal = next((one for one in _present(status) if one.goal_id == find.goal_id), None)
     if goal is not None and goal.count != 1:
-        return f"{_name(goal)} {find.number}"
+        return f"{name_of(goal)} {find.number}"
     return find.object.replace("_", " ") if status.tour else ""
 
 
 def _present(status: Status) -> list[GoalStatus]:
     return status.tour or [goal for goal in (status.goal,) if goal is not None]
-
-
-def _name(goal: GoalStatus) -> str:
-    return goal.display or goal.object.replace("_", " ")

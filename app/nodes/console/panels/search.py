@@ -9,7 +9,7 @@ import viser
 
 from app.messages.control import SearchRequest
 from app.messages.plain_text import as_sentence
-from app.messages.status import FindReport, MissionState, Status, awaited_find
+from app.messages.status import FindReport, MissionState, Status, awaited_find, name_of
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.candidates import CandidatesPanel
@@ -289,7 +289,7 @@ def _next_names(status: Status) -> str:
     if first is None:
         return ""
     tour = [one for one in status.queue if one is first or (one.tour and one.tour == first.tour)]
-    return ", ".join(one.display or one.object.replace("_", " ") for one in tour)
+    return ", ".join(name_of(one) for one in tour)
 
 
 def _both(one: str, other: str) -> str:
