@@ -31,6 +31,9 @@ class EvalReport:
     """Folder that `ippon eval run` wrote."""
     reference: str = "ippon"
     """Method that the others are compared with, episode by episode."""
+    against: tuple[Path, ...] = ()
+    """Folders of other runs, such as that before a change, whose methods are compared on the same
+    episodes; they are named with their folder, as in "ippon (before)"."""
     json: bool = False
     """Print the table as JSON."""
 

@@ -14,6 +14,11 @@ class ReportData:
     """Data of the report."""
 
     rows: Sequence[EpisodeRow]
+    """Single searches of the folder."""
+    compared: Sequence[EpisodeRow]
+    """These and those of other folders, whose methods are named with their folder."""
+    other_settings: Sequence[str]
+    """What was set otherwise in the other folders."""
     summaries: Sequence[MethodSummary]
     comparisons: Sequence[Comparison]
     """Of the reference with each other method, on the same episodes."""

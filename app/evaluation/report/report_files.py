@@ -2,6 +2,8 @@
 
 import dataclasses
 import json
+from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,26 +21,40 @@ from ippon.evaluation.summary import (
 )
 
 
-def read_report_data(path: Path, reference: str = REFERENCE) -> ReportData:
+def read_report_data(
+    path: Path, reference: str = REFERENCE, against: Sequence[Path] = ()
+) -> ReportData:
     """Return means, intervals and paired tests of a folder's rows.
 
     Args:
         path: The folder.
         reference: Method that the others are compared with.
+        against: Folders whose methods are compared, too.
 
     Raises:
-        EvaluationError: The folder holds no results, damaged ones, or none of the reference.
+        EvaluationError: A folder holds no results, or damaged ones, or two have one name, or none
+            holds the reference.
     """
     folder = EvaluationFolder(path)
     rows = folder.rows()
     alone = singles(rows)
-    names = sorted({row.method for row in alone})
+    compared, other_settings = list(alone), list[str]()
+    for other in _distinct(path, against):
+        name = other.path.resolve().name
+        compared += [
+            dataclasses.replace(row, method=f"{row.method} ({name})")
+            for row in singles(other.rows())
+        ]
+        other_settings += _differences(folder.settings(), other.settings(), name)
+    names = sorted({row.method for row in compared})
     if reference != REFERENCE and reference not in names:
         raise EvaluationError(f"{path} has no rows of {reference}; there are {', '.join(names)}")
     return ReportData(
         rows=alone,
-        summaries=summarise(alone),
-        comparisons=compare(alone, reference),
+        compared=compared,
+        other_settings=other_settings,
+        summaries=summarise(compared),
+        comparisons=compare(compared, reference),
         reference=reference,
         later=[row for row in rows if row.kind != "single"],
         contexts=context_effects(rows),
@@ -47,6 +63,24 @@ def read_report_data(path: Path, reference: str = REFERENCE) -> ReportData:
         settings=folder.settings(),
         folder=path,
     )
+
+
+def _distinct(path: Path, against: Sequence[Path]) -> list[EvaluationFolder]:
+    """Return the other folders; each is told by the last part of its path."""
+    names = Counter(folder.resolve().name for folder in (path, *against))
+    twice = [name for name, count in names.items() if count > 1]
+    if twice:
+        raise EvaluationError(f"two folders are called {twice[0]}; rename one of them")
+    return [EvaluationFolder(folder) for folder in against]
+
+
+def _differences(settings: dict[str, Any], other: dict[str, Any], name: str) -> list[str]:
+    ours, theirs = settings.get("fixed", {}), other.get("fixed", {})
+    return [
+        f"{key} is {ours.get(key)!r}, in {name} {theirs.get(key)!r}"
+        for key in sorted({*ours, *theirs})
+        if ours.get(key) != theirs.get(key)
+    ]
 
 
 def write_report(data: ReportData) -> Path:
@@ -71,5 +105,6 @@ def _as_json(data: ReportData) -> dict[str, Any]:
         "contexts": [dataclasses.asdict(c) for c in data.contexts],
         "second_objects": [dataclasses.asdict(s) for s in data.seconds],
         "errors": list(data.errors),
+        "other_settings": list(data.other_settings),
         "settings": data.settings,
     }

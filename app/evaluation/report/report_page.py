@@ -54,7 +54,7 @@ _SECOND: Final = (
 
 def report_page(data: ReportData) -> str:
     """Return the page."""
-    groups = by_method(data.rows)
+    groups = by_method(data.compared)
     parts = [
         "<h1>Search efficiency</h1>",
         _facts(data),
@@ -76,7 +76,7 @@ def report_page(data: ReportData) -> str:
         "<h2>Success against path length</h2>",
         success_curves(groups),
         "<h2>SPL by goal</h2>",
-        goal_plot(spl_by_goal(data.rows), list(groups)),
+        goal_plot(spl_by_goal(data.compared), list(groups)),
         "<h2>Why searches failed</h2>",
         failure_plot(data.summaries),
         _causes(),
@@ -122,6 +122,9 @@ def _warnings(data: ReportData) -> Iterable[str]:
             '<p class="warn">Methods ran different numbers of episodes; only the paired table '
             "compares the same ones.</p>"
         )
+    if data.other_settings:
+        listed = "; ".join(data.other_settings)
+        yield f'<p class="warn">Folders with other settings: {escape(listed)}.</p>'
     if len({row.version for row in data.rows}) > 1:
         yield '<p class="warn">Rows were made by different versions of the program.</p>'
 
@@ -159,7 +162,7 @@ def _methods_table(summaries: Sequence[MethodSummary]) -> str:
 def _summary_of(method: str) -> str:
     """Return the description of a method; rows may come from a version with other methods."""
     try:
-        return method_named(method).summary
+        return method_named(method.partition(" (")[0]).summary
     except ValueError:
         return "unknown to this version"
 

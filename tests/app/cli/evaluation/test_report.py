@@ -7,6 +7,7 @@ import pytest
 from app.cli.evaluation.report import run_eval_report
 from app.cli.options.evaluation import EvalReport
 from app.errors import UsageError
+from app.evaluation.errors import EvaluationError
 from app.evaluation.report.report_page import replay_command
 from app.evaluation.results_folder import SESSIONS, EvaluationFolder
 from ippon.evaluation.outcome import FAILURES
@@ -157,3 +158,29 @@ def test_methods_are_compared_with_the_reference_that_is_named(results, capsys):
     assert "oracle against each" in (results.path / "report.html").read_text()
     with pytest.raises(UsageError, match="has no rows of greedy_nbv; there are ippon, oracle"):
         run_eval_report(EvalReport(folder=results.path, reference="greedy_nbv"))
+
+
+def test_a_run_before_a_change_is_compared_episode_by_episode(results, make_row, tmp_path, capsys):
+    before = EvaluationFolder(tmp_path / "before")
+    before.open_for({**_SETTINGS, "fixed": {**_SETTINGS["fixed"], "voxel_size_m": 0.05}})
+    for home, spl in zip("12", (0.5, 0.2), strict=True):
+        before.write(make_row(episode_id=f"{home}.bed.0.untold", home=home, spl=spl))
+    command = EvalReport(folder=results.path, against=(before.path,), json=True)
+    assert run_eval_report(command) == 0
+    captured = capsys.readouterr()
+    spl = {line["method"]: line["spl"] for line in json.loads(captured.out)}
+    assert spl == {"ippon": 0.5, "oracle": 0.5, "ippon (before)": 0.35}
+    assert "voxel_size_m is 0.1, in before 0.05" in captured.err
+    everything = json.loads((results.path / "report.json").read_text())
+    pairs = {c["method"]: c["spl"] for c in everything["comparisons"]}
+    assert pairs["ippon (before)"]["mean"] == pytest.approx(0.15)
+    page = (results.path / "report.html").read_text()
+    assert "ippon (before)" in page
+    # Episodes are recorded again from the folder that holds them.
+    assert page.count("ippon eval replay") == 4
+
+
+def test_folders_of_one_name_cannot_be_told_apart(results, tmp_path):
+    other = tmp_path / "elsewhere" / results.path.name
+    with pytest.raises(EvaluationError, match="two folders are called out"):
+        run_eval_report(EvalReport(folder=results.path, against=(other,)))
