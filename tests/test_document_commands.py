@@ -276,6 +276,9 @@ def test_an_evaluation(shell):
     ).finish(timeout_s=600.0)
     reported = shell.run(RESEARCHER, "ippon eval report results")
     assert "nearest_frontier" in reported
+    shutil.copytree(shell.folder / "results", shell.folder / "before")
+    reported = shell.run(RESEARCHER, "ippon eval report results --against before")
+    assert "ippon (before)" in reported
     rows = [json.loads(one.read_text()) for one in (shell.folder / "results/rows").glob("*.json")]
     episode = rows[0]["episode_id"]
     shell.start(
