@@ -10,12 +10,14 @@ import zenoh
 
 from app.links.network.subscription import subscribe
 from app.links.robot_streams.assembler import AssemblerConfig, FrameAssembler, assemble
+from app.links.robot_streams.depth_match import DepthMatch
 from app.links.robot_streams.lateness import Lateness
 from app.links.robot_streams.robot_detector import RobotDetector
 from app.links.robot_streams.stream_monitor import StreamMonitor
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_color
+from app.recording.frame_tree import image_stamp_ns
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
 
@@ -74,6 +76,7 @@ class FrameIntake:
         """The robot publishes tf."""
         self._framed_at = self._came_at = 0.0
         self._lateness = Lateness()
+        self._match = DepthMatch(config.tolerance_s)
         self._report = report
         self._arrived = threading.Condition()
         self._waiting: dict[str, deque[tuple[float, bytes]]] = {}
@@ -118,6 +121,7 @@ class FrameIntake:
                     if len(waiting) == waiting.maxlen:
                         monitor.dropped()
                 waiting.append((time.perf_counter(), payload))
+                self._count_match(topic, payload)
                 if topic == keys.COLOR:
                     self.ended = ""
                     self._arrived.notify()
@@ -126,6 +130,14 @@ class FrameIntake:
                 listener(payload)
 
         return receive
+
+    def _count_match(self, topic: str, payload: bytes) -> None:
+        # Here and not where messages are decoded: some are dropped before.
+        if topic in (keys.COLOR, keys.DEPTH, keys.DEPTH_RAW):
+            stamp_ns = image_stamp_ns(payload)
+            if stamp_ns is not None:
+                add = self._match.add_color if topic == keys.COLOR else self._match.add_depth
+                add(stamp_ns)
 
     def wake(self) -> None:
         """End a wait for a frame early."""
@@ -159,8 +171,9 @@ class FrameIntake:
         return frame
 
     def notes(self) -> tuple[str, ...]:
-        """Return notes for the operator about detections and delays."""
-        notes = [self.assembler.detector.refusal()]
+        """Return notes for the operator about images, detections and delays."""
+        with self._arrived:
+            notes = [self.assembler.detector.refusal(), self._match.problem()]
         late_s = self._lateness.late_s()
         if late_s > 0.0:
             notes.append(

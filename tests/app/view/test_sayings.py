@@ -31,6 +31,7 @@ SPEAKING = [
             "app/links/network/requests.py",
             "app/links/rmw_zenoh/robot_link.py",
             "app/links/robot_streams/assembler.py",
+            "app/links/robot_streams/depth_match.py",
             "app/memory/room_names.py",
             "app/memory/wording.py",
             "app/messages/plain_text.py",
