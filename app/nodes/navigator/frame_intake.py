@@ -10,6 +10,7 @@ import zenoh
 
 from app.links.network.subscription import subscribe
 from app.links.robot_streams.assembler import AssemblerConfig, FrameAssembler, assemble
+from app.links.robot_streams.clock_watch import ClockWatch
 from app.links.robot_streams.depth_match import DepthMatch
 from app.links.robot_streams.lateness import Lateness
 from app.links.robot_streams.robot_detector import RobotDetector
@@ -77,6 +78,7 @@ class FrameIntake:
         self._framed_at = self._came_at = 0.0
         self._lateness = Lateness()
         self._match = DepthMatch(config.tolerance_s)
+        self._clocks = ClockWatch(config.world_frame, camera_clock_offset_s)
         self._report = report
         self._arrived = threading.Condition()
         self._waiting: dict[str, deque[tuple[float, bytes]]] = {}
@@ -121,7 +123,7 @@ class FrameIntake:
                     if len(waiting) == waiting.maxlen:
                         monitor.dropped()
                 waiting.append((time.perf_counter(), payload))
-                self._count_match(topic, payload)
+                self._note_times(topic, payload)
                 if topic == keys.COLOR:
                     self.ended = ""
                     self._arrived.notify()
@@ -131,13 +133,15 @@ class FrameIntake:
 
         return receive
 
-    def _count_match(self, topic: str, payload: bytes) -> None:
+    def _note_times(self, topic: str, payload: bytes) -> None:
         # Here and not where messages are decoded: some are dropped before.
         if topic in (keys.COLOR, keys.DEPTH, keys.DEPTH_RAW):
             stamp_ns = image_stamp_ns(payload)
             if stamp_ns is not None:
                 add = self._match.add_color if topic == keys.COLOR else self._match.add_depth
                 add(stamp_ns)
+        elif topic in (keys.TF, keys.TF_STATIC):
+            self._clocks.add_transforms(payload, fixed=topic == keys.TF_STATIC)
 
     def wake(self) -> None:
         """End a wait for a frame early."""
@@ -168,12 +172,14 @@ class FrameIntake:
             self._framed_at = time.monotonic()
             self.arrived_at = self._arrivals.get(frame.stamp_ns, self._came_at)
             self._lateness.add(frame.stamp_ns, self.arrived_at)
+            self._clocks.add(frame, self.assembler.camera_frame or "")
         return frame
 
     def notes(self) -> tuple[str, ...]:
-        """Return notes for the operator about images, detections and delays."""
+        """Return notes for the operator about images, detections, clocks and delays."""
         with self._arrived:
             notes = [self.assembler.detector.refusal(), self._match.problem()]
+        notes.append(self._clocks.problem())
         late_s = self._lateness.late_s()
         if late_s > 0.0:
             notes.append(
