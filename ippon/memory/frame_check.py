@@ -15,7 +15,13 @@ REACH_M: Final = 6.0
 WITHIN_M: Final = 0.25
 """Tolerance of surfaces."""
 ENOUGH_IMAGES: Final = 0.5
-"""Surface that must have been compared, as a share of what one image shows."""
+"""Surface that must have been compared, as a share of what one image shows.
+
+More is wrong less often and takes longer. Of 42 starts in 7 generated homes of which half was
+mapped, in another frame, a turn on the spot told 29, left 11 open and confirmed 2 wrongly; the
+first image alone told 21 and had nothing to compare in 18. In the same frame a turn was never
+wrong and left 2 open; the first image was wrong once.
+"""
 LEAST_POINTS: Final = 100
 _NEAR_M: Final = 0.3
 """Distance to the camera up to which rays are not compared."""

@@ -37,7 +37,7 @@ class MapCheck:
         """What is wrong, for the operator; the robot must not move on by itself."""
         self._given_up = ""
 
-    def is_pending(self) -> bool:
+    def waits(self) -> bool:
         """Return whether the map may be of another frame: nothing of it is to be overwritten."""
         return self._check is not None
 

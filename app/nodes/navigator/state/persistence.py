@@ -221,6 +221,15 @@ class StatePersistence:
         self._goals = content
 
 
+def persistence_of(
+    keep_map: str, report_event: Callable[[str, str], None], map_waits: Callable[[], bool]
+) -> StatePersistence | None:
+    """Return what keeps the state beside a map; None where none is to be kept."""
+    if not keep_map:
+        return None
+    return StatePersistence(Path(keep_map), report_event, map_waits=map_waits)
+
+
 def _goals_path(path: Path) -> Path:
     return path.with_name(path.name + ".goals.json")
 

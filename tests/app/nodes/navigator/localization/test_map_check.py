@@ -78,12 +78,12 @@ def check_of(kept):
 
 def test_an_image_that_agrees_confirms_the_map_at_once(yesterday, check_of, kept):
     check = check_of(yesterday)
-    assert check.is_pending()
+    assert check.waits()
     assert not check.check(seen_from(2.2, 1.6, 0.4))
-    assert (check.is_pending(), check.note, check.events) == (False, "", [])
+    assert (check.waits(), check.note, check.events) == (False, "", [])
     assert len(list(kept.iterdir())) == len(KEPT)
     none = check_of(None)
-    assert (none.is_pending(), none.check(seen_from(2.2, 1.6, 0.4))) == (False, False)
+    assert (none.waits(), none.check(seen_from(2.2, 1.6, 0.4))) == (False, False)
 
 
 def test_an_image_that_contradicts_the_map_is_reported_once_and_the_map_copied(
@@ -120,11 +120,11 @@ def test_a_robot_that_begins_in_unmapped_space_is_checked_once_it_sees_the_map(
     check = check_of(yesterday)
     for k in range(4):
         assert not check.check(in_map_frame(seen_from(9.0, 2.0, 0.3 * (k - 2)), T))
-    assert check.is_pending()
+    assert check.waits()
     assert check.note.startswith("the kept map is not confirmed yet: too little of it has been")
     # It turns, and drives through the door.
     found = [check.check(in_map_frame(seen_from(x, 0.6, math.pi), T)) for x in (8.0, 6.5, 5.0, 4.0)]
-    assert not check.is_pending()
+    assert not check.waits()
     assert any(found) == is_shifted
     assert check.note == check.problem
 
@@ -136,7 +136,7 @@ def test_a_robot_that_never_sees_the_map_goes_on_with_a_copy_of_it(
     check = check_of(yesterday)
     for k in range(5):
         assert not check.check(seen_from(9.0, 2.0, 0.3 * (k - 2)))
-    assert (check.is_pending(), check.problem) == (False, "")
+    assert (check.waits(), check.problem) == (False, "")
     assert check.note.startswith(
         "the kept map was not confirmed: too little of it was in view of 3"
     )

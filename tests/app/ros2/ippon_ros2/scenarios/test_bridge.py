@@ -14,7 +14,8 @@ import pytest
 import yaml
 
 from app.certificates.roles import write_roles
-from app.links.network.session import PROFILE, open_client, open_router
+from app.links.network.session import PROFILE as ZENOH_PROFILE
+from app.links.network.session import open_client, open_router
 from app.messages.images import decode_depth, decode_depth_raw, encode_depth_raw
 from app.messages.motion import StampedTwist, encode_twist
 from tests.app.messages.robot_messages import odometry
@@ -128,11 +129,11 @@ def test_a_bridge_with_the_certificate_of_another_role_says_that_it_is_refused(
     now, hosts = dt.datetime.now(dt.UTC), ("localhost", "127.0.0.1")
     write_roles(tmp_path, robots=("ippon",), hosts=hosts, days=2, now=now)
     endpoint = free_endpoint.replace("tcp/", "tls/")
-    monkeypatch.setenv(PROFILE, str(tmp_path / "navigator.json5"))
+    monkeypatch.setenv(ZENOH_PROFILE, str(tmp_path / "navigator.json5"))
     router = open_router(endpoint)
     bridges = []
     for role in ("robot", "console"):
-        monkeypatch.setenv(PROFILE, str(tmp_path / f"{role}.json5"))
+        monkeypatch.setenv(ZENOH_PROFILE, str(tmp_path / f"{role}.json5"))
         arguments = ["-m", "ippon_ros2", "--connect", endpoint]
         bridges.append(Ros2Process(arguments, 100, tmp_path / f"{role}.log"))
         bridges[-1].wait_for_log("nobody publishes /tf")
