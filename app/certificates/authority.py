@@ -93,6 +93,12 @@ def expiry(certificate_pem: bytes) -> dt.datetime:
     return x509.load_pem_x509_certificate(certificate_pem).not_valid_after_utc
 
 
+def common_name(certificate_pem: bytes) -> str:
+    """Return whom a certificate is of; raises ValueError if it is not a certificate."""
+    subject = x509.load_pem_x509_certificate(certificate_pem).subject
+    return "".join(str(one.value) for one in subject.get_attributes_for_oid(NameOID.COMMON_NAME))
+
+
 def write_private(path: Path, content: bytes) -> None:
     """Write a file that only its owner may read."""
     path.touch(mode=0o600)

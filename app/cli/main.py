@@ -1,10 +1,11 @@
 """Reads the command line and runs the command, importing only what that command needs."""
 
 import importlib.metadata
+import os
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import assert_never
+from typing import Final, assert_never
 
 import tyro
 
@@ -19,6 +20,25 @@ from app.cli.options.viewers import Foxglove, Rerun
 from app.errors import UsageError
 from app.process.environment import prepare_process
 
+_ROBOT: Final = ("robot",)
+_ASKS: Final = ("requester", "console")
+_WATCHES: Final = ("recorder", "console", "requester")
+_ROLES: Final[dict[type, tuple[str, ...]]] = {
+    nodes.Sim: _ROBOT,
+    nodes.Replay: _ROBOT,
+    nodes.Segment: _ROBOT,
+    Ros2: _ROBOT,
+    nodes.Navigate: ("navigator",),
+    nodes.Console: ("console",),
+    nodes.Record: _WATCHES,
+    Foxglove: _WATCHES,
+    Rerun: _WATCHES,
+    tools.Ask: _ASKS,
+    tools.Control: _ASKS,
+    tools.Memory: _ASKS,
+}
+"""Roles of certificates with which a command works."""
+
 
 def run(arguments: Sequence[str]) -> int:
     """Run one command and return its exit status."""
@@ -28,12 +48,28 @@ def run(arguments: Sequence[str]) -> int:
     try:
         command = parse(arguments)
         prepare_process()
+        _warn_of_role(command)
         return _dispatch(_with_config_file(command, arguments))
     except UsageError as error:
         print(f"ippon: {error}", file=sys.stderr)
         return EXIT_USAGE
     except KeyboardInterrupt:
         return EXIT_INTERRUPTED
+
+
+def _warn_of_role(command: Command) -> None:
+    """Say that this process has the certificate of another role; without certificates, nothing."""
+    accepted = next((roles for kind, roles in _ROLES.items() if isinstance(command, kind)), ())
+    if not accepted:
+        return
+    from app.links.network.session import PROFILE
+
+    if not os.environ.get(PROFILE):
+        return
+    from app.certificates.own_role import role_mismatch
+
+    if mismatch := role_mismatch(accepted):
+        print(f"ippon: {mismatch}", file=sys.stderr)
 
 
 def parse(arguments: Sequence[str], default: Command | None = None) -> Command:

@@ -1,5 +1,6 @@
 """Data of a recording for exports: the scene at its end, and the robot's trajectory."""
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
@@ -12,6 +13,9 @@ from numpy.typing import NDArray
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.motion import StampedTransform, decode_transforms
+from app.nodes.replay.bag_poses import BagPoses, poses_of
+from app.nodes.replay.datasets import DatasetError
+from app.nodes.replay.messages import TF_ALONE
 from app.nodes.review.player import Player
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
@@ -19,6 +23,8 @@ from app.recording.timeline import SessionTimeline
 from app.view.model.scene_model import BASE_FRAME, WORLD_FRAME, SceneModel
 from app.view.model.scene_reader import SceneReader
 from ippon.geometry import Float64Array
+
+logger = logging.getLogger(__name__)
 
 OnProgress = Callable[[float], None]
 """Called with the fraction of an export that is done."""
@@ -76,12 +82,36 @@ def read_session_data(path: Path, on_progress: OnProgress = no_progress) -> Sess
 
 
 def _trajectory(recording: Recording) -> Trajectory:
+    trajectory = _follow(recording, TF_ALONE)
+    if trajectory is None:
+        poses = _other_poses(recording)
+        logger.warning("%s", poses.note(recording.path))
+        trajectory = _follow(recording, poses)
+    if trajectory is None:
+        raise RecordingError(_no_pose(recording.path))
+    return trajectory
+
+
+def _other_poses(recording: Recording) -> BagPoses:
+    """Return where poses come from that are not in a frame `map`; raises RecordingError."""
+    messages = recording.all_messages((*TF_ALONE.keys, keys.ODOM))
+    told = ((one.key, one.payload) for one in messages)
+    try:
+        return poses_of(recording.path, told, None)
+    except DatasetError as error:
+        raise RecordingError(_no_pose(recording.path)) from error
+
+
+def _follow(recording: Recording, source: BagPoses) -> Trajectory | None:
+    """Return the poses of the base in the world of a source; None where there is none."""
     links: dict[str, StampedTransform] = {}
     stamps: list[int] = []
     poses: list[Float64Array] = []
-    for message in recording.all_messages((keys.TF_STATIC, keys.TF)):
+    for message in recording.all_messages(source.keys):
         try:
-            came = decode_transforms(message.payload)
+            is_odometry = message.key == keys.ODOM
+            payload = source.converted(message.payload) if is_odometry else message.payload
+            came = decode_transforms(payload)
         except MessageError:
             # Undecodable messages are skipped.
             continue
@@ -89,31 +119,28 @@ def _trajectory(recording: Recording) -> Trajectory:
             # The stamp of a fixed transform is not a time of the robot.
             came = tuple(replace(t, stamp_ns=-1) for t in came)
         links |= {t.child: t for t in came}
-        chain = _chain(links)
+        chain = _chain(links, source.world)
         stamp_ns = max((link.stamp_ns for link in chain), default=-1)
         if stamp_ns > (stamps[-1] if stamps else -1):
             stamps.append(stamp_ns)
             poses.append(reduce(matmul, [link.T_parent_child for link in chain]))
     if not stamps:
-        raise RecordingError(_no_pose(recording.path, has_odometry=keys.ODOM in recording.keys))
+        return None
     return Trajectory(time_ns=np.array(stamps, np.int64), T_world_base=np.stack(poses))
 
 
-def _no_pose(path: Path, *, has_odometry: bool) -> str:
-    text = f"{path} has no pose of the robot: no tf from {WORLD_FRAME} to {BASE_FRAME}"
-    if not has_odometry:
-        return text
+def _no_pose(path: Path) -> str:
     return (
-        f"{text}, only odometry. Play it with `ippon replay` for a navigator, record that with "
-        "`ippon record`, and export the new recording"
+        f"{path} has no pose of the robot: neither tf nor odometry leads to {BASE_FRAME} from "
+        f"{WORLD_FRAME} or another root"
     )
 
 
-def _chain(links: dict[str, StampedTransform]) -> list[StampedTransform]:
+def _chain(links: dict[str, StampedTransform], world: str) -> list[StampedTransform]:
     """Return the transforms from the world to the base, empty while one is missing."""
     chain: list[StampedTransform] = []
     frame = BASE_FRAME
-    while frame != WORLD_FRAME:
+    while frame != world:
         link = links.get(frame)
         if link is None or len(chain) == len(links):
             return []

@@ -128,7 +128,7 @@ def open_source(
     if is_bag(path):
         if track:
             raise DatasetError(f"{path} is a bag: only the poses of datasets can be tracked here")
-        poses = bag_poses(path, names, mount)
+        poses = bag_poses(path, names, mount, clock_offset_s)
         return FrameSource(
             path, None, np.eye(4), poses=poses, names=names, clock_offset_s=clock_offset_s
         )

@@ -48,9 +48,14 @@ def image_stamp_ns(payload: bytes) -> int | None:
 
 
 class FrameTree:
-    """The frames that a recording names, and when their poses and the images are from."""
+    """The frames that a recording names, and when their poses and the images are from.
 
-    def __init__(self) -> None:
+    Args:
+        clock_offset_s: How far the camera's clock is behind that of the poses.
+    """
+
+    def __init__(self, clock_offset_s: float = 0.0) -> None:
+        self._offset_ns = round(NANOSECONDS * clock_offset_s)
         self._parents: dict[str, str] = {}
         self._moving: dict[str, _Span] = {}
         self._images: _Span | None = None
@@ -92,6 +97,7 @@ class FrameTree:
         stamp_ns = image_stamp_ns(payload)
         if stamp_ns is None:
             return
+        stamp_ns += self._offset_ns
         if self._images is None:
             self._images = _Span(stamp_ns, stamp_ns)
         self._images.add(stamp_ns)
@@ -135,7 +141,7 @@ class FrameTree:
         """
         if self._odometry is None or self.odometry_child in self._parents:
             return None
-        tree = FrameTree()
+        tree = FrameTree(self._offset_ns / NANOSECONDS)
         tree._parents, tree._moving = dict(self._parents), dict(self._moving)
         tree._images, tree._camera, tree._has_fixed = self._images, self._camera, self._has_fixed
         tree._parents[self.odometry_child] = self._odometry[0]

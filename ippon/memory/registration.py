@@ -17,16 +17,13 @@ from scipy import ndimage
 from ippon.errors import IpponError
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, transform_points, yaw_of
-from ippon.mapping.arrays import BLOCK_EDGE, OCCUPIED, UNKNOWN
+from ippon.mapping.arrays import BLOCK_EDGE, OCCUPIED
 from ippon.mapping.voxel_map import VoxelMap
 
 _CELL_M: Final = 0.1
 _ICP_STEPS: Final = 30
 _LEAST_POINTS: Final = 300
-_LEAST_KNOWN: Final = 100
 _NORMAL_RADIUS_M: Final = 0.3
-_NEAR_M: Final = 0.3
-"""Distance to the camera up to which rays are not compared."""
 
 
 class RegistrationError(IpponError):
@@ -109,38 +106,6 @@ def seen_points(frame: Frame, max_range_m: float, step: int = 2) -> Float64Array
     taken[~(np.isfinite(taken) & (taken <= max_range_m))] = 0.0
     points_camera = frame.camera.back_project(taken).astype(np.float64)
     return transform_points(frame.T_world_camera, points_camera)
-
-
-def contradiction(
-    voxel_map: VoxelMap, camera_world: Float64Array, points_world: Float64Array, within_m: float
-) -> float:
-    """Return the share of the seen points that contradict a map.
-
-    A point contradicts the map in its free space, away from any surface, or if the ray to it passes
-    through a surface. Points that the map does not reach, without such a ray, do not count.
-
-    Args:
-        voxel_map: The map.
-        camera_world: (3,) position of the camera, metres.
-        points_world: (N, 3) seen surface, metres.
-        within_m: Tolerance of surfaces, metres.
-
-    Returns:
-        Share of the points that count; 0 if fewer than a hundred do.
-    """
-    away = points_world - camera_world
-    distance_m = np.linalg.norm(away, axis=1)
-    blocked = np.zeros(len(points_world), dtype=np.bool_)
-    for before_m in np.arange(2.0 * within_m, float(distance_m.max(initial=0.0)), 0.5 * within_m):
-        on_ray = np.flatnonzero(distance_m - before_m > _NEAR_M)
-        at = points_world[on_ray] - away[on_ray] * (before_m / distance_m[on_ray, None])
-        blocked[on_ray] |= voxel_map.state_at(at) == OCCUPIED
-    known = voxel_map.state_at(points_world) != UNKNOWN
-    counts = known | blocked
-    if np.count_nonzero(counts) < _LEAST_KNOWN:
-        return 0.0
-    free = voxel_map.distance_at(points_world, unknown="free") > within_m
-    return float((blocked | (known & free))[counts].mean())
 
 
 def register(

@@ -6,7 +6,7 @@ from app.links.network.registry import resolve_address
 from app.links.network.session import LinkError
 from app.nodes.replay.datasets import DatasetError
 from app.nodes.replay.node import ReplayConfig, run_replay
-from app.nodes.replay.robot_names import read_mount, read_names
+from app.nodes.replay.robot_names import read_mount, read_names, read_offset
 from app.process.parent_watch import end_with_parent
 
 
@@ -27,6 +27,7 @@ def run_replay_command(command: Replay) -> int:
             floor_m=command.floor_m,
             names=read_names(command.profile),
             T_base_camera=read_mount(command.profile),
+            clock_offset_s=read_offset(command.profile),
         )
     except ValueError as error:
         raise UsageError(str(error)) from error

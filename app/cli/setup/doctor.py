@@ -23,7 +23,7 @@ from app.doctor.robot.samples import SECONDS, listen
 from app.errors import UsageError
 from app.links.network.session import open_client
 from app.nodes.replay.messages import is_bag
-from app.nodes.replay.robot_names import read_mount, read_names
+from app.nodes.replay.robot_names import read_mount, read_names, read_offset
 from app.recording.errors import RecordingError
 from app.recording.reading.repair import RecordingCheck, check
 from app.robot_file import (
@@ -125,8 +125,13 @@ def _run_file_doctor(command: Doctor) -> int:
             "`ippon recognise`, which says what it lacks"
         )
     try:
-        names, mount = read_names(command.profile), read_mount(command.profile)
-        checkup = check(path, repair=True, names=names, mount=mount is not None)
+        checkup = check(
+            path,
+            repair=True,
+            names=read_names(command.profile),
+            mount=read_mount(command.profile) is not None,
+            clock_offset_s=read_offset(command.profile),
+        )
     except (RecordingError, RobotFileError) as error:
         raise UsageError(str(error)) from error
     if command.json:

@@ -34,28 +34,33 @@ def check_robot(
         clock_offset_s: What the profile says about the camera's clock.
     """
     camera = check_camera(samples)
-    findings = [*camera.findings, *check_clocks(samples)]
+    findings = [*camera.findings, *check_clocks(samples, clock_offset_s)]
     optical = None if camera.camera is None else camera.camera.frame_id
-    findings += check_frames(samples, optical, sorted(camera.colors))
+    offset_ns = round(1e9 * clock_offset_s)
+    findings += check_frames(samples, optical, sorted(s + offset_ns for s in camera.colors))
     if camera.camera is not None and camera.depths:
         findings.append(_check_offset(samples, camera, camera.camera, clock_offset_s))
     if profile is not None:
-        findings += _check_profile(samples, camera, profile)
+        findings += _check_profile(samples, camera, profile, clock_offset_s)
     elif not any(f.what == "depth" and f.verdict == "failed" for f in findings):
-        findings += _check_depth_unit(samples, camera)
+        findings += _check_depth_unit(samples, camera, clock_offset_s)
     heard = not any(finding.verdict == "failed" for finding in findings)
     return [*findings, *check_commands(samples, profile, expects_commands=heard)]
 
 
-def _check_depth_unit(samples: Samples, camera: CameraCheck) -> list[Finding]:
-    frame = last_frame(samples, camera)
+def _check_depth_unit(
+    samples: Samples, camera: CameraCheck, clock_offset_s: float
+) -> list[Finding]:
+    frame = last_frame(samples, camera, clock_offset_s)
     wrong = None if frame is None else depth_unit_mismatch(frame)
     do = "publish 16UC1 in millimetres, or 32FC1 in metres"
     return [] if wrong is None else [Finding(what="depth", verdict="failed", detail=wrong, do=do)]
 
 
-def _check_profile(samples: Samples, camera: CameraCheck, profile: RobotProfile) -> list[Finding]:
-    frame = last_frame(samples, camera)
+def _check_profile(
+    samples: Samples, camera: CameraCheck, profile: RobotProfile, clock_offset_s: float
+) -> list[Finding]:
+    frame = last_frame(samples, camera, clock_offset_s)
     if frame is None:
         return [
             Finding(
@@ -94,14 +99,20 @@ def _transforms_of(samples: Samples) -> TransformBuffer:
     return buffer
 
 
-def last_frame(samples: Samples, camera: CameraCheck) -> Frame | None:
-    """Return the newest colour image with depth and poses by tf; None where there is none."""
+def last_frame(samples: Samples, camera: CameraCheck, clock_offset_s: float = 0.0) -> Frame | None:
+    """Return the newest colour image with depth and poses by tf; None where there is none.
+
+    Args:
+        samples: What the robot sent.
+        camera: Its images.
+        clock_offset_s: How far the camera's clock is behind that of the poses.
+    """
     if camera.camera is None:
         return None
-    buffer = _transforms_of(samples)
+    buffer, offset_ns = _transforms_of(samples), round(1e9 * clock_offset_s)
     for stamp, color, depth in reversed(camera.pairs()):
-        T_world_camera = buffer.lookup("map", camera.camera.frame_id, stamp)
-        T_world_base = buffer.lookup("map", "base_link", stamp)
+        T_world_camera = buffer.lookup("map", camera.camera.frame_id, stamp + offset_ns)
+        T_world_base = buffer.lookup("map", "base_link", stamp + offset_ns)
         if T_world_camera is None or T_world_base is None:
             continue
         ahead = (invert_transform(T_world_base) @ T_world_camera)[:3, 2]

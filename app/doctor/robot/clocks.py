@@ -31,8 +31,13 @@ def rate_hz(arrivals: list[Arrival]) -> float:
     return (len(arrivals) - 1) / span if span > 0.0 else 0.0
 
 
-def check_clocks(samples: Samples) -> list[Finding]:
-    """Compare the stamps of colour, depth and pose with each other and with this machine."""
+def check_clocks(samples: Samples, clock_offset_s: float = 0.0) -> list[Finding]:
+    """Compare the stamps of colour, depth and pose with each other and with this machine.
+
+    Args:
+        samples: What the robot sent.
+        clock_offset_s: How far the camera's clock is behind that of the poses, by the profile.
+    """
     offsets = _offsets_s(samples)
     findings: list[Finding] = []
     if "colour" not in offsets:
@@ -50,10 +55,10 @@ def check_clocks(samples: Samples) -> list[Finding]:
             )
         ]  # fmt: skip
     least, median = (float(f(offsets["colour"])) for f in (np.min, np.median))
-    for name in ("depth", "pose"):
+    for name, known_s in (("depth", 0.0), ("pose", clock_offset_s)):
         if name not in offsets:
             continue
-        apart = float(np.median(offsets[name])) - median
+        apart = float(np.median(offsets[name])) - median + known_s
         if abs(apart) > APART_S:
             order = "older" if apart > 0.0 else "newer"
             findings.append(

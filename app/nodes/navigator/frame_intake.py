@@ -10,12 +10,15 @@ import zenoh
 
 from app.links.network.subscription import subscribe
 from app.links.robot_streams.assembler import AssemblerConfig, FrameAssembler, assemble
+from app.links.robot_streams.clock_watch import ClockWatch
+from app.links.robot_streams.depth_match import DepthMatch
 from app.links.robot_streams.lateness import Lateness
 from app.links.robot_streams.robot_detector import RobotDetector
 from app.links.robot_streams.stream_monitor import StreamMonitor
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_color
+from app.recording.frame_tree import image_stamp_ns
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
 
@@ -74,6 +77,8 @@ class FrameIntake:
         """The robot publishes tf."""
         self._framed_at = self._came_at = 0.0
         self._lateness = Lateness()
+        self._match = DepthMatch(config.tolerance_s)
+        self._clocks = ClockWatch(config.world_frame, camera_clock_offset_s)
         self._report = report
         self._arrived = threading.Condition()
         self._waiting: dict[str, deque[tuple[float, bytes]]] = {}
@@ -118,6 +123,7 @@ class FrameIntake:
                     if len(waiting) == waiting.maxlen:
                         monitor.dropped()
                 waiting.append((time.perf_counter(), payload))
+                self._note_times(topic, payload)
                 if topic == keys.COLOR:
                     self.ended = ""
                     self._arrived.notify()
@@ -126,6 +132,16 @@ class FrameIntake:
                 listener(payload)
 
         return receive
+
+    def _note_times(self, topic: str, payload: bytes) -> None:
+        # Here and not where messages are decoded: some are dropped before.
+        if topic in (keys.COLOR, keys.DEPTH, keys.DEPTH_RAW):
+            stamp_ns = image_stamp_ns(payload)
+            if stamp_ns is not None:
+                add = self._match.add_color if topic == keys.COLOR else self._match.add_depth
+                add(stamp_ns)
+        elif topic in (keys.TF, keys.TF_STATIC):
+            self._clocks.add_transforms(payload, fixed=topic == keys.TF_STATIC)
 
     def wake(self) -> None:
         """End a wait for a frame early."""
@@ -156,11 +172,14 @@ class FrameIntake:
             self._framed_at = time.monotonic()
             self.arrived_at = self._arrivals.get(frame.stamp_ns, self._came_at)
             self._lateness.add(frame.stamp_ns, self.arrived_at)
+            self._clocks.add(frame, self.assembler.camera_frame or "")
         return frame
 
     def notes(self) -> tuple[str, ...]:
-        """Return notes for the operator about detections and delays."""
-        notes = [self.assembler.detector.refusal()]
+        """Return notes for the operator about images, detections, clocks and delays."""
+        with self._arrived:
+            notes = [self.assembler.detector.refusal(), self._match.problem()]
+        notes.append(self._clocks.problem())
         late_s = self._lateness.late_s()
         if late_s > 0.0:
             notes.append(

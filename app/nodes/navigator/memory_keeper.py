@@ -43,6 +43,7 @@ class MemoryKeeper:
         path: File of the memory; None keeps it only while the process runs.
         map_was_read: The map was read from its file, so that a kept memory fits it.
         room_names: Returns the names that people have given to rooms.
+        map_waits: Returns whether the map may be of another frame: nothing is learned then.
     """
 
     def __init__(
@@ -54,10 +55,11 @@ class MemoryKeeper:
         *,
         map_was_read: bool = False,
         room_names: Callable[[], tuple[RoomName, ...]] = tuple,
+        map_waits: Callable[[], bool] = bool,
     ) -> None:
         self._map, self._robot, self._path = voxel_map, robot, path
         self._report_event = report_event
-        self._room_names = room_names
+        self._room_names, self._map_waits = room_names, map_waits
         self.problem = ""
         """What is wrong with the kept memory, for the operator."""
         memory = InstanceMemory(instances=self._read(map_was_read=map_was_read))
@@ -115,6 +117,8 @@ class MemoryKeeper:
 
     def step(self, frame: Frame, search: Search | None, floor_z_m: float) -> None:
         """Learn from a frame that the mission has decided on."""
+        if self._map_waits():
+            return
         now_ns, now = time.time_ns(), time.monotonic()
         for one in self._recollection.step(search, now_ns):
             place = said_place(one.room, one.position_world)
@@ -153,7 +157,8 @@ class MemoryKeeper:
 
     def close(self) -> None:
         """Write what is left, and wait until it is written."""
-        self._recollection.update(time.time_ns())
+        if not self._map_waits():
+            self._recollection.update(time.time_ns())
         if self._writer is not None:
             self._writer.join()
         if self._path is not None:

@@ -21,7 +21,8 @@ from app.nodes.navigator.command.goal_output import GoalOutput
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.event_publisher import EventPublisher
 from app.nodes.navigator.frame_intake import FrameIntake, Stopwatch
-from app.nodes.navigator.localization.alignment import FirstLook, in_map_frame
+from app.nodes.navigator.localization.alignment import in_map_frame
+from app.nodes.navigator.localization.map_check import MapCheck
 from app.nodes.navigator.localization.pose_tracker import pose_tracker
 from app.nodes.navigator.map_publisher import MapPublisher
 from app.nodes.navigator.memory_keeper import MemoryKeeper
@@ -32,7 +33,7 @@ from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.services.request_services import RequestServices, declare_endpoints
 from app.nodes.navigator.services.room_service import RoomService
 from app.nodes.navigator.state.goal_queue import GoalQueue
-from app.nodes.navigator.state.persistence import SavedState, StatePersistence
+from app.nodes.navigator.state.persistence import SavedState, persistence_of
 from app.nodes.navigator.state_publisher import StatePublisher
 from app.nodes.navigator.status_report import StatusReport
 from app.nodes.navigator.stream_conversion import StreamConverter
@@ -102,7 +103,7 @@ class Navigator:
         self._profile = ProfileCheck(config.profile, self._events.report)
         self._map = self._serve_map(session)
         known = saved and saved.voxel_map
-        self._first_look = FirstLook(known, self._events.report, config)
+        self._kept = MapCheck(known, self._events.report, config)
         self._memory = self._keep_memory(session, map_was_read=known is not None)
         self._memory_service = self._serve_memory(session)
         self._state = StatePublisher(session, config, self._sender)
@@ -110,8 +111,7 @@ class Navigator:
         self._state.publish_labels(self._mission)
         # Clients may send requests as soon as they see the token: every endpoint is declared.
         self._alive = session.liveliness().declare_token(f"{robot}/{keys.NAVIGATOR_ALIVE}")
-        keep = Path(config.keep_map) if config.keep_map else None
-        self._persistence = keep and StatePersistence(keep, self._events.report)
+        self._persistence = persistence_of(config.keep_map, self._events.report, self._kept.waits)
         restore_goals(
             saved, self._services, self._goals, self._mission, self._events.report,
             resume=config.resume,
@@ -169,7 +169,7 @@ class Navigator:
         """Integrate a frame, decide, command, publish."""
         started = time.perf_counter()
         frame = in_map_frame(frame, self._T_map_world)
-        if self._first_look.check(frame):
+        if self._kept.check(frame):
             self._mission.operator.stop()
         try:
             self._mission.observe(frame)
@@ -259,6 +259,7 @@ class Navigator:
             path,
             map_was_read=map_was_read,
             room_names=lambda: rooms.names,
+            map_waits=self._kept.waits,
         )
 
     def _goal_output(self, session: zenoh.Session) -> GoalOutput | None:
@@ -337,12 +338,9 @@ class Navigator:
                 *self._streams.notes(),
                 *self._intake.notes(),
                 *self._profile.notes(),
-                *filter(
-                    None,
-                    (self._alignment_note, self._memory.problem, self._first_look.problem),
-                ),
+                *filter(None, (self._alignment_note, self._memory.problem, self._kept.note)),
             ),
-            localization=(self._tracker and self._tracker.problem) or self._first_look.problem,
+            localization=(self._tracker and self._tracker.problem) or self._kept.problem,
         )
         self._services.goals.state = status.state
         self._services.goals.availability.status = status

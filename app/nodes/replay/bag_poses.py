@@ -76,7 +76,10 @@ class BagPoses:
 
 
 def poses_of(
-    path: Path, messages: Iterable[tuple[str, bytes]], T_base_camera: Float64Array | None
+    path: Path,
+    messages: Iterable[tuple[str, bytes]],
+    T_base_camera: Float64Array | None,
+    clock_offset_s: float = 0.0,
 ) -> BagPoses:
     """Return where the poses of a bag come from, after as few of its messages as tell.
 
@@ -84,11 +87,12 @@ def poses_of(
         path: The bag, for errors.
         messages: Key and payload of the topics of `FrameTree`, in order.
         T_base_camera: Mount of the camera, where a profile says it.
+        clock_offset_s: How far the camera's clock is behind that of the poses.
 
     Raises:
         DatasetError: No image can have a pose; says why, and what to do.
     """
-    tree = FrameTree()
+    tree = FrameTree(clock_offset_s)
     for key, payload in messages:
         try:
             tree.add(key, payload)

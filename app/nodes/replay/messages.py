@@ -97,7 +97,10 @@ def is_bag(path: Path) -> bool:
 
 
 def bag_poses(
-    path: Path, names: Names = USUAL, T_base_camera: Float64Array | None = None
+    path: Path,
+    names: Names = USUAL,
+    T_base_camera: Float64Array | None = None,
+    clock_offset_s: float = 0.0,
 ) -> BagPoses:
     """Return where the poses of a bag come from: tf, or odometry in place of it.
 
@@ -105,13 +108,15 @@ def bag_poses(
         path: See `bag_messages`.
         names: See `bag_messages`.
         T_base_camera: Mount of the camera, for a bag whose tf does not say it.
+        clock_offset_s: How far the camera's clock is behind that of the poses.
 
     Raises:
         DatasetError: It is not a bag, lacks a topic that a frame needs, or its transforms do not
             lead to the camera, or are of another time than its images.
     """
     messages = _bag_messages(path, 0.0, TOPICS, names)
-    return poses_of(path, ((one.key, one.payload) for one in messages), T_base_camera)
+    told = ((one.key, one.payload) for one in messages)
+    return poses_of(path, told, T_base_camera, clock_offset_s)
 
 
 def bag_messages(

@@ -53,6 +53,8 @@ class ReplayConfig:
     """Topics of a bag of a robot that has names of its own."""
     T_base_camera: Float64Array | None = None
     """Mount of the camera, for a bag whose tf does not say it."""
+    clock_offset_s: float = 0.0
+    """How far the camera's clock is behind that of the poses of a bag; stamps stay as they are."""
 
     def __post_init__(self) -> None:
         """Refuse an invalid prefix, rate or start."""
@@ -73,7 +75,7 @@ def poses_sent(config: ReplayConfig) -> BagPoses | None:
         return None
     if not is_bag(config.path):
         return TF_ALONE
-    return bag_poses(config.path, config.names, config.T_base_camera)
+    return bag_poses(config.path, config.names, config.T_base_camera, config.clock_offset_s)
 
 
 def messages_of(

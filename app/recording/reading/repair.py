@@ -44,7 +44,14 @@ class RecordingCheck:
     """Expected topics that it lacks."""
 
 
-def check(path: Path, *, repair: bool, names: Names = USUAL, mount: bool = False) -> RecordingCheck:
+def check(
+    path: Path,
+    *,
+    repair: bool,
+    names: Names = USUAL,
+    mount: bool = False,
+    clock_offset_s: float = 0.0,
+) -> RecordingCheck:
     """Check a recording, and rewrite it if it was not ended.
 
     The new file replaces the old one only when it is complete, so that a crash loses nothing.
@@ -54,6 +61,7 @@ def check(path: Path, *, repair: bool, names: Names = USUAL, mount: bool = False
         repair: Whether to rewrite the file.
         names: Topics of a robot that has names of its own.
         mount: A profile says where the camera is on the base.
+        clock_offset_s: How far the camera's clock is behind that of the poses.
 
     Raises:
         RecordingError: It is not a recording, is empty, is a damaged file of another program, or
@@ -62,7 +70,7 @@ def check(path: Path, *, repair: bool, names: Names = USUAL, mount: bool = False
     recording = Recording(path, names=names)
     ours = "ippon/versions" in recording.index.metadata
     try:
-        count, tree, pairs = 0, FrameTree(), DepthPairs()
+        count, tree, pairs = 0, FrameTree(clock_offset_s), DepthPairs()
         for message in recording.all_messages():
             count += 1
             with suppress(MessageError):

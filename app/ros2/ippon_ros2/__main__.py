@@ -147,7 +147,7 @@ def _run(options: argparse.Namespace, settings: Settings, stop: StopFlag) -> int
     if session is None:
         return 0
     try:
-        token = None if options.check else claim(session, options.robot)
+        token = None if options.check else _claim(session, options)
         node = BridgeNode(session, options.robot, settings)
         try:
             if options.check:
@@ -165,18 +165,31 @@ def _run(options: argparse.Namespace, settings: Settings, stop: StopFlag) -> int
     return 0
 
 
-def _connect(endpoint: str, stop: StopFlag) -> zenoh.Session | None:
-    """Return a session to the navigator, waiting for it; None once stopped."""
-    said = False
-    settings = {
+def _claim(session: zenoh.Session, options: argparse.Namespace) -> Any:
+    if not os.environ.get(ZENOH_PROFILE):
+        return claim(session, options.robot)
+    second = _open(_to(options.connect))
+    try:
+        return claim(session, options.robot, second)
+    finally:
+        second.close()
+
+
+def _to(endpoint: str) -> dict[str, Any]:
+    return {
         "mode": "client",
         "connect/endpoints": [endpoint],
         "connect/timeout_ms": round(1e3 * CONNECT_S),
         "connect/exit_on_failure": True,
     }
+
+
+def _connect(endpoint: str, stop: StopFlag) -> zenoh.Session | None:
+    """Return a session to the navigator, waiting for it; None once stopped."""
+    said = False
     while not stop.is_set():
         try:
-            return _open(settings)
+            return _open(_to(endpoint))
         except zenoh.ZError as error:  # noqa: PERF203
             if not said:
                 # What follows in zenoh's text are places in its source.

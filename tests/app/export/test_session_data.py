@@ -3,17 +3,57 @@
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from app.export.session_data import SessionData
 from app.messages import keys
+from app.messages.motion import StampedTransform, encode_transforms
 from app.recording.errors import RecordingError
+from ippon.geometry import base_pose
+from tests.app.messages.robot_messages import odometry
+
+STAMPS = (1_000_000_000, 2_000_000_000)
 
 
-@pytest.mark.parametrize(("found", "told"), [((keys.ODOM,), True), ((), False)])
-def test_a_bag_without_tf_says_what_to_do_where_it_has_odometry(found, told):
-    recording = SimpleNamespace(path=Path("a"), keys=found, all_messages=lambda _: ())
-    session = SessionData(recording=recording, timeline=None, scene=None)
-    with pytest.raises(RecordingError, match="no tf from map to base_link") as error:
-        _ = session.trajectory
-    assert ("ippon replay" in str(error.value)) is told
+def session_of(messages):
+    def all_messages(wanted):
+        return (one for one in messages if one.key in wanted)
+
+    recording = SimpleNamespace(path=Path("a"), all_messages=all_messages)
+    return SessionData(recording=recording, timeline=None, scene=None)
+
+
+def tf(stamp_ns, parent, child, x=0.0):
+    T = base_pose(x, 0.0, 0.0, 0.0)
+    pose = StampedTransform(stamp_ns=stamp_ns, parent=parent, child=child, T_parent_child=T)
+    return SimpleNamespace(key=keys.TF, payload=encode_transforms([pose]))
+
+
+ODOMETRY = [
+    SimpleNamespace(key=keys.ODOM, payload=odometry(stamp_ns, float(k), 0.0, 0.0))
+    for k, stamp_ns in enumerate(STAMPS)
+]
+ROOTED = [tf(stamp_ns, "odom", "base_link", float(k)) for k, stamp_ns in enumerate(STAMPS)]
+
+
+@pytest.mark.parametrize(
+    ("messages", "said"),
+    [
+        (ODOMETRY, "the poses are those of its odometry, which drifts"),
+        (ROOTED, "has no frame 'map': 'odom' is taken as the world"),
+        ([tf(1, "map", "odom"), *ROOTED], ""),
+    ],
+    ids=["odometry", "another root", "map"],
+)
+def test_the_poses_of_a_bag_are_those_that_replay_takes(messages, said, caplog):
+    trajectory = session_of(messages).trajectory
+    assert tuple(trajectory.time_ns) == STAMPS
+    np.testing.assert_allclose(trajectory.T_world_base[:, 0, 3], (0.0, 1.0))
+    assert said in caplog.text
+    assert bool(said) == bool(caplog.text)
+
+
+def test_a_bag_without_poses_is_refused():
+    with pytest.raises(RecordingError, match="neither tf nor odometry leads to base_link"):
+        _ = session_of([tf(1, "map", "odom")]).trajectory

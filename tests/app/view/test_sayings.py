@@ -31,6 +31,8 @@ SPEAKING = [
             "app/links/network/requests.py",
             "app/links/rmw_zenoh/robot_link.py",
             "app/links/robot_streams/assembler.py",
+            "app/links/robot_streams/clock_watch.py",
+            "app/links/robot_streams/depth_match.py",
             "app/memory/room_names.py",
             "app/memory/wording.py",
             "app/messages/plain_text.py",
@@ -84,8 +86,8 @@ UNSAID = {
     "“not {}”", "the {}", " or the ", " and it is ", "(named by you)",
     # Names of threads, of a search that is repeated, of a model and of what is noted of a stream.
     "memory writer", "map writer", "stream conversion", "command mux", "command stream",
-    "pose tracking", "robot link", "last messages", "saved search {}", "goal {}", "{} at {}",
-    "{} lost",
+    "pose tracking", "clock comparison", "robot link", "last messages", "saved search {}",
+    "goal {}", "{} at {}", "{} lost",
     # Errors of a caller inside the program, and of files at its start.
     "no proximity level {}; the levels are {}",
     "a tour takes 2 to {} goals of different numbers; got {}",

@@ -21,7 +21,6 @@ from ippon.mapping.voxel_map import VoxelMap
 from ippon.memory.registration import (
     RegistrationConfig,
     RegistrationError,
-    contradiction,
     register,
     seen_points,
     surface_points,
@@ -102,48 +101,6 @@ def test_a_robot_in_another_home_is_told_so(home, yesterday):
     points = in_own_frame(views(other, other.start_poses[2], VIEWS, seed=7), np.eye(4))
     with pytest.raises(RegistrationError, match=r"fits nowhere in the map|several places"):
         register(points, 0.0, surface_points(yesterday), 0.0)
-
-
-@pytest.mark.slow
-def test_a_view_that_contradicts_the_map_is_noticed(home, yesterday):
-    frame = views(home, home.start_poses[3], 1, seed=7)[0]
-    camera, points = frame.T_world_camera[:3, 3], seen_points(frame, 6.0)
-    assert contradiction(yesterday, camera, points, 0.25) < 0.1
-    assert contradiction(yesterday, camera, points[:50], 0.25) == 0.0, "too little to tell"
-    T = make_transform(rotation_z(1.0), (1.5, -1.0, 0.0))
-    turned, moved = transform_points(T, points), transform_points(T, camera[None])[0]
-    assert contradiction(yesterday, moved, turned, 0.25) > 0.25
-
-
-def test_a_ray_through_a_wall_contradicts_and_unmapped_space_does_not():
-    voxel_map = wall_map()
-    camera = np.array([0.0, 0.0, 1.0])
-    beyond = np.array([[4.0, y, 1.0] for y in np.linspace(-0.5, 0.5, 200)])
-    assert contradiction(voxel_map, camera, beyond, 0.25) == 1.0
-    assert contradiction(voxel_map, camera, beyond * (0.5, 1.0, 1.0), 0.25) == 0.0, "on the wall"
-    elsewhere = beyond * (-1.0, 1.0, 1.0)
-    assert contradiction(voxel_map, camera, elsewhere, 0.25) == 0.0, "not mapped"
-
-
-def wall_map():
-    """A map of the wall 2 m before a camera that looks along x."""
-    camera = PinholeCamera.from_horizontal_fov(120, 90, 1.2)
-    T = make_transform(R_BASE_CAMERA_LEVEL, (0.0, 0.0, 1.0))
-    voxel_map = VoxelMap(MapConfig(memory_limit_mb=64.0), MATTERPORT_40)
-    for k in range(4):
-        frame = Frame(
-            stamp_ns=(k + 1) * 10**9,
-            color=np.zeros((90, 120, 3), np.uint8),
-            depth=np.full((90, 120), 2.0, np.float32),
-            camera=camera,
-            T_world_camera=T,
-            T_world_base=np.eye(4),
-            tilt_rad=0.0,
-            heatmap=None,
-            contact=False,
-        )
-        voxel_map.integrate(frame)
-    return voxel_map
 
 
 def room(x=6.0, y=4.0, cell=0.1):

@@ -7,8 +7,6 @@ import dataclasses
 import logging
 import math
 import time
-from collections.abc import Callable
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -21,7 +19,6 @@ from app.messages.control import ControlReply, ControlRequest
 from app.nodes.navigator.command.command_stream import CommandStream
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.frame_intake import FrameIntake
-from app.nodes.navigator.state.map_aside import copy_aside
 from app.process.stop_signal import StopSignal
 from ippon.command import Command
 from ippon.errors import FrameRejectedError
@@ -31,7 +28,6 @@ from ippon.mapping.voxel_map import VoxelMap
 from ippon.memory.registration import (
     Registration,
     RegistrationError,
-    contradiction,
     register,
     seen_points,
     surface_points,
@@ -51,9 +47,6 @@ _EVERY_RAD: Final = math.radians(20.0)
 """Turn from one view that is used to the next."""
 _REACH_M: Final = 6.0
 _IDLE_S: Final = 0.05
-_WITHIN_M: Final = 0.25
-_DISAGREES: Final = 0.25
-"""Share of what is seen that contradicts the map."""
 
 
 class Alignment:
@@ -184,55 +177,6 @@ def in_map_frame(frame: Frame, T_map_world: Float64Array | None) -> Frame:
         T_world_camera=T_map_world @ frame.T_world_camera,
         T_world_base=T_map_world @ frame.T_world_base,
     )
-
-
-class FirstLook:
-    """Compares the first image with a map that was read, before it is fused.
-
-    Args:
-        voxel_map: None where none was read.
-        report_event: Reports what the operator should know.
-        config: Of the navigator.
-    """
-
-    def __init__(
-        self,
-        voxel_map: VoxelMap | None,
-        report_event: Callable[[str, str], None],
-        config: NavigatorConfig,
-    ) -> None:
-        self._map = voxel_map
-        self._report_event, self._config = report_event, config
-        self.problem = ""
-        """What is wrong, for the operator."""
-
-    def check(self, frame: Frame) -> bool:
-        """Look at the first frame; return whether it contradicts the map. Later ones do not.
-
-        The map goes on in the new frame, and its file is written: a copy keeps what was there.
-        """
-        voxel_map, self._map = self._map, None
-        if voxel_map is None:
-            return False
-        camera_world = frame.T_world_camera[:3, 3]
-        share = contradiction(voxel_map, camera_world, seen_points(frame, _REACH_M), _WITHIN_M)
-        if share > _DISAGREES:
-            self.problem = (
-                f"the map does not fit what the robot sees: {share:.0%} of it contradicts the map; "
-                f"the robot's frame has changed: {self._copied()}"
-            )
-            self._report_event("error", self.problem)
-        return bool(self.problem)
-
-    def _copied(self) -> str:
-        """Copy the kept map, and say how to go on."""
-        try:
-            name = copy_aside(Path(self._config.keep_map)).name
-        except OSError as error:
-            return f"the map as it was could not be kept ({error.strerror})"
-        if not self._config.profile.takes_velocities:
-            return f"the map as it was is kept as {name}; start again with another --map"
-        return f"the map as it was is kept as {name}; start again with --align and that --map"
 
 
 def said_registration(registration: Registration) -> str:

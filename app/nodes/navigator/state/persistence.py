@@ -125,10 +125,22 @@ class StatePersistence:
     """Writes the map at intervals in a thread of its own, and the goals when they change."""
 
     def __init__(
-        self, path: Path, report_event: Callable[[str, str], None], every_s: float = SAVE_EVERY_S
+        self,
+        path: Path,
+        report_event: Callable[[str, str], None],
+        every_s: float = SAVE_EVERY_S,
+        map_waits: Callable[[], bool] = bool,
     ) -> None:
-        """Write to a file; `report_event` reports an error once, until writing works again."""
+        """Write to a file.
+
+        Args:
+            path: The map's file.
+            report_event: Reports an error once, until writing works again.
+            every_s: Interval between two writes of the map.
+            map_waits: Returns whether the map that was read must stay in the file as it is.
+        """
         self._path = path
+        self._map_waits = map_waits
         self._report_event = report_event
         self._every_s = every_s
         self._due_at = time.monotonic() + min(FIRST_AFTER_S, every_s)
@@ -148,6 +160,8 @@ class StatePersistence:
         self._keep_goals(goals)
         if time.monotonic() < self._due_at or (self._writer and self._writer.is_alive()):
             return
+        if self._map_waits():
+            return
         self._due_at = time.monotonic() + self._every_s
         if voxel_map.revision != self._revision:
             self._revision = voxel_map.revision
@@ -163,7 +177,13 @@ class StatePersistence:
         if self._writer is not None:
             self._writer.join()
         self._keep_goals(goals)
-        self._write(*voxel_map.capture())
+        if self._map_waits():
+            logger.warning(
+                "%s stays as it was: too little of it was in view to know that the robot's frame "
+                "is the same", self._path.name,
+            )  # fmt: skip
+        else:
+            self._write(*voxel_map.capture())
         _run_path(self._path).unlink(missing_ok=True)
         if self._problem:
             logger.error("%s", self._problem)
@@ -199,6 +219,15 @@ class StatePersistence:
             self._problem = f"the goals are not kept in {path.name}: {error.strerror or error}"
             return
         self._goals = content
+
+
+def persistence_of(
+    keep_map: str, report_event: Callable[[str, str], None], map_waits: Callable[[], bool]
+) -> StatePersistence | None:
+    """Return what keeps the state beside a map; None where none is to be kept."""
+    if not keep_map:
+        return None
+    return StatePersistence(Path(keep_map), report_event, map_waits=map_waits)
 
 
 def _goals_path(path: Path) -> Path:

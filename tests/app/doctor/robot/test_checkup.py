@@ -270,6 +270,22 @@ def test_stamps_a_day_apart(samples, change):
     assert (line.verdict, "1.0 days behind this machine's" in line.detail) == ("warning", True)
 
 
+def test_clocks_that_the_profile_brings_together_agree(samples, profile, change):
+    def later(payload):
+        return encode_transforms(
+            dataclasses.replace(t, stamp_ns=t.stamp_ns + 800_000_000)
+            for t in decode_transforms(payload)
+        )
+
+    change(keys.TF, later)
+    lines = found(samples)
+    assert "0.8 s newer than those of colour" in lines["clock of pose"].detail
+    lines = {f.what: f for f in check_robot(samples, profile, 0.8)}
+    assert "clock of pose" not in lines
+    assert "a pose for 100% of the images" in lines["pose"].detail
+    assert lines["profile"].verdict == "ok"
+
+
 def test_stamps_that_stand_still_or_lie_in_the_future(samples):
     for one in samples.arrivals[keys.COLOR]:
         one.at_ns -= 300_000_000

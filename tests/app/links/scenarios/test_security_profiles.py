@@ -12,6 +12,7 @@ from app.links.network.session import PROFILE, LinkError, open_client, open_rout
 from app.links.network.subscription import is_alive, subscribe
 from app.messages import keys
 from app.messages.control import Accepted, ControlReply, ControlRequest, FeedbackRequest
+from app.ros2.ippon_ros2 import zenoh_side
 from app.ros2.ippon_ros2.zenoh_side import stream_publisher
 
 
@@ -131,6 +132,14 @@ def test_a_bridge_sees_the_navigator_and_other_bridges(network):
     subscribe(network.router, "ippon/tf_static", heard.append, kept=True)
     robot.put("ippon/odom", b"pose")
     del token, alive
+
+
+@pytest.mark.parametrize("role", ["robot", "console", "recorder"])
+def test_a_bridge_that_may_not_send_says_so(network, caplog, monkeypatch, role):
+    monkeypatch.setattr(zenoh_side, "REFUSED_AFTER_S", 10.0 if role == "robot" else 0.5)
+    token = zenoh_side.claim(network(role), "ippon", network(role))
+    assert ("access rules refuse what this bridge sends" in caplog.text) == (role != "robot")
+    del token
 
 
 def test_a_recorder_only_watches(network):

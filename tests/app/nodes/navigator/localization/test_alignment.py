@@ -14,7 +14,6 @@ from app.messages.control import ControlReply, ControlRequest
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.localization.alignment import (
     Alignment,
-    FirstLook,
     in_map_frame,
     said_registration,
 )
@@ -161,41 +160,6 @@ def test_a_stop_is_obeyed_and_nothing_else_is_taken(align, sessions):
         request("cancel")
     assert request("resume") == "starting"
     alignment._stream.close()
-
-
-def test_a_first_image_that_contradicts_the_map_is_reported_once(yesterday, tmp_path):
-    events, path = [], tmp_path / "home.map"
-    kept = {"home.map": b"map", "home.map.memory": b"things", "home.map.rooms.json": b"[]"}
-    for name, content in kept.items():
-        (tmp_path / name).write_bytes(content)
-    config = dataclasses.replace(CONFIG, keep_map=str(path))
-
-    def look(known, frame, config=config):
-        first = FirstLook(known, lambda *event: events.append(event), config)
-        first.check(frame)
-        first.check(frame)
-        return first.problem
-
-    frame = world_at(2.2, 1.6, 0.4).observe()
-    assert look(yesterday, frame) == ""
-    assert (events, len(list(tmp_path.iterdir()))) == ([], 3)
-    turned = in_map_frame(frame, make_transform(rotation_z(1.5), (3.5, 0.2, 0.0)))
-    problem = look(yesterday, turned)
-    assert problem.endswith(
-        "of it contradicts the map; the robot's frame has changed: the map as it was is kept as "
-        "home.map.aside-1; start again with --align and that --map"
-    )
-    assert events == [("error", problem)]
-    for name, content in kept.items():
-        copy = name.replace("home.map", "home.map.aside-1")
-        assert (tmp_path / copy).read_bytes() == (tmp_path / name).read_bytes() == content
-    assert look(None, turned) == ""
-    sent = dataclasses.replace(config, profile=dataclasses.replace(ZED, takes_velocities=False))
-    assert look(yesterday, turned, sent).endswith(
-        "home.map.aside-2; start again with another --map"
-    )
-    path.unlink()
-    assert look(yesterday, turned).endswith("could not be kept (No such file or directory)")
 
 
 def test_a_camera_that_nothing_turns_is_not_aligned(tmp_path, capsys):

@@ -45,7 +45,8 @@ class Robot:
         subscribe(session, f"r/{keys.STATUS}", lambda p: self.statuses.append(decode(p, Status)))
         subscribe(session, f"r/{keys.EVENT}", lambda p: self.events.append(decode(p, Event)))
 
-    def send(self, *, jump_m=0.0, heatmap=True, lift_m=0.0, detector=None, stamp_off_ns=0):
+    def send(self, *, jump_m=0.0, heatmap=True, lift_m=0.0, detector=None, stamp_off_ns=0,
+             depth_every=1):  # fmt: skip
         frame, optical = self._frame, "optical"
         stamp = self._stamp_ns = self._stamp_ns + PERIOD_NS
         base = frame.T_world_base @ base_pose(jump_m, 0.0, 0.0, 0.0)
@@ -64,7 +65,8 @@ class Robot:
             self.send_heatmap(stamp)
         if detector is not None:
             self.send_boxes(detector, stamp + stamp_off_ns)
-        put(f"r/{keys.DEPTH}", encode_depth(frame.depth, stamp, optical))
+        if stamp // PERIOD_NS % depth_every == 0:
+            put(f"r/{keys.DEPTH}", encode_depth(frame.depth, stamp, optical))
         put(f"r/{keys.COLOR}", encode_color(frame.color, stamp, optical))
 
     def turn(self, yaw_rate_rad_s):

@@ -109,3 +109,10 @@ def test_a_detector_that_dies_is_reported_and_the_search_goes_on(robot):
     )
     assert status.state != "lost"
     robot.send_until(lambda s: not s.notes, heatmap=False, detector=seen_on_the_wall())
+
+
+@pytest.mark.slow
+def test_depth_at_half_the_rate_of_colour_is_told_until_it_keeps_up(robot):
+    said = "25 of the last 50 colour images have no depth image within 20 ms of their stamp"
+    robot.send_until(lambda s: any(said in note for note in s.notes), depth_every=2)
+    robot.send_until(lambda s: not any("no depth image" in note for note in s.notes))

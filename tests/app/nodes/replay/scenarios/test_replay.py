@@ -263,6 +263,22 @@ def test_a_bag_whose_poses_are_of_another_time_is_refused(command, tmp_path, cap
     ) in error
 
 
+@pytest.mark.parametrize("command", [["doctor"], *READERS])
+def test_the_clock_offset_of_a_profile_counts_where_times_are_compared(
+    command, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "objects.json").write_text('{"objects": [], "absent": ["cup"]}')
+    text = ROBOT.partition("ros2:")[0].replace("tilt: 0", "tilt: 0, clock_offset_ms: 900")
+    (tmp_path / "own.yaml").write_text(text)
+    bag = str(_bag(tmp_path / "s", late_s=6.2))
+    apart = "the images end 0.40 s before the first pose"
+    run([command[0], bag, *command[1:]])
+    assert apart in "".join(capsys.readouterr())
+    run([command[0], bag, *command[1:], "--profile", "own.yaml"])
+    assert "no image has a pose" not in "".join(capsys.readouterr())
+
+
 def test_a_bag_with_odometry_in_place_of_tf_is_read(tmp_path):
     """Its poses are those of the odometry, and where the camera is comes from tf or a profile."""
     mapped = [frame.T_world_camera for frame in open_source(_bag(tmp_path / "tf")).frames()]

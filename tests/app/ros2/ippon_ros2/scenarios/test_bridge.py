@@ -1,5 +1,6 @@
 """The bridge between a real ROS 2 node and a zenoh router."""
 
+import datetime as dt
 import json
 import random
 import signal
@@ -12,6 +13,8 @@ import numpy as np
 import pytest
 import yaml
 
+from app.certificates.roles import write_roles
+from app.links.network.session import PROFILE as ZENOH_PROFILE
 from app.links.network.session import open_client, open_router
 from app.messages.images import decode_depth, decode_depth_raw, encode_depth_raw
 from app.messages.motion import StampedTwist, encode_twist
@@ -118,6 +121,26 @@ def rig(tmp_path_factory):
     made = Rig(tmp_path_factory.mktemp("ros2"), random.Random().randrange(1, 100), endpoint)
     yield made
     made.close()
+
+
+def test_a_bridge_with_the_certificate_of_another_role_says_that_it_is_refused(
+    tmp_path, free_endpoint, monkeypatch
+):
+    now, hosts = dt.datetime.now(dt.UTC), ("localhost", "127.0.0.1")
+    write_roles(tmp_path, robots=("ippon",), hosts=hosts, days=2, now=now)
+    endpoint = free_endpoint.replace("tcp/", "tls/")
+    monkeypatch.setenv(ZENOH_PROFILE, str(tmp_path / "navigator.json5"))
+    router = open_router(endpoint)
+    bridges = []
+    for role in ("robot", "console"):
+        monkeypatch.setenv(ZENOH_PROFILE, str(tmp_path / f"{role}.json5"))
+        arguments = ["-m", "ippon_ros2", "--connect", endpoint]
+        bridges.append(Ros2Process(arguments, 100, tmp_path / f"{role}.log"))
+        bridges[-1].wait_for_log("nobody publishes /tf")
+        bridges[-1].kill()
+    router.close()
+    refused = ["access rules refuse what this bridge sends" in bridge.log() for bridge in bridges]
+    assert refused == [False, True]
 
 
 def test_messages_of_the_robot_arrive_as_they_were_sent(rig):
