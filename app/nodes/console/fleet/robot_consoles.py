@@ -135,7 +135,10 @@ class RobotConsoles:
         if not below and scope["type"] == "http":
             await RedirectResponse(path_of(robot), status_code=303)(scope, receive, send)
             return
-        opened = await asyncio.to_thread(self._opened, robot)
+        opened = self._open.get(robot)
+        if opened is None or opened.has_failed:
+            # Only then in a thread: a Stop must not wait for the router or for another console.
+            opened = await asyncio.to_thread(self._opened, robot)
         if isinstance(opened, str):
             await _refuse(404, opened, scope, receive, send)
             return
@@ -185,13 +188,17 @@ class RobotConsoles:
     def close_idle(self) -> None:
         """Close the consoles that nobody has looked at for a while."""
         now = time.monotonic()
+        idle: list[RobotConsole] = []
         with self._lock:
             for robot, opened in tuple(self._open.items()):
                 if opened.gateway.open_sockets:
                     opened.used_s = now
                 elif now - opened.used_s > IDLE_S:
                     logger.info("nobody looks at robot %s", robot)
-                    self._open.pop(robot).console.close()
+                    idle.append(self._open.pop(robot).console)
+        # Closing takes seconds.
+        for console in idle:
+            console.close()
 
     def _check(self) -> None:
         while not self._stop.wait(CHECK_S):
