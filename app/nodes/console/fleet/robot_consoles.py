@@ -14,6 +14,7 @@ from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.routing import Mount, Route
 from starlette.types import Receive, Scope, Send
 
+from app.messages.control import decode
 from app.messages.lease import Credential
 from app.nodes.console.fleet.goal_assignment import GoalAssignment, GoalToGive
 from app.nodes.console.fleet.robot_console import RobotConsole
@@ -105,8 +106,8 @@ class RobotConsoles:
         if body is None:
             return PlainTextResponse("too long\n", status_code=413)
         try:
-            goal = msgspec.json.decode(body, type=GoalToGive)
-        except (msgspec.DecodeError, UnicodeDecodeError) as error:
+            goal = decode(body, GoalToGive)
+        except msgspec.DecodeError as error:
             return PlainTextResponse(f"not a goal: {error}\n", status_code=400)
         browser: Browser = request.scope["browser"]
 

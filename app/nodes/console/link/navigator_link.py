@@ -116,8 +116,8 @@ class NavigatorLink(PanelRequests):
         if request.action != "stop":
             return await asyncio.to_thread(self._control, request)
         # In threads of its own: those of the event loop may all wait for other replies.
-        call, loop = copy_context().run, asyncio.get_running_loop()
-        return await loop.run_in_executor(self._stops, call, self._control, request)
+        loop, context = asyncio.get_running_loop(), copy_context()
+        return await loop.run_in_executor(self._stops, lambda: context.run(self._control, request))
 
     async def drive(self, mode: DriveModeName, speed_limit: float | None = None) -> str:
         """Set the drive mode."""

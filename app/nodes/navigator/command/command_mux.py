@@ -18,6 +18,7 @@ import zenoh
 
 from app.messages import keys
 from app.messages.cdr import MessageError
+from app.messages.control import decode
 from app.messages.driving import DriveStatus, TeleopTag
 from app.messages.motion import StampedTwist, decode_twist
 from app.nodes.navigator.command.command_stream import CommandStream
@@ -201,10 +202,8 @@ class CommandMux:
 
     def _receive(self, sample: zenoh.Sample) -> None:
         try:
-            tag = msgspec.json.decode(
-                sample.attachment.to_bytes() if sample.attachment is not None else b"",
-                type=TeleopTag,
-            )
+            attached = sample.attachment
+            tag = decode(b"" if attached is None else attached.to_bytes(), TeleopTag)
             hand = self._hand_of(decode_twist(sample.payload.to_bytes()))
         except (MessageError, msgspec.DecodeError) as error:
             logger.debug("a teleoperation message is skipped: %s", error)
