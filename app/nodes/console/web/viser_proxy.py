@@ -1,10 +1,9 @@
 """Forwards a browser's WebSocket to viser, and drops the messages that it may not send."""
 
-import asyncio
 import logging
 import math
 from collections.abc import Callable
-from typing import Annotated, Any, Final
+from typing import Annotated, Final
 
 import msgspec
 from starlette.websockets import WebSocket, WebSocketDisconnect
@@ -13,6 +12,7 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.typing import Subprotocol
 
 from app.nodes.console.web.browsers import Browser
+from app.nodes.console.web.page_messages import until_one_ends
 from app.nodes.console.web.permissions import PANEL_MESSAGES, may_send
 from app.nodes.console.web.viser_server import LoopbackViserServer
 
@@ -88,23 +88,10 @@ async def pass_through(
         return
     async with upstream:
         await socket.accept(subprotocol=upstream.subprotocol)
-        await _race(
+        await until_one_ends(
             _to_viser(socket, upstream, browser, lambda: may_use_panels(browser)),
             _to_browser(socket, upstream),
         )
-
-
-async def _race(*directions: Any) -> None:
-    tasks = [asyncio.create_task(direction) for direction in directions]
-    try:
-        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-    finally:
-        for task in tasks:
-            task.cancel()
-        results = await asyncio.gather(*tasks, return_exceptions=True)
-    for result in results:
-        if isinstance(result, Exception):
-            raise result
 
 
 async def _to_viser(
