@@ -102,8 +102,8 @@ class RobotLink:
                 if action is not None:
                     self._report({"navigate": Match(problem=action.follow(entities))})
                 self._note("link", "")
-            except zenoh.ZError as error:
-                self._note("link", f"the link to the robot's nodes fails: {error}")
+            except Exception as error:  # noqa: BLE001 - the operator is told, and it is tried again
+                self._note("link", f"the link to the robot's nodes fails: {error!r}")
             self._count_losses(streams)
             self._ended.wait(DISCOVER_S)
         if self._goals is not None:
