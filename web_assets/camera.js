@@ -42,6 +42,11 @@ export class Camera {
     this.resize(localStorage.getItem(KEPT) ?? "corner");
   }
 
+  // Leaves a line that is dead for a new one.
+  reconnect() {
+    this.worker.postMessage({ reconnect: true });
+  }
+
   get size() {
     return this.section.dataset.size;
   }

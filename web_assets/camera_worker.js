@@ -12,6 +12,8 @@ let canvas = null;
 let words = {};
 let context = null;
 let socket = null;
+let address = "";
+let retry = 0;
 let wish = { longest_px: 0, label: null };
 let size = { width: 1, height: 1, scale: 1 };
 let next = null;
@@ -22,7 +24,12 @@ onmessage = ({ data }) => {
     canvas = data.canvas;
     words = data.words;
     context = canvas.getContext("2d", { alpha: false });
-    connect(data.url);
+    address = data.url;
+    connect();
+  } else if (data.reconnect) {
+    socket.onopen = socket.onmessage = socket.onclose = null;
+    socket.close();
+    connect();
   } else if (data.size) {
     size = data.size;
     draw();
@@ -32,8 +39,9 @@ onmessage = ({ data }) => {
   }
 };
 
-function connect(url) {
-  socket = new WebSocket(url);
+function connect() {
+  clearTimeout(retry);
+  socket = new WebSocket(address);
   socket.binaryType = "arraybuffer";
   socket.onopen = sendWish;
   socket.onmessage = ({ data }) => {
@@ -42,7 +50,7 @@ function connect(url) {
   };
   socket.onclose = () => {
     postMessage({ closed: true });
-    setTimeout(() => connect(url), RETRY_MS);
+    retry = setTimeout(connect, RETRY_MS);
   };
 }
 

@@ -26,8 +26,11 @@ import { decimal, has, say } from "./words.js";
 
 const PING_MS = 2000;
 const SILENT_MS = 5000;
+const CONNECT_MS = 15000;
 const RETRY_MS = [250, 500, 1000, 2000];
 const STOP_PATIENCE_MS = 700;
+const STOP_LIMIT_MS = 3000;
+const STOP_TRIES = 3;
 
 const stateWord = (state) => (has(`state.${state}`) ? say(`state.${state}`) : state);
 
@@ -37,37 +40,58 @@ const view = at("view");
 let socket = null;
 let attempt = 0;
 let heardAt = 0;
+let wasSilent = false;
 let instance = null;
 let state = null;
 let robot = say("page.robot.none");
 let nextCommand = 1;
+let adopted = null;
 let tellTheme = () => {};
 const pending = new Map();
 
 function connect() {
   const scheme = location.protocol === "https:" ? "wss" : "ws";
   socket = new WebSocket(`${scheme}://${location.host}${BASE}api/ws`);
+  heardAt = performance.now();
   socket.onopen = () => {
     attempt = 0;
     heardAt = performance.now();
     ping();
     tellTheme();
+    if (wasSilent) replaceOthers();
   };
   socket.onmessage = (event) => {
     heardAt = performance.now();
     receive(JSON.parse(event.data));
   };
-  socket.onclose = () => {
-    socket = null;
-    state = null;
-    for (const settle of pending.values()) settle(null);
-    pending.clear();
-    drive.release();
-    render();
-    logInAgainIfAsked();
-    setTimeout(connect, RETRY_MS[Math.min(attempt, RETRY_MS.length - 1)]);
-    attempt += 1;
-  };
+  socket.onclose = lose;
+}
+
+function lose() {
+  socket = null;
+  state = null;
+  for (const settle of pending.values()) settle(null);
+  pending.clear();
+  drive.release();
+  render();
+  logInAgainIfAsked();
+  setTimeout(connect, RETRY_MS[Math.min(attempt, RETRY_MS.length - 1)]);
+  attempt += 1;
+}
+
+// Leaves a line on which nothing arrives. Browsers report it as closed minutes later.
+function abandon() {
+  wasSilent ||= socket.readyState === WebSocket.OPEN;
+  socket.onopen = socket.onmessage = socket.onclose = null;
+  socket.close();
+  lose();
+}
+
+// The sockets of camera and scene were on that line, too.
+function replaceOthers() {
+  wasSilent = false;
+  camera.reconnect();
+  view.contentWindow?.location.reload();
 }
 
 function receive(message) {
@@ -91,12 +115,10 @@ function receive(message) {
 }
 
 function ping() {
-  if (socket?.readyState !== WebSocket.OPEN) return;
-  if (performance.now() - heardAt > SILENT_MS) {
-    socket.close();
-    return;
-  }
-  socket.send(JSON.stringify({ type: "ping", t: performance.now() }));
+  if (socket === null) return;
+  const isOpen = socket.readyState === WebSocket.OPEN;
+  if (performance.now() - heardAt > (isOpen ? SILENT_MS : CONNECT_MS)) abandon();
+  else if (isOpen) socket.send(JSON.stringify({ type: "ping", t: performance.now() }));
 }
 
 function request(message) {
@@ -126,21 +148,27 @@ function complain(text) {
   render();
 }
 
-// Stop is sent over the WebSocket; without a quick reply it is sent over HTTP as well.
+// Stop is sent over the WebSocket; without a quick reply it is sent over HTTP as well. On a line
+// that is dead both are sent again.
 async function stop() {
   const button = at("stop");
   button.dataset.pending = "";
-  const late = new Promise((settle) => setTimeout(() => settle(null), STOP_PATIENCE_MS));
-  let reply = await Promise.race([command("stop"), late]);
-  if (!reply?.ok) {
-    try {
-      reply = await (await fetch(`${BASE}api/stop`, { method: "POST" })).json();
-    } catch {
-      reply = { ok: false, text: say("link.silence") };
-    }
-  }
+  let reply = null;
+  for (let left = STOP_TRIES; left > 0 && reply === null; left -= 1) reply = await tryToStop();
   delete button.dataset.pending;
-  complain(reply.ok ? null : reply.text);
+  complain(reply === null ? say("link.silence") : reply.ok ? null : reply.text);
+}
+
+async function tryToStop() {
+  const late = new Promise((settle) => setTimeout(() => settle(null), STOP_PATIENCE_MS));
+  const reply = await Promise.race([command("stop"), late]);
+  if (reply?.ok) return reply;
+  try {
+    const signal = AbortSignal.timeout(STOP_LIMIT_MS);
+    return await (await fetch(`${BASE}api/stop`, { method: "POST", signal })).json();
+  } catch {
+    return null;
+  }
 }
 
 async function insist(answer) {
@@ -298,7 +326,8 @@ function onKeyUp(event) {
 // and neither does the frame while the operator uses our bar; so the frame is told that it does.
 function adoptView() {
   const inner = view.contentDocument;
-  if (inner === null || inner.location.pathname !== `${BASE}view/`) return;
+  if (inner === null || inner === adopted || inner.location.pathname !== `${BASE}view/`) return;
+  adopted = inner;
   inner.hasFocus = () => true;
   view.contentWindow.addEventListener("keydown", onKey, true);
   view.contentWindow.addEventListener("keyup", onKeyUp, true);

@@ -6,6 +6,7 @@ from typing import Final
 import msgspec
 
 from app.errors import MemoryFileError
+from app.messages.control import decode
 from ippon.atomic_file import replace_file
 from ippon.rooms.named_rooms import RoomName
 
@@ -28,7 +29,7 @@ def read_room_names(path: Path) -> tuple[RoomName, ...]:
     try:
         if not path.exists():
             return ()
-        return tuple(msgspec.json.decode(path.read_bytes(), type=list[RoomName]))
+        return tuple(decode(path.read_bytes(), list[RoomName]))
     except (msgspec.MsgspecError, OSError) as error:
         raise MemoryFileError(f"{path.name} holds no names of rooms: {error}") from error
 

@@ -14,6 +14,7 @@ from ippon.guidance.language.goals.goal import Attribute, Goal
 from ippon.guidance.levels import LevelName
 
 M = TypeVar("M", bound=Struct)
+T = TypeVar("T")
 
 ObjectText = Annotated[str, Meta(min_length=1, max_length=80)]
 ContextText = Annotated[str, Meta(max_length=2000)]
@@ -308,13 +309,17 @@ class ErrorReply(_Message, frozen=True):
     """What was received, what was expected, and what would work."""
 
 
-def decode(payload: bytes, kind: type[M]) -> M:
-    """Read one message.
+def decode(payload: bytes, kind: type[T]) -> T:
+    """Read one message, or a file of the same form.
 
     Raises:
         msgspec.DecodeError: Not JSON, or not this message; the text says where and why.
     """
-    return msgspec.json.decode(payload, type=kind)
+    try:
+        return msgspec.json.decode(payload, type=kind)
+    except (UnicodeDecodeError, RecursionError) as error:
+        # msgspec raises these for bytes that are no text, and for values nested too deeply.
+        raise msgspec.DecodeError(f"not JSON: {error}") from error
 
 
 def encode(message: Struct) -> bytes:

@@ -41,6 +41,9 @@ LATCHED_TOPICS: Final = (
     keys.FAR_EVIDENCE,
 )  # fmt: skip
 """Topics whose last message is requested when a recording begins."""
+_LEFT_OUT: Final = (keys.COLOR_RAW, keys.RECORDING, *keys.KEPT)
+"""Not received with all others: kept topics, which `_catch_up` subscribes to, raw colour, which is
+also published as JPEG, and a recorder's own status, which would break every silence."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -164,12 +167,11 @@ class Recorder:
                 self._queue.put(key, payload)
 
     def _write(self, arrival: QueuedMessage) -> None:
-        if arrival.key != keys.RECORDING:
-            self._guarded(
-                lambda session: session.add(
-                    arrival.key, arrival.payload, arrival.wall_ns, arrival.now_s
-                )
+        self._guarded(
+            lambda session: session.add(
+                arrival.key, arrival.payload, arrival.wall_ns, arrival.now_s
             )
+        )
 
     def _guarded(self, work: Callable[[Session], None]) -> None:
         """Write to the file; an error of the disk ends the recording, not the recorder."""
@@ -285,8 +287,7 @@ class Recorder:
 
         def receive(sample: zenoh.Sample) -> None:
             key = str(sample.key_expr)[skipped:]
-            # The navigator publishes raw colour as JPEG; `_catch_up` subscribes to kept topics.
-            if key != keys.COLOR_RAW and key not in keys.KEPT:
+            if key not in _LEFT_OUT:
                 self._queue.put(key, sample.payload.to_bytes())
 
         handler: Any = zenoh.handlers.Callback(receive, indirect=False)

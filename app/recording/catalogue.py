@@ -8,6 +8,7 @@ from typing import Final
 
 import msgspec
 
+from app.messages.control import decode
 from app.messages.status import GoalStatus
 from app.recording.errors import RecordingError
 from app.recording.reading.file_index import ByteRange
@@ -153,7 +154,7 @@ def _read(path: Path, name: str, size: int, changed_ns: int) -> SessionEntry:
 
 def _goals(summary: dict[str, str]) -> list[SessionGoal]:
     try:
-        goals = msgspec.json.decode(summary.get("goals", "[]"), type=list[GoalStatus])
+        goals = decode(summary.get("goals", "[]").encode(), list[GoalStatus])
     except msgspec.DecodeError:
         # A recording of another version has goals of another form.
         return []
@@ -169,7 +170,7 @@ def _number(summary: dict[str, str], name: str) -> float:
 
 def _read_cache(folder: Path) -> list[SessionEntry]:
     try:
-        return msgspec.json.decode((folder / CACHE_NAME).read_bytes(), type=list[SessionEntry])
+        return decode((folder / CACHE_NAME).read_bytes(), list[SessionEntry])
     except (OSError, msgspec.DecodeError):
         # Without a cache, or with one of another version, the files are read.
         return []

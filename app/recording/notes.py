@@ -6,6 +6,7 @@ from typing import Annotated, Final, Literal
 import msgspec
 from msgspec import Meta
 
+from app.messages.control import decode
 from app.recording.errors import RecordingError
 from ippon.atomic_file import replace_file
 
@@ -35,7 +36,7 @@ def read_notes(recording: Path) -> list[Note]:
     """
     path = notes_path(recording)
     try:
-        notes = msgspec.json.decode(path.read_bytes(), type=list[Note])
+        notes = decode(path.read_bytes(), list[Note])
     except FileNotFoundError:
         return []
     except (OSError, msgspec.DecodeError) as error:

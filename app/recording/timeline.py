@@ -165,7 +165,7 @@ def unpack_timeline(packed: bytes) -> SessionTimeline:
     """
     try:
         text = zstandard.ZstdDecompressor().decompress(packed, max_output_size=_MAX_BYTES)
-        return msgspec.json.decode(text, type=SessionTimeline)
+        return decode(text, SessionTimeline)
     except (zstandard.ZstdError, msgspec.DecodeError) as error:
         raise RecordingError(f"the recording's timeline is not understood: {error}") from error
 

@@ -13,6 +13,8 @@ class Relay:
         self._ends = []
         self.passed = 0
         """Bytes that went either way."""
+        self._silent = set()
+        self._threads = []
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port = self._listener.getsockname()[1]
         threading.Thread(target=self._accept, daemon=True).start()
@@ -25,10 +27,16 @@ class Relay:
                 end.shutdown(socket.SHUT_RDWR)
             end.close()
 
+    def silence(self):
+        """Lose whatever is sent on the present connections, and break none; later ones work."""
+        self._silent.update(self._ends)
+
     def close(self):
         """Let nobody through any more."""
         self._listener.close()
         self.cut()
+        for thread in self._threads:
+            thread.join(5.0)
 
     def _accept(self):
         with contextlib.suppress(OSError):
@@ -41,11 +49,15 @@ class Relay:
                     continue
                 self._ends += [near, far]
                 for ends in ((near, far), (far, near)):
-                    threading.Thread(target=self._pass_on, args=ends, daemon=True).start()
+                    thread = threading.Thread(target=self._pass_on, args=ends, daemon=True)
+                    self._threads.append(thread)
+                    thread.start()
 
     def _pass_on(self, source, sink):
         with contextlib.suppress(OSError):
             while data := source.recv(65536):
+                if source in self._silent:
+                    continue
                 self.passed += len(data)
                 sink.sendall(data)
         for end in (source, sink):

@@ -8,6 +8,7 @@ from pathlib import Path
 import msgspec
 import platformdirs
 
+from app.messages.control import decode
 from ippon.atomic_file import replace_file
 
 logger = logging.getLogger(__name__)
@@ -63,7 +64,7 @@ def running_navigators() -> list[RunningNavigator]:
     for path in _files(registry_folder()):
         try:
             started = path.stat().st_mtime
-            navigator = msgspec.json.decode(path.read_bytes(), type=RunningNavigator)
+            navigator = decode(path.read_bytes(), RunningNavigator)
         except (OSError, msgspec.DecodeError):
             continue
         if _alive(navigator.pid):

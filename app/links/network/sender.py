@@ -78,3 +78,5 @@ def _try(send: Send) -> None:
         send()
     except zenoh.ZError as error:
         logger.warning("a message was not sent: %s", error)
+    except Exception:  # The next message must be sent: it may stop the robot.
+        logger.exception("a message was not sent")

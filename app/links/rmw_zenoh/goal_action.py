@@ -22,9 +22,12 @@ ANSWER_S: Final = 5.0
 """How long a server may take to accept, refuse or cancel a goal."""
 DRIVE_S: Final = 3600.0
 """How long a robot may drive to a goal."""
+MOST_UNCANCELLED: Final = 20
 _CDR: Final = b"\0\1\0\0"
 _NO_BEHAVIOR_TREE: Final = struct.pack("<I", 1) + b"\0"
 _CANCEL: Final = "action_msgs/srv/CancelGoal"
+_REJECTED: Final = 1
+"""Of action_msgs/CancelGoal: nothing was cancelled."""
 _ERROR: Final = struct.Struct("<H")
 
 
@@ -47,6 +50,8 @@ class GoalAction:
         self._there = False
         self._wanted = b""
         self._number = b""
+        self._uncancelled: dict[bytes, bool] = {}
+        """Goals to cancel that the server has not confirmed, and whether an answer is awaited."""
         self._calls = Sender()
 
     def follow(self, entities: Iterable[Entity]) -> str:
@@ -55,6 +60,10 @@ class GoalAction:
         services = (self._send_goal, self._result, self._cancel_goal)
         there = [service.follow(found) for service in services]
         self._there = all(there)
+        with self._lock:
+            again = [number for number, awaited in self._uncancelled.items() if not awaited]
+        for number in again if self._there else ():
+            self._cancel(number)
         return "" if self._there else f"nobody serves the action {self._name} ({NAVIGATE})"
 
     def send(self, goal: bytes) -> bool:
@@ -86,12 +95,15 @@ class GoalAction:
             service.close()
 
     def _answered(self, goal: bytes, number: bytes, response: bytes | None) -> None:
+        if response is None:
+            # The goal may have been accepted all the same.
+            self._cancel(number)
         if response is None or len(response) <= len(_CDR) or not response[len(_CDR)]:
             silent = "does not answer" if response is None else "refuses the goal"
             logger.warning("the robot's navigation %s", silent)
             self._later(partial(self._ended, goal, FAILED))
             return
-        finished = partial(self._finished, goal)
+        finished = partial(self._finished, goal, number)
         self._later(partial(self._ended, goal, ACCEPTED))
         self._later(partial(self._result.call, _CDR + number, DRIVE_S, finished))
         with self._lock:
@@ -101,7 +113,10 @@ class GoalAction:
         if not wanted:
             self._cancel(number)
 
-    def _finished(self, goal: bytes, response: bytes | None) -> None:
+    def _finished(self, goal: bytes, number: bytes, response: bytes | None) -> None:
+        if response is None:
+            # The robot may still drive.
+            self._cancel(number)
         status = response[len(_CDR)] if response and len(response) > len(_CDR) else FAILED
         if status == FAILED:
             at = len(_CDR) + _ERROR.size
@@ -112,8 +127,23 @@ class GoalAction:
         self._later(partial(self._ended, goal, known))
 
     def _cancel(self, number: bytes) -> None:
-        request = _CDR + number + bytes(8)
-        self._later(partial(self._cancel_goal.call, request, ANSWER_S, lambda _: None))
+        """Cancel a goal; `follow` does it again until the server answers."""
+        with self._lock:
+            self._uncancelled[number] = True
+            while len(self._uncancelled) > MOST_UNCANCELLED:
+                del self._uncancelled[next(iter(self._uncancelled))]
+        request, answered = _CDR + number + bytes(8), partial(self._cancelled, number)
+        self._later(partial(self._cancel_goal.call, request, ANSWER_S, answered))
+
+    def _cancelled(self, number: bytes, response: bytes | None) -> None:
+        with self._lock:
+            self._uncancelled.pop(number, None)
+            if response is None:
+                self._uncancelled[number] = False
+        if response is None:
+            logger.warning("the robot's navigation did not confirm that a goal is cancelled")
+        elif len(response) > len(_CDR) and response[len(_CDR)] == _REJECTED:
+            logger.error("the robot's navigation refuses to cancel a goal: stop it at the robot")
 
     def _later(self, call: partial[None]) -> None:
         # Not in zenoh's network thread, which must not use the session.

@@ -3,6 +3,7 @@
 import logging
 import threading
 import time
+from collections.abc import Callable
 from typing import Any, Final
 
 import zenoh
@@ -18,6 +19,7 @@ from app.links.rmw_zenoh.participant import Participant
 from app.links.rmw_zenoh.streams import Streams
 from app.messages import keys
 from app.messages.cdr import MessageError
+from app.messages.navigation import decode_pose
 from app.ros2.ippon_ros2.goals import Goals
 from app.ros2.ippon_ros2.serialized import goal_status
 from app.ros2.ippon_ros2.settings import GOALS, Ros2Error, Settings
@@ -100,8 +102,8 @@ class RobotLink:
                 if action is not None:
                     self._report({"navigate": Match(problem=action.follow(entities))})
                 self._note("link", "")
-            except zenoh.ZError as error:
-                self._note("link", f"the link to the robot's nodes fails: {error}")
+            except Exception as error:  # noqa: BLE001 - the operator is told, and it is tried again
+                self._note("link", f"the link to the robot's nodes fails: {error!r}")
             self._count_losses(streams)
             self._ended.wait(DISCOVER_S)
         if self._goals is not None:
@@ -164,22 +166,22 @@ class RobotLink:
         return action
 
     def _subscribe(self, commands: CommandOutput) -> None:
-        takes = {keys.CMD_VEL: commands.take_velocity, keys.CMD_TILT: commands.take_tilt}
+        takes: dict[str, Callable[[bytes], None]] = {
+            keys.CMD_VEL: commands.take_velocity,
+            keys.CMD_TILT: commands.take_tilt,
+        }
         goals = self._goals
         if goals is not None:
 
             def take_goal(payload: bytes) -> None:
                 commands.driver.release()
-                try:
-                    goals.take_goal(payload, time.monotonic())
-                except MessageError as error:
-                    logger.warning("a goal was refused: %s", error)
+                goals.take_goal(payload, time.monotonic())
 
             def take_active(payload: bytes) -> None:
                 goals.take_active(payload, time.monotonic())
 
-            takes[keys.NAVIGATION_GOAL] = take_goal
-            takes[keys.NAVIGATION_ACTIVE] = take_active
+            takes[keys.NAVIGATION_GOAL] = _with_pose(take_goal)
+            takes[keys.NAVIGATION_ACTIVE] = _with_pose(take_active)
         for key, take in takes.items():
             subscribe(self._session, f"{self._robot}/{key}", take)
 
@@ -220,3 +222,17 @@ class RobotLink:
                 self._commands.driver.tick(time.monotonic())
             if self._goals is not None:
                 self._goals.tick(time.monotonic())
+
+
+def _with_pose(take: Callable[[bytes], None]) -> Callable[[bytes], None]:
+    """Return what passes on a PoseStamped that can be read: the watchdog sends it to the robot."""
+
+    def check(payload: bytes) -> None:
+        try:
+            decode_pose(payload)
+        except MessageError as error:
+            logger.warning("a goal was refused: %s", error)
+            return
+        take(payload)
+
+    return check

@@ -60,8 +60,8 @@ class MemoryKeeper:
         self._map, self._robot, self._path = voxel_map, robot, path
         self._report_event = report_event
         self._room_names, self._map_waits = room_names, map_waits
-        self.problem = ""
-        """What is wrong with the kept memory, for the operator."""
+        self._refused = self._unkept = ""
+        """Why the kept memory was not read, and why it is not written now."""
         memory = InstanceMemory(instances=self._read(map_was_read=map_was_read))
         self._recollection = Recollection(voxel_map, memory)
         self.instances: tuple[Instance, ...] = memory.instances()
@@ -73,6 +73,11 @@ class MemoryKeeper:
         self._writer: threading.Thread | None = None
         self._saved_at = self._rooms_at = time.monotonic()
         self._views_at = 0.0
+
+    @property
+    def problem(self) -> str:
+        """What is wrong with the kept memory, for the operator."""
+        return self._unkept or self._refused
 
     def begin(self, search: Search) -> None:
         """Have a search that begins look first where its object was seen before."""
@@ -188,8 +193,8 @@ class MemoryKeeper:
         except OSError as failed:
             self._path = None
             kept = f"left where it is ({failed.strerror}), and nothing is kept in this run"
-        self.problem = f"memory starts anew: {why}; the file is {kept}"
-        self._report_event("error", self.problem)
+        self._refused = f"memory starts anew: {why}; the file is {kept}"
+        self._report_event("error", self._refused)
 
     def _start_writer(self) -> None:
         if self._path is None or (self._writer is not None and self._writer.is_alive()):
@@ -215,10 +220,11 @@ class MemoryKeeper:
         try:
             write_memory(path, self._robot, self._unwritten, pictures)
         except MemoryFileError as error:
-            if not self.problem:
+            if not self._unkept:
                 self._report_event("error", str(error))
-            self.problem = str(error)
+            self._unkept = str(error)
             return
+        self._unkept = ""
         self._unwritten = MemoryChanges()
         with self._lock:
             # Pictures that were replaced in the meantime are written the next time.

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import Final
 
 import foxglove
-import msgspec
 from foxglove.channels import LogChannel
 from foxglove.messages import Log, LogLevel, Timestamp
 from foxglove.websocket import Capability, ChannelView, Client, ServerListener, StatusLevel
 
 from app.messages import keys
 from app.messages.cdr import MessageError
+from app.messages.control import decode
 from app.messages.memory import MapAlignment
 from app.messages.scene import FoundObject
 from app.messages.status import Event, FindReport
@@ -132,13 +132,13 @@ class FoxgloveServer(ServerListener):
     def take(self, key: str, payload: bytes) -> None:
         """Pass a message on."""
         if key == keys.EVENT:
-            self._say(msgspec.json.decode(payload, type=Event))
+            self._say(decode(payload, Event))
         elif key == keys.CONFIGURATION:
             self._kept.pop(BODY_KEY, None)
         if key in JSON_TYPES:
             self._send(key, payload)
         elif key == keys.MAP_ALIGNMENT:
-            self._T_map_world = alignment_of(msgspec.json.decode(payload, type=MapAlignment))
+            self._T_map_world = alignment_of(decode(payload, MapAlignment))
         elif key in (keys.TF, keys.TF_STATIC) and self._T_map_world is not None:
             self._send(key, aligned_transforms(payload, self._T_map_world))
         elif key in FORWARDED or key == keys.DEPTH_RAW:

@@ -20,7 +20,7 @@ def test_names_are_kept_beside_the_map(tmp_path):
     assert read_room_names(path) == NAMES
 
 
-@pytest.mark.parametrize("content", [b"", b"{}", b'[{"name": 3}]', b"\xff"])
+@pytest.mark.parametrize("content", [b"", b"{}", b'[{"name": 3}]', b"\xff", b'[{"name": "\xff"}]'])
 def test_a_damaged_file_is_refused(tmp_path, content):
     path = tmp_path / "home.map.rooms.json"
     path.write_bytes(content)

@@ -1,6 +1,7 @@
 import msgspec
 import pytest
 
+from app.messages.body import BodyConfiguration
 from app.messages.control import (
     ContextText,
     ControlRequest,
@@ -23,6 +24,7 @@ def test_request_round_trip() -> None:
     [
         (b"", "truncated"),
         (b"\xff\xfe", "JSON is malformed"),
+        (b'{"object": "\xff"}', "not JSON: 'utf-8' codec"),
         (b"[]", "Expected `object`, got `array`"),
         (b"{}", "missing required field `object`"),
         (b'{"object": ""}', "length >= 1"),
@@ -35,6 +37,12 @@ def test_request_round_trip() -> None:
 def test_malformed_request_says_what_is_wrong(payload: bytes, message: str) -> None:
     with pytest.raises(msgspec.DecodeError, match=message):
         decode(payload, SearchRequest)
+
+
+def test_a_message_that_is_nested_without_end_is_malformed() -> None:
+    deep = b'{"unknown": ' + 100_000 * b"["
+    with pytest.raises(msgspec.DecodeError, match="not JSON: maximum recursion"):
+        decode(deep, BodyConfiguration)
 
 
 def test_a_request_without_new_fields_is_read_by_earlier_versions() -> None:

@@ -12,6 +12,7 @@ from app.messages import keys
 from app.messages.control import ControlReply, ControlRequest
 from app.messages.recording import RecordingStatus, RecordRequest
 from app.messages.status import Event
+from app.nodes import recorder
 from app.nodes.recorder import Recorder, RecorderConfig
 from app.recording.notes import read_notes
 from app.recording.reading.recording import Recording
@@ -102,6 +103,26 @@ def test_what_was_sent_once_before_the_recording_is_in_it(sessions, record, wait
     (recording,) = finish()
     sent = [m.payload for m in recording.all_messages((keys.TF_STATIC,))]
     assert sent == [b"once", b"again"]
+    recording.close()
+
+
+def test_after_a_silence_what_was_missed_is_requested_again(sessions, record, monkeypatch):
+    monkeypatch.setattr(recorder, "SILENT_S", 1.0)
+    router, _ = sessions
+    key, asked = f"{ROBOT}/{keys.CONFIGURATION}", []
+
+    def answer(query):
+        with query:
+            asked.append(b'{"run": %d}' % len(asked))
+            query.reply(key, asked[-1])
+
+    router.declare_queryable(key, answer)
+    finish = record(limits=RecordingLimits(min_free_gb=0.0))
+    _await(lambda: len(asked) > 1)
+    time.sleep(0.5)
+    (recording,) = finish()
+    sent = [m.payload for m in recording.all_messages((keys.CONFIGURATION,))]
+    assert sent[:2] == asked[:2]
     recording.close()
 
 

@@ -60,9 +60,24 @@ class Webhook:
         patience: Patience | None = None,
         say: Words = ENGLISH,
     ) -> None:
+        """Prepare the client.
+
+        Raises:
+            ConsoleError: The proxy that the environment names cannot be used.
+        """
         self._words = say
         self._url, self._secret, self._robot, self._note = url, secret, robot, note
         self._patience = patience or Patience()
+        # A proxy from the environment must not be used for a server on this machine.
+        is_local = urlsplit(url).hostname in LOOPBACK
+        try:
+            self._client = httpx2.AsyncClient(
+                trust_env=not is_local, timeout=self._patience.timeout_s
+            )
+        except (ImportError, ValueError) as error:
+            raise ConsoleError(
+                f"--notify: the proxy of the environment cannot be used: {error}"
+            ) from error
         self._loop = asyncio.new_event_loop()
         self._tasks: set[asyncio.Task[None]] = set()
         self._run = secrets.token_hex(8)
@@ -83,9 +98,6 @@ class Webhook:
 
     def _serve(self) -> None:
         asyncio.set_event_loop(self._loop)
-        # A proxy from the environment must not be used for a server on this machine.
-        is_local = urlsplit(self._url).hostname in LOOPBACK
-        self._client = httpx2.AsyncClient(trust_env=not is_local, timeout=self._patience.timeout_s)
         self._loop.run_forever()
         if self._tasks:
             logger.warning("%d calls had not arrived at the webhook", len(self._tasks))
@@ -138,6 +150,9 @@ class Webhook:
             return self._words("webhook.late", n=f"{limit_s:g}"), True
         except httpx2.HTTPError as error:
             return str(error) or type(error).__name__, True
+        except Exception as error:  # People are told whatever it is; its text may hold the path.
+            logger.debug("an attempt at the webhook", exc_info=True)
+            return type(error).__name__, True
         if 200 <= status < 300:
             return "", False
         return self._words("webhook.answer", status=status), status >= 500 or status in _AGAIN

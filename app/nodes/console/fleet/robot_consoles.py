@@ -14,6 +14,7 @@ from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.routing import Mount, Route
 from starlette.types import Receive, Scope, Send
 
+from app.messages.control import decode
 from app.messages.lease import Credential
 from app.nodes.console.fleet.goal_assignment import GoalAssignment, GoalToGive
 from app.nodes.console.fleet.robot_console import RobotConsole
@@ -105,8 +106,8 @@ class RobotConsoles:
         if body is None:
             return PlainTextResponse("too long\n", status_code=413)
         try:
-            goal = msgspec.json.decode(body, type=GoalToGive)
-        except (msgspec.DecodeError, UnicodeDecodeError) as error:
+            goal = decode(body, GoalToGive)
+        except msgspec.DecodeError as error:
             return PlainTextResponse(f"not a goal: {error}\n", status_code=400)
         browser: Browser = request.scope["browser"]
 
@@ -135,7 +136,10 @@ class RobotConsoles:
         if not below and scope["type"] == "http":
             await RedirectResponse(path_of(robot), status_code=303)(scope, receive, send)
             return
-        opened = await asyncio.to_thread(self._opened, robot)
+        opened = self._open.get(robot)
+        if opened is None or opened.has_failed:
+            # Only then in a thread: a Stop must not wait for the router or for another console.
+            opened = await asyncio.to_thread(self._opened, robot)
         if isinstance(opened, str):
             await _refuse(404, opened, scope, receive, send)
             return
@@ -185,13 +189,17 @@ class RobotConsoles:
     def close_idle(self) -> None:
         """Close the consoles that nobody has looked at for a while."""
         now = time.monotonic()
+        idle: list[RobotConsole] = []
         with self._lock:
             for robot, opened in tuple(self._open.items()):
                 if opened.gateway.open_sockets:
                     opened.used_s = now
                 elif now - opened.used_s > IDLE_S:
                     logger.info("nobody looks at robot %s", robot)
-                    self._open.pop(robot).console.close()
+                    idle.append(self._open.pop(robot).console)
+        # Closing takes seconds.
+        for console in idle:
+            console.close()
 
     def _check(self) -> None:
         while not self._stop.wait(CHECK_S):

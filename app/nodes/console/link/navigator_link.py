@@ -6,6 +6,8 @@ import logging
 import threading
 import time
 from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from typing import Final
 
 import msgspec
@@ -41,6 +43,8 @@ REPLY_S: Final = 2.0
 STOP_S: Final = 5.0
 """How long a Stop is retried while the navigator cannot be reached."""
 _STOP_PAUSE_S: Final = 0.1
+_STOPS: Final = 4
+"""Stops that wait for their replies at the same time."""
 _RETRY_S: Final = 0.5
 
 
@@ -72,6 +76,7 @@ class NavigatorLink(PanelRequests):
         self._input_publisher: zenoh.Publisher | None = None
         self._listener = TopicListener(endpoint, robot, topics, inbox.put)
         self._commanding: zenoh.Session | None = None
+        self._stops = ThreadPoolExecutor(_STOPS, thread_name_prefix="stop")
         self._stop = threading.Event()
         self._thread = critical_thread("link", self._keep_open, on_failure)
 
@@ -83,6 +88,7 @@ class NavigatorLink(PanelRequests):
         """Close the sessions."""
         self._stop.set()
         self._thread.join(timeout=5.0)
+        self._stops.shutdown(wait=False, cancel_futures=True)
         self._close_sessions()
 
     @property
@@ -107,7 +113,11 @@ class NavigatorLink(PanelRequests):
 
     async def control(self, request: ControlRequest) -> str:
         """Send a control request and return the resulting state."""
-        return await asyncio.to_thread(self._control, request)
+        if request.action != "stop":
+            return await asyncio.to_thread(self._control, request)
+        # In threads of its own: those of the event loop may all wait for other replies.
+        loop, context = asyncio.get_running_loop(), copy_context()
+        return await loop.run_in_executor(self._stops, lambda: context.run(self._control, request))
 
     async def drive(self, mode: DriveModeName, speed_limit: float | None = None) -> str:
         """Set the drive mode."""

@@ -5,6 +5,7 @@ from typing import Final
 
 import msgspec
 
+from app.messages.control import decode
 from app.view.words import Words
 
 OWN: Final = version("ippon")
@@ -25,8 +26,8 @@ def not_understood(status: bytes, problem: str, say: Words) -> str:
         say: The words.
     """
     try:
-        theirs = msgspec.json.decode(status[: 4 * 2**20], type=_Versioned).version[:40]
-    except (msgspec.DecodeError, UnicodeDecodeError):
+        theirs = decode(status[: 4 * 2**20], _Versioned).version[:40]
+    except msgspec.DecodeError:
         theirs = ""
     if theirs and theirs != OWN:
         return say("link.incompatible", theirs=theirs, own=OWN)

@@ -1,5 +1,6 @@
 """The Map tab: colour mode, layers and legend of the scene."""
 
+import math
 from collections.abc import Callable
 from typing import Any, Final
 
@@ -80,11 +81,11 @@ class MapPanel:
 
     def options(self) -> ViewOptions:
         """Return the current choice."""
-        cut = float(self._ceiling.value)
+        cut = _value_of(self._ceiling)
         return ViewOptions(
             mode=self._chosen,
             ceiling_m=None if cut >= _NO_CUT_M else cut,
-            object_threshold=float(self._threshold.value),
+            object_threshold=_value_of(self._threshold),
             thing=self._row(str(self._thing.value)),
             layers=frozenset(layer for layer, box in self._layers.items() if box.value),
         )
@@ -126,5 +127,11 @@ class MapPanel:
         is_one = self._row(str(self._thing.value)) is not None
         kinds = None if is_one else with_rest(self._kinds, self._words)
         self._legend.content = markup.legend(
-            legend(self._chosen, float(self._ceiling.value), self._words, kinds), self._chosen
+            legend(self._chosen, _value_of(self._ceiling), self._words, kinds), self._chosen
         )
+
+
+def _value_of(slider: Any) -> float:
+    """Return the value of a slider within its range: a browser may send any number."""
+    value = float(slider.value)
+    return min(max(value, slider.min), slider.max) if math.isfinite(value) else float(slider.max)

@@ -78,12 +78,15 @@ class LoginAccess:
 
     has_login = True
 
-    def __init__(self, browsers: Browsers, *, is_secure: bool, clock: Clock = time.time) -> None:
+    def __init__(
+        self, browsers: Browsers, *, is_secure: bool, clock: Clock = time.monotonic
+    ) -> None:
         self._browsers = browsers
         self._clock = clock
         self.is_secure = is_secure
         """Whether the pages are served over TLS."""
-        # A new key at every start: a restarted console requires a new login.
+        # A new key at every start: a restarted console requires a new login, so that a monotonic
+        # clock will do; a robot's clock is set when it finds a network.
         self._signer = URLSafeSerializer(secrets.token_bytes(32), salt="ippon console login")
         self._revoked: dict[str, float] = {}
 

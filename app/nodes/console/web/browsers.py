@@ -35,7 +35,7 @@ class Browser:
         self.has_light_theme = False
         """Theme of its pages, as the last of them said."""
         self.expires_s: float | None = None
-        """Wall clock at which the login ends; None without one."""
+        """Monotonic time at which the login ends; None without one."""
         self.own_controls: set[str] = set()
         """Controls that affect only this browser's view."""
         self._tasks: set[asyncio.Task[object]] = set()

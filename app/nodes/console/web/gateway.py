@@ -255,7 +255,7 @@ def _text(text: str, status: int) -> Response:
 async def _for_as_long_as_let_in(socket: WebSocket) -> AsyncGenerator[Browser]:
     """End the enclosed task when the login expires or at a logout."""
     browser: Browser = socket.scope["browser"]
-    left_s = None if browser.expires_s is None else browser.expires_s - time.time()
+    left_s = None if browser.expires_s is None else browser.expires_s - time.monotonic()
     with browser.present():
         try:
             async with asyncio.timeout(left_s):

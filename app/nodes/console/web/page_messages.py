@@ -6,7 +6,7 @@ from collections.abc import AsyncGenerator, Coroutine
 from typing import Annotated, Any, Final, Literal, TypeVar
 
 import msgspec
-from starlette.websockets import WebSocket
+from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from app.messages.control import QueueRequest, SavedSearchRequest
 from app.messages.driving import DriveModeName
@@ -207,11 +207,18 @@ def _decode(
 
 
 async def until_one_ends(*coroutines: Coroutine[Any, Any, None]) -> None:
-    """Run coroutines side by side until one of them ends, and cancel the others."""
+    """Run coroutines side by side until one of them ends, and cancel the others.
+
+    Raises:
+        Exception: One of them has failed, other than by a browser that is gone.
+    """
     tasks = [asyncio.create_task(one) for one in coroutines]
     try:
         await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
     finally:
         for task in tasks:
             task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        results = await asyncio.gather(*tasks, return_exceptions=True)
+    for result in results:
+        if isinstance(result, Exception) and not isinstance(result, WebSocketDisconnect):
+            raise result

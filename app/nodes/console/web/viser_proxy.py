@@ -1,9 +1,9 @@
 """Forwards a browser's WebSocket to viser, and drops the messages that it may not send."""
 
-import asyncio
 import logging
+import math
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Annotated, Final
 
 import msgspec
 from starlette.websockets import WebSocket, WebSocketDisconnect
@@ -12,6 +12,7 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.typing import Subprotocol
 
 from app.nodes.console.web.browsers import Browser
+from app.nodes.console.web.page_messages import until_one_ends
 from app.nodes.console.web.permissions import PANEL_MESSAGES, may_send
 from app.nodes.console.web.viser_server import LoopbackViserServer
 
@@ -30,7 +31,30 @@ class _Kind(msgspec.Struct):
     uuid: str = ""
 
 
+_Pixels = Annotated[int, msgspec.Meta(ge=1, le=100_000)]
+_Point = tuple[float, float, float]
+
+
+class _Camera(msgspec.Struct):
+    """A `ViewerCameraMessage`: the scene thread computes with it."""
+
+    wxyz: tuple[float, float, float, float]
+    position: _Point
+    fov: Annotated[float, msgspec.Meta(gt=0.0, lt=math.pi)]
+    look_at: _Point
+    image_height: _Pixels
+    """A hidden scene has 0."""
+    image_width: _Pixels
+
+    @property
+    def is_sound(self) -> bool:
+        """Whether all numbers are finite, and the rotation is one."""
+        numbers = (*self.wxyz, *self.position, *self.look_at, self.fov)
+        return all(map(math.isfinite, numbers)) and math.hypot(*self.wxyz) > 1e-6
+
+
 _kind = msgspec.msgpack.Decoder(_Kind)
+_camera = msgspec.msgpack.Decoder(_Camera)
 
 
 async def pass_through(
@@ -64,23 +88,10 @@ async def pass_through(
         return
     async with upstream:
         await socket.accept(subprotocol=upstream.subprotocol)
-        await _race(
+        await until_one_ends(
             _to_viser(socket, upstream, browser, lambda: may_use_panels(browser)),
             _to_browser(socket, upstream),
         )
-
-
-async def _race(*directions: Any) -> None:
-    tasks = [asyncio.create_task(direction) for direction in directions]
-    try:
-        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-    finally:
-        for task in tasks:
-            task.cancel()
-        results = await asyncio.gather(*tasks, return_exceptions=True)
-    for result in results:
-        if isinstance(result, Exception):
-            raise result
 
 
 async def _to_viser(
@@ -111,10 +122,17 @@ def _allowed(data: bytes, browser: Browser, *, panels: bool) -> bool:
         logger.warning("a browser sent %d bytes that are not a message of viser", len(data))
         return False
     if may_send(browser, message.type, message.uuid, panels=panels):
-        return True
+        return message.type != "ViewerCameraMessage" or _is_camera(data)
     if message.type not in PANEL_MESSAGES:
         logger.warning("refused a message of type %.60r from a browser", message.type)
     return False
+
+
+def _is_camera(data: bytes) -> bool:
+    try:
+        return _camera.decode(data).is_sound
+    except msgspec.DecodeError:
+        return False
 
 
 async def _to_browser(socket: WebSocket, upstream: ClientConnection) -> None:

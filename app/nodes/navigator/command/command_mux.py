@@ -1,9 +1,8 @@
 """Multiplexes the commands of the planner and of the operator.
 
 The mission commands once per frame, a few times per second; teleoperation needs a lower latency.
-The
-multiplexer keeps the pose and the obstacles of the latest frame, and filters the operator's input
-against them, at a fixed rate and whenever a message arrives.
+The multiplexer keeps the pose and the obstacles of the latest frame, and filters the operator's
+input against them, at a fixed rate and whenever a message arrives.
 """
 
 import dataclasses
@@ -19,6 +18,7 @@ import zenoh
 
 from app.messages import keys
 from app.messages.cdr import MessageError
+from app.messages.control import decode
 from app.messages.driving import DriveStatus, TeleopTag
 from app.messages.motion import StampedTwist, decode_twist
 from app.nodes.navigator.command.command_stream import CommandStream
@@ -202,10 +202,8 @@ class CommandMux:
 
     def _receive(self, sample: zenoh.Sample) -> None:
         try:
-            tag = msgspec.json.decode(
-                sample.attachment.to_bytes() if sample.attachment is not None else b"",
-                type=TeleopTag,
-            )
+            attached = sample.attachment
+            tag = decode(b"" if attached is None else attached.to_bytes(), TeleopTag)
             hand = self._hand_of(decode_twist(sample.payload.to_bytes()))
         except (MessageError, msgspec.DecodeError) as error:
             logger.debug("a teleoperation message is skipped: %s", error)
@@ -251,13 +249,20 @@ class CommandMux:
             self._hand = NO_INPUT
         command = self._command(now)
         self._given, self._given_at = command, now
-        if self._framed_at > -math.inf:
+        # The plan's own command is given once per frame: the stream repeats it, and ends it when
+        # frames stop.
+        if self._framed_at > -math.inf and (now == self._framed_at or not self._drives_itself):
             self._stream.give(command, self._stamp_ns, self._pose)
         return command
 
-    def _command(self, now: float) -> Command:
+    @property
+    def _drives_itself(self) -> bool:
+        """Whether the robot follows the plan, or goes to a waypoint, without the operator."""
         to_waypoint = self._waypoint is not None and not self._hand.drives
-        if self._mode is DriveMode.AUTO or to_waypoint:
+        return self._mode is DriveMode.AUTO or to_waypoint
+
+    def _command(self, now: float) -> Command:
+        if self._drives_itself:
             self._intervention = ""
             self._by_hand = False
             self._tilt_rad = self._planned.tilt_rad

@@ -75,6 +75,7 @@ class OperationQueue:
         Raises:
             RequestRefusedError: Too many operations wait, the question raised `ValueError`, or no
                 answer came in time.
+            Exception: What else the question raised.
         """
         self.check_room()
         answer: Future[T] = Future()
@@ -84,6 +85,8 @@ class OperationQueue:
                 answer.set_result(question(mission))
             except ValueError as error:
                 answer.set_exception(RequestRefusedError(str(error)))
+            except Exception as error:  # noqa: BLE001 - raised in the thread that waits
+                answer.set_exception(error)
 
         self.enqueue(run)
         try:

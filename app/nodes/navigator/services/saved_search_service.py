@@ -13,6 +13,7 @@ from app.messages.control import (
     SavedSearches,
     SavedSearchRequest,
     SearchRequest,
+    decode,
     encode,
 )
 from app.nodes.navigator.services.goal_service import GoalService
@@ -119,7 +120,7 @@ class SavedSearchService:
         try:
             if not path.exists():
                 return SavedSearches(searches=[])
-            return msgspec.json.decode(path.read_bytes(), type=SavedSearches)
+            return decode(path.read_bytes(), SavedSearches)
         except (msgspec.MsgspecError, OSError) as error:
             problem = f"no searches were read from {path.name} ({error})"
         try:

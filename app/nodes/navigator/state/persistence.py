@@ -15,7 +15,7 @@ from typing import Final
 
 import msgspec
 
-from app.messages.control import SearchRequest
+from app.messages.control import SearchRequest, decode
 from app.messages.driving import DriveModeName
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.planned_search import PlannedSearch
@@ -113,7 +113,7 @@ def read_saved_state(path: Path, config: MapConfig) -> SavedState | None:
     requests: list[SavedGoal] = []
     if goals.exists():
         try:
-            requests = msgspec.json.decode(goals.read_bytes(), type=list[SavedGoal])
+            requests = decode(goals.read_bytes(), list[SavedGoal])
         except msgspec.MsgspecError as error:
             raise MapFileError(f"{goals.name} holds no goals: {error}; remove it") from error
     return SavedState(
@@ -243,7 +243,7 @@ def _read_run_state(path: Path) -> RunState | None:
     try:
         if time.time() - path.stat().st_mtime > RECENT_S:
             return None
-        return msgspec.json.decode(path.read_bytes(), type=RunState)
+        return decode(path.read_bytes(), RunState)
     except (OSError, msgspec.MsgspecError):
         return None
 

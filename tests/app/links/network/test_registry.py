@@ -59,7 +59,10 @@ def test_oldest_first():
         other.communicate(b"\n")
 
 
-@pytest.mark.parametrize("content", [b"", b"{", b'{"pid": 1}', b'{"pid": "x"}', bytes(100)])
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"{", b'{"pid": 1}', b'{"pid": "x"}', b'{"pid": 1, "robot": "\xff"}', bytes(100)],
+)
 def test_a_damaged_file_is_skipped(content):
     path = noted(navigator(os.getpid()))
     path.with_name("7.json").write_bytes(content)

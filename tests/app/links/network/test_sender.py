@@ -55,6 +55,19 @@ def test_of_a_state_only_the_latest_is_sent(sender, link):
     assert link.sent == [("status", 49), ("tree", 49)]
 
 
+def test_what_cannot_be_sent_does_not_end_the_sending(sender, link):
+    def fail():
+        raise ValueError("no message")
+
+    sender.put(7, fail)
+    sender.put_latest("status", fail)
+    sender.put(1, link.send("stop"))
+    link.free.set()
+    sender.close()
+    assert link.sent == ["stop"]
+    assert sender.backlog_bytes == 0
+
+
 def test_a_long_queue_does_not_hold_up_the_status(sender, link):
     for k in range(10):
         sender.put(1, link.send(k))

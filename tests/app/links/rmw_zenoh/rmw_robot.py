@@ -167,6 +167,8 @@ class ActionServer:
 
     def __init__(self, robot, name, type_hash="RIHS01_" + "cd" * 32):
         self.accepts = True
+        self.silent = 0
+        """Requests to take or cancel a goal that are carried out without an answer."""
         self.goals, self.cancelled, self.attachments = Received(), Received(), []
         self._result = None
         self._queryables = []
@@ -203,8 +205,7 @@ class ActionServer:
         number, pose, tail = payload[4:20], payload[:4] + payload[20:-5], payload[-5:]
         assert tail == struct.pack("<I", 1) + b"\0", "no behavior tree"
         answer = struct.pack("<4s?3xiI", b"\0\1\0\0", self.accepts, 0, 0)
-        query.reply(query.key_expr, answer, attachment=query.attachment.to_bytes())
-        query.drop()
+        self._reply(query, answer)
         self.goals.add(pose, number)
 
     def _keep(self, query):
@@ -213,6 +214,12 @@ class ActionServer:
     def _cancel(self, query):
         payload = query.payload.to_bytes()
         answer = struct.pack("<4sb3xI", b"\0\1\0\0", 0, 0)
-        query.reply(query.key_expr, answer, attachment=query.attachment.to_bytes())
-        query.drop()
+        self._reply(query, answer)
         self.cancelled.add(payload[4:20], None)
+
+    def _reply(self, query, answer):
+        if self.silent:
+            self.silent -= 1
+        else:
+            query.reply(query.key_expr, answer, attachment=query.attachment.to_bytes())
+        query.drop()

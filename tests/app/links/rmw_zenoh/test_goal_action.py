@@ -103,6 +103,26 @@ def test_silence_of_the_navigator_cancels_the_goal_at_the_server(scout):
     server.cancelled.wait_for(lambda m: m == [(number, None)])
 
 
+def test_a_cancelled_goal_is_cancelled_again_until_the_server_answers(scout):
+    _, server, navigator = scout
+    navigator.send(7)
+    navigator.keep(7, server.has_result)
+    ((_, number),) = server.goals.messages
+    server.silent = 2
+    server.cancelled.wait_for(lambda m: m == 3 * [(number, None)])
+    time.sleep(0.3)
+    assert len(server.cancelled.messages) == 3, "and not after it"
+
+
+def test_a_goal_whose_acceptance_is_lost_is_cancelled(scout):
+    _, server, navigator = scout
+    server.silent = 1
+    navigator.send(7)
+    navigator.keep(7, navigator.knows((7, FAILED)))
+    ((_, number),) = server.goals.messages
+    server.cancelled.wait_for(lambda m: m == [(number, None)])
+
+
 def test_a_goal_that_somebody_else_cancels_comes_back_so(scout):
     _, server, navigator = scout
     navigator.send(7)
@@ -143,6 +163,29 @@ def test_goals_can_be_a_topic_and_a_stop_is_a_goal_where_the_robot_stands(sessio
         assert decode_pose(first).T_frame_base[0, 3] == 2.5
         messages = received.wait_for(lambda m: len(m) == 2)
         assert decode_pose(messages[1][0]).T_frame_base[0, 3] == 1.0, "where the robot stands"
+    finally:
+        link.close()
+
+
+def test_what_is_no_pose_ends_no_watchdog(sessions, monkeypatch):
+    monkeypatch.setattr(robot_link, "DISCOVER_S", 0.05)
+    robot = RmwRobot(sessions[1])
+    received = robot.subscription("/goal_pose", POSE)
+    profile = {
+        "ros2": {"middleware": "rmw_zenoh", "goal": "goal_pose"},
+        "motion": {"takes": ["goals"]},
+    }
+    link = RobotLink(sessions[0], "r", read_settings(profile))
+    try:
+        robot.sees("MP/%/%/ippon/%goal_pose/")
+        navigator = Navigator(sessions[1])
+        navigator.send(7, x=2.5)
+        navigator.keep(7, navigator.knows((7, ACCEPTED)))
+        # Its stamp is that of the goal, and the rest is missing.
+        sessions[1].put("r/navigation/active", pose(7)[:24])
+        messages = received.wait_for(lambda m: len(m) == 2)
+        assert decode_pose(messages[1][0]).T_frame_base[0, 3] == 1.0
+        assert link._watchdog.is_alive()
     finally:
         link.close()
 

@@ -12,6 +12,7 @@ from app.links.network.session import open_client, open_router
 from app.links.network.subscription import subscribe
 from app.links.rmw_zenoh import robot_link
 from app.links.rmw_zenoh.robot_link import RobotLink
+from app.links.rmw_zenoh.streams import Streams
 from app.messages.cdr import decode
 from app.messages.motion import StampedTwist, encode_number, encode_twist
 from app.ros2.ippon_ros2.settings import read_settings
@@ -324,6 +325,26 @@ def test_the_robots_router_may_connect_to_the_navigator(sessions, free_endpoint,
     finally:
         node.close()
         router.close()
+
+
+def test_what_nobody_expected_is_said_and_tried_again(sessions, start, monkeypatch):
+    monkeypatch.setattr(robot_link, "DISCOVER_S", 0.05)
+    fails = [True]
+    follow = Streams.follow
+
+    def fail(streams, entities):
+        if fails:
+            raise KeyError("a bug")
+        return follow(streams, entities)
+
+    monkeypatch.setattr(Streams, "follow", fail)
+    link = start()
+    wait_for_note(link, "the link to the robot's nodes fails: KeyError('a bug')")
+    fails.clear()
+    end = time.monotonic() + 20.0
+    while any("KeyError" in note for note in link.notes()):
+        assert time.monotonic() < end
+        time.sleep(0.01)
 
 
 def test_a_bridge_that_serves_the_robot_already_goes_first(sessions, start):

@@ -153,6 +153,9 @@ def test_a_disk_that_refuses_is_said_once(open_keeper, frame, tmp_path, monkeypa
     assert [kind for kind, _ in events] == ["error"]
     assert "the memory is not kept in home.map.memory" in keeper.problem
     path.rmdir()
+    keeper.step(frame, search, 0.0)
+    keeper._writer.join()
+    assert keeper.problem == "", "what is kept again is no problem any more"
     keeper.close()
     assert [one.label for one in read_memory(path)] == ["hat"]
 

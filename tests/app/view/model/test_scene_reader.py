@@ -36,9 +36,13 @@ ALL_KEYS = SceneReader(SceneModel()).keys
 def test_broken_messages_are_counted_and_change_nothing(key):
     model = SceneModel()
     reader = SceneReader(model)
-    for payload in (b"", b"\x00", b"{}", b"\x00\x01\x00\x00" + b"\xff" * 64, b"[" * 5000):
+    broken = (
+        b"", b"\x00", b"{}", b"\x00\x01\x00\x00" + b"\xff" * 64, b"[" * 5000,
+        b'{"robot": "\xff"}', b'{"unknown": ' + 100_000 * b"[",
+    )  # fmt: skip
+    for payload in broken:
         assert not reader.feed(key, payload)
-    assert reader.rejected[key] == 5
+    assert reader.rejected[key] == len(broken)
     assert key in (reader.problem or "")
     assert model.take_changes() == frozenset()
 

@@ -177,6 +177,25 @@ def test_no_server_is_told_and_what_waits_is_bounded_and_given_up_at_the_end(ser
     assert "32 calls had not arrived at the webhook" in caplog.text
 
 
+def test_a_proxy_that_cannot_be_used_is_told_at_the_start(monkeypatch):
+    monkeypatch.setenv("ALL_PROXY", "socks5://127.0.0.1:1")
+    with pytest.raises(ConsoleError, match=r"the environment cannot be used: .*SOCKS"):
+        Webhook("https://example.org", SECRET, "ippon", print)
+    Webhook("http://127.0.0.1:1", SECRET, "ippon", print)._loop.close()
+
+
+def test_what_nobody_expected_of_an_address_is_told():
+    notes = queue.Queue()
+    hook = Webhook(
+        "http://xn--.invalid-\\u00e9..x/", SECRET, "r", lambda *note: notes.put(note), QUICK
+    )
+    hook.start()
+    hook.notes = notes
+    hook.send(call())
+    assert outcome(hook) == ("did not arrive after 3 attempts: InvalidCodepoint", 2)
+    hook.close()
+
+
 def test_the_secret_comes_from_a_file_or_the_environment(tmp_path):
     assert read_secret({"IPPON_NOTIFY_SECRET": " abc "}, None) == b"abc"
     file = tmp_path / "secret"

@@ -1,5 +1,6 @@
 """The link to a navigator on real sockets."""
 
+import asyncio
 import threading
 import time
 
@@ -100,6 +101,24 @@ def test_a_stop_without_a_navigator_is_given_up_with_a_reason(link, monkeypatch)
     monkeypatch.setattr(link_module, "STOP_S", 0.3)
     with pytest.raises(CommandError, match="no navigator at tcp/"):
         link._control(STOP)
+
+
+def test_a_stop_does_not_wait_for_the_replies_to_other_requests(link, monkeypatch):
+    released, stopped = threading.Event(), threading.Event()
+    monkeypatch.setattr(link, "_control", lambda _: stopped.set() or "stopped")
+    monkeypatch.setattr(link, "_request", lambda *_: released.wait(20.0))
+
+    async def ask():
+        # More than the threads that the event loop has for them.
+        slow = [asyncio.create_task(asyncio.to_thread(link.thing_picture, n)) for n in range(64)]
+        await asyncio.sleep(0.1)
+        try:
+            return await asyncio.wait_for(link.control(STOP), 5.0)
+        finally:
+            released.set()
+            await asyncio.gather(*slow, return_exceptions=True)
+
+    assert asyncio.run(ask()) == "stopped"
 
 
 def test_silence_does_not_close_the_line_for_commands(start_home, link, monkeypatch):

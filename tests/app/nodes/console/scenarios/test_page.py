@@ -1,5 +1,7 @@
 """The page in a real browser."""
 
+import time
+
 import pytest
 from playwright.sync_api import expect
 
@@ -11,6 +13,7 @@ from tests.app.nodes.console.opened_page import (
     panels,
     text_field,
 )
+from tests.app.relay import Relay
 from tests.chromium import box_at_rest, new_window
 
 pytestmark = pytest.mark.browser
@@ -55,6 +58,14 @@ def broken(shared, home):
     expect_state(page, "Searching")
     yield page
     page.close()
+
+
+@pytest.fixture
+def relay(shared):
+    """A line to the console that can fall silent."""
+    relay = Relay(shared.port)
+    yield relay
+    relay.close()
 
 
 def test_everything_of_the_search_fits_without_scrolling(home, page):
@@ -162,6 +173,33 @@ def test_stop_goes_by_http_when_the_socket_hangs(broken):
     page.evaluate("WebSocket.prototype.send = () => {}")
     page.locator("#stop").click()
     expect_state(page, "Stopped")
+
+
+def test_a_line_that_goes_dead_is_left_within_seconds_and_a_stop_gets_through(shared, home, relay):
+    page = shared.window.new_page()
+    page.add_init_script("localStorage.setItem('ippon-camera', 'corner')")
+    page.goto(f"http://127.0.0.1:{relay.port}")
+    expect_state(page, "Searching")
+    home.frozen = False
+    camera = page.locator("#camera[data-state=live]")
+    _until_seen(camera, home)
+    relay.silence()
+    page.locator("#stop").click()
+    expect(page.locator("#state")).to_have_text("Stopped", timeout=15_000)
+    _until_seen(camera, home)
+    # The panels are on a line of their own.
+    open_tab(page, "Session")
+    expect(panels(page).get_by_role("button", name="Save the note")).to_be_visible()
+    page.close()
+
+
+def _until_seen(part, home, timeout_s=30.0):
+    """Publish images until a part of the page is there."""
+    deadline = time.monotonic() + timeout_s
+    while not part.is_visible():
+        assert time.monotonic() < deadline
+        home.tick()
+        time.sleep(0.1)
 
 
 def test_the_search_can_be_paused_resumed_and_ended(home, page):

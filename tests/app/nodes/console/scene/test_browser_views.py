@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import math
 import struct
 import threading
 
@@ -196,6 +197,22 @@ def test_a_browser_that_leaves_is_forgotten_and_may_be_drawn_for_meanwhile(conso
     assert console.views.options_of(0) == ViewOptions()
     assert np.allclose(console.views.bounds()[0], 0.0)
     console.draw()
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -1e30])
+def test_a_slider_of_a_browser_at_a_value_that_it_has_not_ends_nothing(console, value):
+    browser = console.open()
+    for label in ("Cut above, m", "Object threshold"):
+        slider = browser.wait(lambda m, label=label: m.get("props", {}).get("label") == label)
+        console.changed.clear()
+        update = {"value": value}
+        browser.send({"type": "GuiUpdateMessage", "uuid": slider["uuid"], "updates": update})
+        assert console.changed.wait(PATIENCE_S)
+        console.draw()
+    options = console.views.options_of(0)
+    assert options.ceiling_m == (None if not value < 0.0 else pytest.approx(0.4))
+    assert 0.05 <= options.object_threshold <= 0.95
+    browser.close()
 
 
 def test_the_floor_follows_the_theme_of_each_browser(console):

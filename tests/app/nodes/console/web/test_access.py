@@ -2,6 +2,7 @@
 
 import base64
 import json
+import time
 
 import pytest
 from itsdangerous import URLSafeSerializer
@@ -42,6 +43,12 @@ def test_every_login_is_a_browser_of_its_own(access):
     one, two = (access.browser_of(carrying(access.issue("anna", "viewer").value)) for _ in "12")
     assert one is not two
     assert one.session != two.session
+
+
+def test_a_login_does_not_depend_on_the_time_of_day():
+    access = LoginAccess(Browsers(), is_secure=False)
+    browser = access.browser_of(carrying(access.issue("anna", "operator").value))
+    assert browser.expires_s == pytest.approx(time.monotonic() + LOGIN_S, abs=60.0)
 
 
 def test_a_pass_expires(access, clock):

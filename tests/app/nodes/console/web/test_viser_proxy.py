@@ -1,5 +1,6 @@
 """What a browser may say to the scene, and what comes back."""
 
+import math
 import threading
 
 import httpx
@@ -44,9 +45,29 @@ def test_who_watches_may_change_what_this_browser_sees_and_no_more():
     assert allowed("GuiUpdateMessage", "own")
     assert not allowed("GuiUpdateMessage", "another")
     assert not allowed("SceneNodeClickMessage", "own")
-    assert allowed("ViewerCameraMessage")
+    assert viser_proxy._allowed(CAMERA, browser, panels=False)
     assert allowed("GuiUpdateMessage", "another", panels=True)
     assert not allowed("ShareUrlRequest", "own", panels=True)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"image_height": 0},
+        {"image_width": 0},
+        {"wxyz": (0.0, 0.0, 0.0, 0.0)},
+        {"wxyz": (1.0, 0.0, 0.0)},
+        {"position": (0.0, math.nan, 0.0)},
+        {"look_at": (math.inf, 0.0, 0.0)},
+        {"fov": 4.0},
+        {"fov": "wide"},
+    ],
+)
+def test_a_camera_that_nothing_can_be_computed_with_is_dropped(change):
+    browser = Browser("x" * 20, "browser 1", "viewer")
+    camera = msgspec.msgpack.decode(CAMERA)
+    assert viser_proxy._allowed(msgspec.msgpack.encode(camera), browser, panels=False)
+    assert not viser_proxy._allowed(msgspec.msgpack.encode(camera | change), browser, panels=False)
 
 
 def test_a_panels_click_is_answered_in_the_name_of_its_browser(client, viser_server):

@@ -95,6 +95,14 @@ class Bench:
                         return twist
         raise AssertionError(f"never: {hand}")
 
+    def stands_still(self) -> bool:
+        """Return whether all commands of the next moments are to stand, or none comes."""
+        time.sleep(0.1)
+        while not self.commands.empty():
+            self.commands.get()
+        time.sleep(4 * TICK_S)
+        return all(stands(self.commands.get()) for _ in range(self.commands.qsize()))
+
     def close(self) -> None:
         self.mux.close()
         self.stream.close()
@@ -204,6 +212,24 @@ def test_a_hand_takes_over_on_the_way_to_a_point(bench):
     bench.until(lambda t: t.linear_m_s == 0.0 and t.yaw_rate_rad_s > 0.0)
     bench.hold_until(lambda t: t.yaw_rate_rad_s == pytest.approx(1.0), yaw=1.0)
     assert bench.takeovers == 1
+
+
+@pytest.mark.parametrize("mode", [DriveMode.MANUAL, DriveMode.ASSISTED])
+def test_on_the_way_to_a_point_a_robot_without_pictures_stands(bench, mode):
+    bench.mux.set_mode(mode, 1.0)
+    assert bench.frame(going=(1.0, 0.0)) == PLANNED
+    bench.until(lambda t: t.linear_m_s == pytest.approx(PLANNED.linear_m_s))
+    assert bench.until(stands) < 1.5 * STALE_S
+    assert bench.stands_still(), "the ticks of the mux do not bring the old command back"
+
+
+def test_what_the_navigator_drops_stays_dropped_on_the_way_to_a_point(bench):
+    bench.mux.set_mode(DriveMode.MANUAL, 1.0)
+    bench.frame(going=(1.0, 0.0))
+    bench.stream.drop()
+    assert bench.stands_still()
+    assert bench.frame(going=(1.0, 0.0)) == PLANNED, "with the next frame it goes on"
+    bench.until(lambda t: t.linear_m_s == pytest.approx(PLANNED.linear_m_s))
 
 
 def test_hostile_messages_are_skipped(bench, sessions):

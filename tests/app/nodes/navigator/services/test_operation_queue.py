@@ -1,3 +1,4 @@
+import threading
 import time
 
 import pytest
@@ -34,6 +35,27 @@ def test_what_takes_long_waits_for_the_next_round(operations):
     for _ in range(5):
         operations.run_queued(None)
     assert ran == [0, 1, 2, 3, 4]
+
+
+def test_what_a_question_raises_is_told_at_once(operations):
+    def run():
+        while not operations._operations:
+            time.sleep(0.01)
+        operations.run_queued(None)
+
+    def fail(error):
+        raise error
+
+    for raised, told in (
+        (ValueError("no such thing"), RequestRefusedError),
+        (RequestRefusedError("not now"), RequestRefusedError),
+        (KeyError("a bug"), KeyError),
+    ):
+        mission = threading.Thread(target=run)
+        mission.start()
+        with pytest.raises(told, match=str(raised.args[0])):
+            operations.ask(lambda _, raised=raised: fail(raised), timeout_s=20.0)
+        mission.join()
 
 
 def test_requests_are_refused_while_too_many_wait(operations):

@@ -71,15 +71,16 @@ def test_what_cannot_be_saved_says_why(shelf):
     assert len(shown(shelf)) == MAX_SAVED, "what is not kept is not changed"
 
 
-def test_a_damaged_file_is_set_aside(shelf):
+@pytest.mark.parametrize("content", [b"{", b'{"searches": [{"object": "\xff"}]}'])
+def test_a_damaged_file_is_set_aside(shelf, content):
     shelf.path.parent.mkdir()
-    shelf.path.write_text("{", encoding="utf-8")
+    shelf.path.write_bytes(content)
     ask = shelf.start()
     assert "no searches were read from ippon.json" in shelf.published[-1].note
     assert "the file is kept as ippon.json.aside-1" in shelf.published[-1].note
     ask("save", object="mug")
     assert shown(shelf) == [(1, "mug", "")]
-    assert (shelf.path.parent / "ippon.json.aside-1").read_text(encoding="utf-8") == "{"
+    assert (shelf.path.parent / "ippon.json.aside-1").read_bytes() == content
 
 
 def test_a_goal_is_saved_with_its_count_and_what_tells_it_from_others(shelf):
