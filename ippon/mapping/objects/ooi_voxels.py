@@ -56,7 +56,10 @@ class OoiVoxels:
 def _count_kernel(state, slab, ooi, revision, since, threshold, counts):
     total = 0
     for row in range(revision.shape[0]):
-        if revision[row] > since:
+        if revision[row] == 0:
+            # A dropped block.
+            counts[row] = 0
+        elif revision[row] > since:
             n, codes = 0, ooi[slab[row]]
             for c in range(BLOCK_VOLUME):
                 if state[row, c] == OCCUPIED and threshold < codes[c] < NOT_MAPPED:
