@@ -140,7 +140,7 @@ class BlockDirectory:
     def _grown(
         self, low: NDArray[np.int64], high: NDArray[np.int64]
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the corners after growth over the box [low, high); a covered side does not grow."""
+        """Return the corners that cover the box [low, high); a side that does already stays."""
         new_low, new_high = self.reach(low, high)
         if self._empty:
             return new_low - GROWTH_MARGIN, new_high + GROWTH_MARGIN

@@ -37,8 +37,8 @@ class VoxelMap:
     If the object of interest is one of the common labels, its probability starts from that of the
     label, and every heatmap with that label updates it. Another object of interest is updated only
     by heatmaps that were made for it. The `level` of a voxel is that of its most probable common
-    label, even where p(v in O) is high. p(v in C_j), used for labels and for l(v), is conditional on
-    the voxel not being the object of interest.
+    label, even where p(v in O) is high. p(v in C_j), used for labels and for l(v), is conditional
+    on the voxel not being the object of interest.
     """
 
     def __init__(
