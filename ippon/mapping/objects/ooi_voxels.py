@@ -52,6 +52,14 @@ class OoiVoxels:
         return centres, value.astype(np.float64) / 254.0
 
 
+def nearest_voxels(voxels: Float64Array, x: float, y: float, most: int) -> Float64Array:
+    """Return the `most` of (M, 3) centres that are nearest to (x, y) over the floor, in order."""
+    if len(voxels) <= most:
+        return voxels
+    away = np.hypot(voxels[:, 0] - x, voxels[:, 1] - y)
+    return voxels[np.sort(np.argsort(away, kind="stable")[:most])]
+
+
 @njit(cache=True, nogil=True)
 def _count_kernel(state, slab, ooi, revision, since, threshold, counts):
     total = 0
