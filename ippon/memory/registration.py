@@ -139,7 +139,7 @@ def contradiction(
     counts = known | blocked
     if np.count_nonzero(counts) < _LEAST_KNOWN:
         return 0.0
-    free = voxel_map.distance_at(points_world, unknown="free") > within_m
+    free = voxel_map.distance_at(points_world) > within_m
     return float((blocked | (known & free))[counts].mean())
 
 
