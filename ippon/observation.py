@@ -33,10 +33,10 @@ class Heatmap:
         """Check that channels and labels match."""
         expected = len(self.labels) + (self.ooi is not None and self.ooi not in self.labels)
         p = self.probabilities
-        if p.ndim != 3 or p.dtype != np.uint8 or p.shape[2] != expected:
+        if p.ndim != 3 or p.dtype != np.uint8 or p.shape[2] != expected or 0 in p.shape[:2]:
             raise ValueError(
                 f"a heatmap of {len(self.labels)} labels and ooi {self.ooi!r} is (h, w, {expected})"
-                f" uint8; got {p.shape} {p.dtype}"
+                f" uint8 with at least one pixel; got {p.shape} {p.dtype}"
             )
 
     @property

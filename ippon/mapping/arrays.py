@@ -66,6 +66,6 @@ class MapArrays(NamedTuple):
     """(B, 512) squared distance between voxel centres, in voxels, to the nearest occupied voxel,
     cut off at a maximum: whole numbers, so nothing is lost."""
     revision: NDArray[np.int64]
-    """(B,) map revision at which the block last changed."""
+    """(B,) map revision at which the block last changed; 0 for a row without a block."""
     ooi_clear_m: float = math.inf
     """Depth in metres up to which a miss of the object of interest is evidence; see `VoxelMap`."""

@@ -137,24 +137,29 @@ class BlockDirectory:
             return low, high
         return np.minimum(low, self.origin), np.maximum(high, self.origin + self.rows.shape)
 
+    def _grown(
+        self, low: NDArray[np.int64], high: NDArray[np.int64]
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the corners that cover the box [low, high); a side that does already stays."""
+        new_low, new_high = self.reach(low, high)
+        if self._empty:
+            return new_low - GROWTH_MARGIN, new_high + GROWTH_MARGIN
+        end = self.origin + self.rows.shape
+        return (
+            np.where(new_low < self.origin, new_low - GROWTH_MARGIN, new_low),
+            np.where(new_high > end, new_high + GROWTH_MARGIN, new_high),
+        )
+
     def fits(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> bool:
         """Tell whether the directory could grow to hold the blocks of the box [low, high)."""
-        low, high = self.reach(low, high)
-        return float(np.prod((high - low + 2 * GROWTH_MARGIN).astype(np.float64))) <= (
-            self._max_cells
-        )
+        new_low, new_high = self._grown(low, high)
+        return float(np.prod((new_high - new_low).astype(np.float64))) <= self._max_cells
 
     def cover(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> None:
         """Grow until the blocks of the box [low, high) lie inside."""
-        end = self.origin + self.rows.shape
-        if not self._empty and (low >= self.origin).all() and (high <= end).all():
+        new_low, new_high = self._grown(low, high)
+        if not self._empty and (new_high - new_low == self.rows.shape).all():
             return
-        new_low, new_high = self.reach(low, high)
-        if self._empty:
-            new_low, new_high = new_low - GROWTH_MARGIN, new_high + GROWTH_MARGIN
-        else:
-            new_low = np.where(new_low < self.origin, new_low - GROWTH_MARGIN, new_low)
-            new_high = np.where(new_high > end, new_high + GROWTH_MARGIN, new_high)
         rows = np.full(tuple(int(n) for n in new_high - new_low), -1, np.int32)
         if not self._empty:
             x, y, z = (int(n) for n in self.origin - new_low)

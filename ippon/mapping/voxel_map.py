@@ -35,9 +35,10 @@ class VoxelMap:
         models: Observation models of the networks; None for the shipped defaults.
 
     If the object of interest is one of the common labels, its probability starts from that of the
-    label. A heatmap for another object of interest updates common objects only. The `level` of a
-    voxel is that of its most probable common label, even where p(v in O) is high. p(v in C_j), used
-    for labels and for l(v), is conditional on the voxel not being the object of interest.
+    label, and every heatmap with that label updates it. Another object of interest is updated only
+    by heatmaps that were made for it. The `level` of a voxel is that of its most probable common
+    label, even where p(v in O) is high. p(v in C_j), used for labels and for l(v), is conditional
+    on the voxel not being the object of interest.
     """
 
     def __init__(
@@ -216,27 +217,9 @@ class VoxelMap:
         """Return (N,) uint8 `UNKNOWN`, `FREE` or `OCCUPIED` for (N, 3) points in metres."""
         return queries.state_at(self.arrays(), points_world)
 
-    def distance_at(
-        self, points_world: NDArray[np.float64], *, unknown: queries.UnknownPolicy
-    ) -> NDArray[np.float32]:
+    def distance_at(self, points_world: NDArray[np.float64]) -> NDArray[np.float32]:
         """Return (N,) metres to the nearest obstacle; see `queries.distance_at`."""
-        return queries.distance_at(self.arrays(), points_world, self.config.distance_max_m, unknown)
-
-    def gradient_at(self, points_world: NDArray[np.float64]) -> NDArray[np.float32]:
-        """Return (N, 3) the gradient of the distance, metres per metre."""
-        return queries.gradient_at(self.arrays(), points_world, self.config.distance_max_m)
-
-    def spheres_are_free(
-        self,
-        centers_world: NDArray[np.float64],
-        radii_m: NDArray[np.float64],
-        *,
-        unknown: queries.UnknownPolicy,
-    ) -> NDArray[np.bool_]:
-        """Return (N,) bool; see `queries.spheres_are_free`."""
-        return queries.spheres_are_free(
-            self.arrays(), centers_world, radii_m, self.config.distance_max_m, unknown
-        )
+        return queries.distance_at(self.arrays(), points_world, self.config.distance_max_m)
 
     def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """Return the corners, (3,) metres each, of the box of observed blocks; None when empty."""

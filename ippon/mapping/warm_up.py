@@ -41,11 +41,6 @@ def warm_up(*, beside: bool = False) -> Iterator[str]:
     yield "object layers"
     voxel_map.set_ooi("floor")
     _change(voxel_map)
-    yield "queries"
-    points = np.array([[1.0, 0.0, 1.0]])
-    voxel_map.state_at(points)
-    voxel_map.gradient_at(points)
-    voxel_map.spheres_are_free(points, np.array([0.2]), unknown="obstacle")
     yield "surface"
     SurfaceTracker(voxel_map).update()
 

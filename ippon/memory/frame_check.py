@@ -76,7 +76,7 @@ class FrameCheck:
             at = points_world[on_ray] - away[on_ray] * (before_m / distance_m[on_ray, None])
             blocked[on_ray] |= queries.state_at(self._arrays, at) == OCCUPIED
         known = queries.state_at(self._arrays, points_world) != UNKNOWN
-        clear_m = queries.distance_at(self._arrays, points_world, self._distance_max_m, "free")
+        clear_m = queries.distance_at(self._arrays, points_world, self._distance_max_m)
         counts = known | blocked
         self._counted += int(counts.sum())
         self._contradicting += int((blocked | (known & (clear_m > WITHIN_M))).sum())

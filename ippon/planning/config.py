@@ -34,8 +34,8 @@ class PlannerConfig:
     samples_per_step: int = 10
     """Viewpoints added in a step at most; more covers new space sooner."""
     max_object_voxels: int = 512
-    """Object voxels that decide where viewpoints are added; more takes longer and adds the same
-    viewpoints."""
+    """Object voxels, those nearest to the robot, that decide where viewpoints are added and what is
+    worth a closer look; more takes longer and considers more objects at once."""
     second_chances: int = 2
     """Times that a search which would end reopens the cells of contacts and accepts narrower gaps;
     more tries more and takes longer to give up."""

@@ -18,7 +18,7 @@ from ippon.command import Command
 from ippon.geometry import Float64Array, yaw_of
 from ippon.mapping.arrays import MapArrays
 from ippon.mapping.far_evidence.joint_evidence import EvidenceAhead
-from ippon.mapping.objects.ooi_voxels import OoiVoxels
+from ippon.mapping.objects.ooi_voxels import OoiVoxels, nearest_voxels
 from ippon.planning.config import PlannerConfig
 from ippon.planning.deadline import UNLIMITED, Clock, Deadline
 from ippon.planning.plan import Plan, Viewpoint
@@ -162,7 +162,8 @@ class ViewpointPlanner:
         x, y, yaw = float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
         standing = self._update(map_arrays, T_world_base, tilt_rad)
         reachable = self._builder.reachable(x, y)
-        objects = self._objects.update(map_arrays)[0][: self.config.max_object_voxels]
+        objects = self._objects.update(map_arrays)[0]
+        objects = nearest_voxels(objects, x, y, self.config.max_object_voxels)
         potential, selector = self._viewpoints.potential, self._selector
         self._forget(self._builder.thin_out(objects, potential, selector.node, x, y))
         saturated = self._builder.sample(objects, reachable, x, y, growth)

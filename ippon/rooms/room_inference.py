@@ -16,9 +16,10 @@ from scipy import ndimage
 from skimage.segmentation import watershed
 
 from ippon.geometry import Float64Array
-from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.knowledge import WITHIN_REACH_M, load_knowledge
 from ippon.guidance.rating import words
 from ippon.mapping.arrays import FREE
+from ippon.mapping.objects.object_layers import UNDERFOOT_M
 from ippon.mapping.objects.surface_voxels import N_USED, NO_LABEL
 from ippon.mapping.voxel_map import VoxelMap
 
@@ -162,12 +163,12 @@ def room_evidence(voxel_map: VoxelMap, config: RoomConfig, floor_z_m: float = 0.
     Args:
         voxel_map: The map so far.
         config: Parameters.
-        floor_z_m: Height of the floor.
+        floor_z_m: Height of the floor; surface of other floors does not count.
     """
     voxel_m = voxel_map.config.voxel_size_m
     layer = int(np.floor((floor_z_m + config.open_height_m) / voxel_m))
     origin, is_open = _open_cells(voxel_map, layer)
-    xy, label = _labelled(voxel_map, voxel_m, config.min_confidence)
+    xy, label = _labelled(voxel_map, voxel_m, config.min_confidence, floor_z_m)
     return RoomEvidence(
         labels=tuple(voxel_map.labels),
         cell_m=_CELL_VOXELS * voxel_m,
@@ -235,9 +236,9 @@ def _parts(is_open: NDArray[np.bool_], cell_m: float, config: RoomConfig) -> NDA
 
 
 def _labelled(
-    voxel_map: VoxelMap, voxel_m: float, min_confidence: float
+    voxel_map: VoxelMap, voxel_m: float, min_confidence: float, floor_z_m: float
 ) -> tuple[Float64Array, NDArray[np.int64]]:
-    """Return (M, 2) positions and (M,) labels of the surface with a confident label."""
+    """Return (M, 2) positions and (M,) labels of a floor's surface with a confident label."""
     surface = voxel_map.surface
     used = slice(1, int(surface.tally[N_USED]))
     keep = (
@@ -245,13 +246,15 @@ def _labelled(
         & (surface.label[used] != NO_LABEL)
         & (surface.confidence[used] >= 254.0 * min_confidence)
     )
-    at = surface.voxel[used][keep]
-    return columns_of(voxel_map, at, voxel_m), surface.label[used][keep].astype(np.int64)
+    centres = _centres(voxel_map, surface.voxel[used][keep], voxel_m)
+    height_m = centres[:, 2] - floor_z_m
+    here = (height_m > -UNDERFOOT_M) & (height_m < WITHIN_REACH_M)
+    return centres[here, :2], surface.label[used][keep][here].astype(np.int64)
 
 
-def columns_of(voxel_map: VoxelMap, at: NDArray[np.int32], voxel_m: float) -> Float64Array:
-    """Return (M, 2) world x and y of the centres of voxels, given as `SurfaceVoxels.voxel`."""
+def _centres(voxel_map: VoxelMap, at: NDArray[np.int32], voxel_m: float) -> Float64Array:
+    """Return (M, 3) centres of voxels, given as `SurfaceVoxels.voxel`, metres."""
     row, k = at // 512, at % 512
-    offset = np.stack([k >> 6, (k >> 3) & 7], axis=1)
-    index = voxel_map.block_coords[row, :2] * 8 + offset
+    offset = np.stack([k >> 6, (k >> 3) & 7, k & 7], axis=1)
+    index = voxel_map.block_coords[row] * 8 + offset
     return (index.astype(np.float64) + 0.5) * voxel_m

@@ -23,3 +23,9 @@ def test_the_channel_of_any_label(ooi, label, channel):
         probabilities=np.zeros((2, 2, channels), np.uint8),
     )
     assert heatmap.channel_of(label) == channel
+
+
+@pytest.mark.parametrize("size", [(0, 2), (2, 0)])
+def test_a_heatmap_has_pixels(size):
+    with pytest.raises(ValueError, match="at least one pixel"):
+        Heatmap(labels=("wall",), ooi=None, probabilities=np.zeros((*size, 1), np.uint8))

@@ -25,12 +25,8 @@ def state(arrays: MapArrays, point: NDArray[np.float64]) -> int:
     return UNKNOWN if at is None else int(arrays.state[at])
 
 
-def distance(
-    arrays: MapArrays, point: NDArray[np.float64], distance_max: float, *, unknown_blocks: bool
-) -> float:
-    """Return metres to the nearest obstacle; 0 in unknown space if `unknown_blocks`."""
-    if unknown_blocks and state(arrays, point) == UNKNOWN:
-        return 0.0
+def distance(arrays: MapArrays, point: NDArray[np.float64], distance_max: float) -> float:
+    """Return metres to the nearest obstacle."""
     at = voxel_of(arrays, point)
     if at is None:
         return distance_max

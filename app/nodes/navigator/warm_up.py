@@ -33,7 +33,7 @@ from ippon.simulation.world import SimulatedWorld
 STEPS: Final = 45
 """Long enough to look around, drive, and connect viewpoints by local paths."""
 HOME_SEED: Final = 4
-MAP_STEPS: Final = 5
+MAP_STEPS: Final = 4
 COMPLETE: Final = "complete"
 """File in the kernel cache that marks it as complete."""
 

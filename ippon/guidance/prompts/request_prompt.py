@@ -144,6 +144,8 @@ def _goal(value: Any) -> Goal:
 def _attributes(values: Any) -> tuple[Attribute, ...]:
     found: list[Attribute] = []
     for value in _list(values, _MAX_PARTS):
+        if not isinstance(value, dict):
+            raise TypeError("an attribute that is no object")
         kind = value.get("kind", "other")
         if kind not in get_args(AttributeKind):
             raise ValueError("an unknown kind of attribute")

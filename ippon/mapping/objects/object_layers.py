@@ -260,9 +260,8 @@ class ObjectLayers:
             probabilities = heatmap.probabilities
             index = {label: i for i, label in enumerate(heatmap.labels)}
             channel = np.array([index.get(label, NONE) for label in self.labels], np.int64)
-            if self.ooi is not None and heatmap.ooi == self.ooi:
-                at = heatmap.ooi_channel
-                ooi_channel = NONE if at is None else at
+            at = None if self.ooi is None else heatmap.channel_of(self.ooi)
+            ooi_channel = NONE if at is None else at
         likelihood_of, table_of = self._likelihoods.of(heatmap, self.labels, self.ooi)
         mode = _mode(cfg, heatmap)
         if heatmap is not None:

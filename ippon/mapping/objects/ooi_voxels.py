@@ -52,11 +52,22 @@ class OoiVoxels:
         return centres, value.astype(np.float64) / 254.0
 
 
+def nearest_voxels(voxels: Float64Array, x: float, y: float, most: int) -> Float64Array:
+    """Return the `most` of (M, 3) centres that are nearest to (x, y) over the floor, in order."""
+    if len(voxels) <= most:
+        return voxels
+    away = np.hypot(voxels[:, 0] - x, voxels[:, 1] - y)
+    return voxels[np.sort(np.argsort(away, kind="stable")[:most])]
+
+
 @njit(cache=True, nogil=True)
 def _count_kernel(state, slab, ooi, revision, since, threshold, counts):
     total = 0
     for row in range(revision.shape[0]):
-        if revision[row] > since:
+        if revision[row] == 0:
+            # A dropped block.
+            counts[row] = 0
+        elif revision[row] > since:
             n, codes = 0, ooi[slab[row]]
             for c in range(BLOCK_VOLUME):
                 if state[row, c] == OCCUPIED and threshold < codes[c] < NOT_MAPPED:

@@ -95,7 +95,7 @@ def make_surface_voxels(max_rows: int, labels: int) -> SurfaceVoxels:
         tally=np.zeros(2, np.int64),
     )
     rows.tally[N_USED] = 1
-    rows.voxel[0] = -1
+    rows.voxel[0], rows.label[0] = -1, NO_LABEL
     return rows
 
 

@@ -4,13 +4,11 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import KDTree
 
 from ippon.camera import PinholeCamera
 from ippon.geometry import Float64Array, invert_transform, transform_points
 from ippon.mission.snapshot import Find
+from ippon.planning.selection.voxel_clusters import clusters_of
 
 
 def cluster_finds(
@@ -38,14 +36,14 @@ def cluster_finds(
         sure: p(v in O) from which a voxel is sure.
     """
     finds: list[Find] = []
-    for member in _clusters(centres_world, voxel_size):
+    for member in clusters_of(centres_world, voxel_size):
         parts = [member]
         find = _find_of(
             centres_world[member], probabilities[member], voxel_size, camera, T_world_camera
         )
         if is_too_large is not None and is_too_large(find):
             among = member[probabilities[member] >= sure]
-            parts = [among[part] for part in _clusters(centres_world[among], voxel_size)]
+            parts = [among[part] for part in clusters_of(centres_world[among], voxel_size)]
         reduced = [
             _find_of(centres_world[part], probabilities[part], voxel_size, camera, T_world_camera)
             for part in parts
@@ -53,19 +51,6 @@ def cluster_finds(
         fitting = [part for part in reduced if is_too_large is None or not is_too_large(part)]
         finds += fitting or [find]
     return tuple(sorted(finds, key=lambda find: -find.voxels))
-
-
-def _clusters(centres: Float64Array, voxel_size: float) -> list[NDArray[np.intp]]:
-    """Return the rows of each group of voxels that touch."""
-    count = len(centres)
-    if count == 0:
-        return []
-    pairs = KDTree(centres).query_pairs(2.1 * voxel_size, output_type="ndarray")
-    graph = coo_array(
-        (np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), (count, count)
-    )
-    clusters, member_of = connected_components(graph, directed=False)
-    return [np.flatnonzero(member_of == c) for c in range(clusters)]
 
 
 def _find_of(

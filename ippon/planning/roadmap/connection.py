@@ -90,7 +90,7 @@ class Connector:
             for pair, floor_changes in self._failed.items()
             if not (
                 self._local_planner.may_retry(floor_changes)
-                and self._in_box(self._middle(pair), box)
+                and self._in_box(self._middle(pair)[None], box)[0]
             )
         }
         self._forget(gone)
@@ -158,11 +158,10 @@ class Connector:
         apart = np.linalg.norm(
             self._roadmap.xy[lost, None] - self._roadmap.xy[None, reached], axis=2
         )
-        for flat in np.argsort(apart, axis=None, kind="stable"):
+        near = np.argwhere(apart <= 2.0 * self._config.radius_m)
+        order = np.argsort(apart[near[:, 0], near[:, 1]], kind="stable")
+        for row, column in near[order].tolist():
             if solves == 0:
-                break
-            row, column = np.unravel_index(int(flat), apart.shape)
-            if apart[row, column] > 2.0 * self._config.radius_m:
                 break
             a, b = int(lost[row]), int(reached[column])
             if (a, b) in self._failed or self._roadmap.has_edge(a, b):
@@ -187,12 +186,11 @@ class Connector:
 
     def _reconnect(self, box: tuple[int, int, int, int]) -> None:
         """Connect a few nodes in the box again: the change may have freed straight edges."""
-        nodes = [int(n) for n in self._roadmap.nodes if self._in_box(self._roadmap.xy[n], box)]
-        if not nodes:
-            return
+        nodes = self._roadmap.nodes
+        nodes = nodes[self._in_box(self._roadmap.xy[nodes], box)]
         for _ in range(min(self._config.reconnected_nodes, len(nodes))):
             self._next += 1
-            self.connect(nodes[self._next % len(nodes)])
+            self.connect(int(nodes[self._next % len(nodes)]))
 
     def _forget(self, gone: Collection[int]) -> None:
         """Forget failed pairs with removed nodes: new nodes may take their numbers."""
@@ -207,7 +205,9 @@ class Connector:
     def _middle(self, pair: tuple[int, int]) -> Float64Array:
         return self._roadmap.xy[list(pair)].mean(axis=0)
 
-    def _in_box(self, point: Float64Array, box: tuple[int, int, int, int]) -> bool:
+    def _in_box(self, points: Float64Array, box: tuple[int, int, int, int]) -> NDArray[np.bool_]:
+        """Return (N,) whether (N, 2) points lie in a box of cells."""
         grid = self._floor.grid
-        i, j = point / grid.voxel_size - grid.origin
-        return box[0] <= i <= box[1] and box[2] <= j <= box[3]
+        cells = points / grid.voxel_size - grid.origin
+        i, j = cells.T
+        return (box[0] <= i) & (i <= box[1]) & (box[2] <= j) & (j <= box[3])

@@ -67,12 +67,12 @@ class ViewpointSampler:
         objects = np.zeros_like(reachable)
         mark_discs(objects, grid, voxels[:, :2], config.object_reach_m, 1)
         left = self._most
-        room = self._floor.limits.radius + self._floor.margin_m
-        tight = tight_cells(objects, reachable, grid, config.object_spacing_m, room)
-        if tight.any():
+        if len(voxels):
+            room = self._floor.limits.radius + self._floor.margin_m
+            tight = tight_cells(objects, reachable, grid, config.object_spacing_m, room)
             reachable = np.where(tight, np.uint8(STANDABLE), reachable)
         for mask, spacing, share in (
-            (objects, config.object_spacing_m, left // 2),
+            (objects, config.object_spacing_m, left // 2 if len(voxels) else 0),
             (near, config.local_spacing_m, left),
             (np.ones_like(reachable), config.spacing_m, left),
         ):

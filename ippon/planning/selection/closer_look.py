@@ -8,13 +8,9 @@ leads close to ends the search as out of reach.
 """
 
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import KDTree
 
 from ippon.geometry import Float64Array
 from ippon.planning.roadmap.shortest_tree import ShortestTree
@@ -27,13 +23,7 @@ from ippon.planning.selection.look_target import (
     stands_facing,
 )
 from ippon.planning.selection.out_of_reach import OutOfReach, OutOfReachConfig
-
-_kd_tree: Any = KDTree
-_components: Any = connected_components
-"""Untyped: scipy has no annotations for what these functions return."""
-
-_CLUSTER_GAP = 2.1
-"""Largest distance between neighbours in a cluster, in voxel edges: one voxel may be missing."""
+from ippon.planning.selection.voxel_clusters import clusters_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -133,7 +123,8 @@ class CloserLookSelector:
         nodes = tree.order
         best: tuple[float, int, Float64Array, Float64Array] | None = None
         known: Float64Array | None = None
-        for cluster in clusters_of(voxels, around.grid.voxel_size) if len(nodes) else ():
+        for rows in clusters_of(voxels, around.grid.voxel_size) if len(nodes) else ():
+            cluster = voxels[rows]
             if len(cluster) <= self._config.share * termination_min:
                 continue
             if self._was_left(cluster):
@@ -218,17 +209,3 @@ class CloserLookSelector:
             is_same_cluster(self._config.look, old, centre) and size < self._config.grown * count
             for old, count in self._left
         )
-
-
-def clusters_of(voxels: Float64Array, voxel_size: float) -> list[Float64Array]:
-    """Split (M, 3) voxel centres into clusters that touch, with one voxel of gap allowed."""
-    count = len(voxels)
-    if count == 0:
-        return []
-    pairs: NDArray[np.int64] = _kd_tree(voxels).query_pairs(
-        _CLUSTER_GAP * voxel_size, output_type="ndarray"
-    )
-    ones = np.ones(len(pairs), dtype=np.int8)
-    graph = coo_array((ones, (pairs[:, 0], pairs[:, 1])), (count, count))
-    number, member_of = _components(graph, directed=False)
-    return [voxels[member_of == c] for c in range(number)]

@@ -24,6 +24,7 @@ from ippon.planning.terrain.motion_check import can_turn
 from ippon.planning.terrain.obstacle_columns import (
     COLUMN_BLOCKED,
     COLUMN_CLEAR,
+    COLUMN_UNSEEN,
     FLOOR_ABSENT,
     FLOOR_SEEN,
     HeightBands,
@@ -202,6 +203,10 @@ class Traversability:
                 unseen=np.full((*shape, 2), BEYOND_CUTOFF, dtype=np.int16),
                 cutoff=max(2, math.ceil(self.config.clearance_max_m / v)),
             )
+        if new_floor:
+            self._record.stand_on(z)
+            # Only columns with blocks at the new height are read again.
+            self._columns[:] = COLUMN_UNSEEN
         if new_floor or not same:
             self._revision = -1
         return bands, new_floor or not same

@@ -22,12 +22,17 @@ _STANDS_M_S: Final = 0.02
 """A robot commanded to drive no faster than this turns on the spot."""
 _UNREACHABLE_M: Final = 0.1
 """Radius that is closed around a point that could not be reached."""
+_FLOORS_APART_M: Final = 1.0
+"""Difference of height from which the robot stands on another floor, which has its own marks."""
 _BLIND_MAX_M: Final = 1.5
 """Farthest nearest visible floor for which the blind floor before the robot counts as free."""
 
 
 class TraversalRecord:
-    """Marks of the cells of a `FloorGrid` that persist while the map changes and grows."""
+    """Marks of the cells of a `FloorGrid` that persist while the map changes and grows.
+
+    Each floor of a building has its own: the robot returns to those of a floor that it left.
+    """
 
     def __init__(
         self,
@@ -43,8 +48,11 @@ class TraversalRecord:
         self._contact_length_m = contact_length_m
         self._half_angle_rad = contact_half_angle_rad
         self._started = False
+        self._floor_z_m: float | None = None
+        self._others: list[tuple[float, NDArray[np.uint8]]] = []
+        """Height and marks of the floors that the robot has left."""
         self.cells: NDArray[np.uint8] = np.zeros((0, 0), dtype=np.uint8)
-        """(X, Y) bits `DRIVEN`, `CONTACT` and `SWEPT` of the grid's cells."""
+        """(X, Y) bits `DRIVEN`, `CONTACT` and `SWEPT` of the grid's cells on the present floor."""
 
     def resize(self, shape: tuple[int, int], offset: NDArray[np.int64]) -> None:
         """Adopt the extent of the grid.
@@ -53,9 +61,22 @@ class TraversalRecord:
             shape: New number of cells along x and y.
             offset: (2,) new index of the old cell (0, 0).
         """
-        cells = np.zeros(shape, dtype=np.uint8)
-        copy_overlap(self.cells, offset, cells)
-        self.cells = cells
+        self.cells = _moved(self.cells, shape, offset)
+        self._others = [(z, _moved(cells, shape, offset)) for z, cells in self._others]
+
+    def stand_on(self, floor_z_m: float) -> None:
+        """Take up the marks of the floor at a height, none for a floor that is new."""
+        here = self._floor_z_m
+        if here is None:
+            self._floor_z_m = floor_z_m
+        elif abs(floor_z_m - here) > _FLOORS_APART_M:
+            self._others.append((here, self.cells))
+            new = (floor_z_m, np.zeros_like(self.cells))
+            known = [one for one in self._others if abs(one[0] - floor_z_m) <= _FLOORS_APART_M]
+            self._floor_z_m, self.cells = min(
+                known, key=lambda one: abs(one[0] - floor_z_m), default=new
+            )
+            self._others = [one for one in self._others if one[1] is not self.cells]
 
     def record_pose(self, grid: FloorGrid, T_world_base: Float64Array) -> None:
         """Mark the floor under the body, and on the first call a margin around it."""
@@ -131,7 +152,7 @@ class TraversalRecord:
         self._mark_disc(grid, xy, max(_UNREACHABLE_M, grid.voxel_size), CONTACT)
 
     def forget_contacts(self) -> bool:
-        """Reopen the cells closed by contacts; return whether there were any."""
+        """Reopen the cells of this floor closed by contacts; return whether there were any."""
         closed = bool((self.cells & CONTACT).any())
         self.cells &= 255 - CONTACT
         return closed
@@ -187,6 +208,15 @@ class TraversalRecord:
         """Return the extent of the body in a direction of the base frame (radians), metres."""
         c, s = math.cos(bearing), math.sin(bearing)
         return max(x * c + y * s + radius for x, y, radius in self._robot.outline)
+
+
+def _moved(
+    cells: NDArray[np.uint8], shape: tuple[int, int], offset: NDArray[np.int64]
+) -> NDArray[np.uint8]:
+    """Return cells on a grid of another extent; their cell (0, 0) goes to `offset`."""
+    moved = np.zeros(shape, dtype=np.uint8)
+    copy_overlap(cells, offset, moved)
+    return moved
 
 
 def _cells_around(

@@ -131,7 +131,11 @@ class Detector:
                 )
             ]
         keep = keep[:MAX_INSTANCES]
-        masks = None if found.masks is None else found.masks([int(rows[k]) for k in keep], place)
+        masks = None
+        if found.masks is not None:
+            outlines = found.masks([int(rows[k]) for k in keep], place)
+            # Of an object smaller than a pixel of its mask only the box is known.
+            masks = [mask if mask.any() else None for mask in outlines]
         return make_detections(
             place.boxes_in_image(boxes[keep]),
             scores[keep],

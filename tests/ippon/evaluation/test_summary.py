@@ -104,6 +104,8 @@ def test_context_is_paired_with_the_same_search_untold(make_row):
         make_row(goal="hat", spl=0.4, home="2"),
         make_row(**told, spl=0.7, home="2"),
         make_row(**told, spl=1.0, home="3"),
+        # For the red hat alone, not the same search.
+        make_row(goal="hat", colour="red", spl=0.9, home="1"),
     ]
     (effect,) = context_effects(rows)
     assert effect.difference.pairs == 2

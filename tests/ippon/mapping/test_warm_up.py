@@ -10,7 +10,7 @@ import pytest
 from ippon.compiling import compile_in_second_process
 from ippon.mapping.warm_up import warm_up
 
-STEPS = ["geometry", "object probabilities", "object layers", "queries", "surface"]
+STEPS = ["geometry", "object probabilities", "object layers", "surface"]
 
 
 @pytest.mark.parametrize("beside", [False, pytest.param(True, marks=pytest.mark.slow)])

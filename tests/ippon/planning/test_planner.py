@@ -192,6 +192,22 @@ def test_an_object_is_approached_and_framed(dense_map):
     assert_consistent(plan, volume)
 
 
+def test_of_many_objects_those_at_the_robot_count(dense_map):
+    """A hall full of chairs: there are more voxels than are considered at once."""
+    volume = dense_map((11.2, 6.4, 2.4)).room((0.8, 0.8), (10.4, 4.8))
+    volume.fill((0.8, 0.8, 0.0), (1.6, 4.8, 0.5), OCCUPIED, ooi=0.95, level=1)
+    volume.fill((9.2, 2.4, 0.0), (9.6, 2.8, 0.5), OCCUPIED, ooi=0.95, level=1)
+    here = base_pose(7.0, 2.8, 0.0, 0.0)
+    plan = run(make(max_object_voxels=200), volume, 6, pose=here)
+    assert plan.target is not None
+    assert plan.target.kind is NodeKind.TERMINATING
+    assert plan.target.position_world[0] > 7.0
+    xy = plan.tree.positions_world[1:, :2]
+    away = np.hypot(xy[:, 0] - 9.4, xy[:, 1] - 2.6)
+    close = np.hypot(*(xy[:, None] - xy[None]).transpose(2, 0, 1)) + 9.0 * np.eye(len(xy))
+    assert close[away < 1.0].min() < SamplingConfig().local_spacing_m
+
+
 def test_an_object_behind_glass_does_not_terminate_from_afar(dense_map):
     volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.0, 4.8))
     volume.fill((4.0, 0.8, 0.5), (4.1, 4.8, 1.5), FREE)

@@ -100,6 +100,15 @@ def test_too_few_informative_objects_give_no_type(left, change):
     assert types_of(infer(home(left, **change)))[0] is None
 
 
+@pytest.mark.parametrize("floor_z_m", [3.0, -2.4])
+def test_what_stands_on_another_floor_tells_nothing_of_a_room(floor_z_m):
+    """Surface lies 0.8 to 1.1 m above the floor at 0."""
+    below = home(["sink", "toilet"], ["sink", "counter"])
+    evidence = room_evidence(below, RoomConfig(), floor_z_m)
+    assert len(evidence.label) == 0
+    assert len(room_evidence(below, RoomConfig()).label) == 1200
+
+
 def test_an_empty_map_has_no_rooms():
     empty = VoxelMap(MapConfig(memory_limit_mb=64.0), MATTERPORT_40)
     assert types_of(infer(empty)) == [None, None, None]

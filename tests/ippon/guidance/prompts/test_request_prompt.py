@@ -80,8 +80,8 @@ def test_an_object_of_another_language_is_not_made_up() -> None:
      *(answer(HAT | wrong) for wrong in (
          {"object": ""}, {"object": 1}, {"object": "x" * 81}, {"count": -1}, {"count": True},
          {"count": "two"}, {"attributes": [{"kind": "mood", "value": "red"}]}, {"order": "soon"},
-         {"attributes": "red"}, {"relations": [{"place": "sofa"}]}, {"context": "x" * 2001},
-         {"refers_to": "me"}, {"relations": [{}] * 13}))],
+         {"attributes": "red"}, {"attributes": ["red"]}, {"relations": [{"place": "sofa"}]},
+         {"context": "x" * 2001}, {"refers_to": "me"}, {"relations": [{}] * 13}))],
 )  # fmt: skip
 def test_no_answer(reply: str) -> None:
     assert parse_request_reply(reply, SENTENCE) is None

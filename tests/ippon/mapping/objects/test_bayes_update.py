@@ -404,3 +404,11 @@ def test_the_highest_likelihood_of_any_image_is_kept():
     assert np.abs(cells.energy(A) - cells.energy(A).min() - exact).max() < 1.01
     assert 1.0 / (1.0 + np.exp(-cells.log_odds(A))) == pytest.approx(highest[N], abs=1e-3)
     agrees_with_its_codes(cells, A)
+
+
+@pytest.mark.parametrize("ooi", [None, "keys"])
+@pytest.mark.parametrize("kind", ["scores", "distribution"])
+def test_a_common_label_is_the_object_of_interest_whatever_a_heatmap_was_made_for(kind, ooi):
+    cells = SingleVoxels(kind, ooi="door")
+    cells.show({A: [9, 200, 9, 9] + [9] * (ooi is not None)}, ooi=ooi)
+    assert cells.log_odds(A) > -np.log(N - 1)

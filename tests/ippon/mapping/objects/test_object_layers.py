@@ -9,6 +9,7 @@ from ippon.mapping.arrays import NOT_MAPPED
 from ippon.mapping.config import MapConfig
 from ippon.mapping.objects.posterior_arithmetic import LOG_ODDS_MAX, ooi_code
 from ippon.mapping.voxel_map import VoxelMap
+from ippon.mission.explanation import label_census
 from ippon.observation import Heatmap
 from tests.reference import object_layers as plain
 
@@ -210,3 +211,10 @@ def test_levels_that_mean_nothing_are_refused(levels, probabilities, problem):
 def test_one_text_is_no_list_of_labels():
     with pytest.raises(TypeError, match="got the single string 'chair'"):
         VoxelMap(MapConfig(), "chair")
+
+
+def test_surface_for_which_no_row_was_left_counts_for_no_label(tools):
+    voxel_map = VoxelMap(MapConfig(memory_limit_mb=64.0), LABELS)
+    voxel_map.integrate(tools.World.room().frame(tools.tour([(1.0, 1.0)])[0]))
+    voxel_map.surface_slots[:] = 0
+    assert label_census(voxel_map, np.array([1.0, 1.0, 0.0]), 5.0).sum() == 0

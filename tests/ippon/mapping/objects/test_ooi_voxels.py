@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from ippon.mapping.arrays import FREE, NOT_MAPPED, OCCUPIED, MapArrays
-from ippon.mapping.objects.ooi_voxels import OoiVoxels
+from ippon.mapping.objects.ooi_voxels import OoiVoxels, nearest_voxels
 
 
 @pytest.fixture
@@ -56,3 +56,21 @@ def test_a_voxel_must_be_above_the_threshold_and_occupied(arrays: MapArrays) -> 
     put(arrays, 1, (0, 0, 0), 0.9)
     arrays.state[1, 0] = FREE
     assert np.allclose(voxels.update(arrays)[0], [[-0.75, 0.05, 1.65]])
+
+
+def test_a_block_that_was_dropped_has_no_voxels(arrays: MapArrays) -> None:
+    voxels = OoiVoxels(0.6)
+    put(arrays, 0, (0, 0, 0), 0.9)
+    put(arrays, 1, (0, 0, 0), 0.9)
+    assert len(voxels.update(arrays)[0]) == 2
+    arrays.directory[1, 1, 0] = -1
+    arrays.revision[1] = 0
+    centres, p = voxels.update(arrays)
+    assert np.allclose(centres, [[-0.75, 0.05, 1.65]])
+    assert np.allclose(p, [0.9], atol=0.003)
+
+
+def test_the_nearest_voxels_keep_their_order() -> None:
+    voxels = np.array([[4.0, 0.0, 0.0], [1.0, 0.0, 9.0], [3.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    assert nearest_voxels(voxels, 0.0, 0.0, 3).tolist() == voxels[1:].tolist()
+    assert nearest_voxels(voxels, 0.0, 0.0, 4) is voxels

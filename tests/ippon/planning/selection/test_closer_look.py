@@ -2,7 +2,6 @@
 
 import math
 
-import numpy as np
 import pytest
 
 from ippon.geometry import base_pose
@@ -11,7 +10,7 @@ from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN
 from ippon.planning.config import PlannerConfig
 from ippon.planning.plan import NodeKind
 from ippon.planning.planner import ViewpointPlanner
-from ippon.planning.selection.closer_look import CloserLookConfig, clusters_of
+from ippon.planning.selection.closer_look import CloserLookConfig
 from ippon.robot import ZED
 
 POSE = base_pose(1.4, 2.8, 0.0, 0.0)
@@ -93,13 +92,6 @@ def test_an_object_behind_a_wall_is_no_reason_to_go_there(dense_map):
     volume = seen_from_afar(dense_map)
     volume.fill((4.3, 0.7, 0.0), (4.4, 4.9, 2.0), OCCUPIED, ooi=0.0, level=1)
     assert not run(make(), volume, 10).closer_look
-
-
-def test_clusters_join_voxels_with_one_between_them():
-    voxels = np.array([[0.05, 0.05, 0.05], [0.25, 0.05, 0.05], [0.65, 0.05, 0.05]])
-    sizes = sorted(len(cluster) for cluster in clusters_of(voxels, 0.1))
-    assert sizes == [1, 2]
-    assert clusters_of(np.zeros((0, 3)), 0.1) == []
 
 
 def test_shares_and_counts_without_meaning_are_refused():

@@ -139,3 +139,16 @@ def test_relaxing_opens_contacts_and_reduces_the_margin_once(dense_map):
 def test_values_that_close_or_open_everything_are_refused(values, text):
     with pytest.raises(ValueError, match=text):
         TraversabilityConfig(**values)
+
+
+def test_what_was_driven_over_on_one_floor_is_not_seen_on_another(dense_map):
+    volume = open_floor(dense_map)
+    floor = Traversability(TraversabilityConfig(), ZED)
+    floor.update(volume.arrays(), POSE)
+    upstairs = POSE.copy()
+    upstairs[:3, 3] += (1.5, 1.5, 3.0)
+    floor.update(volume.arrays(), upstairs)
+    assert kind_at(floor, *POSE[:2, 3]) == UNSEEN
+    assert kind_at(floor, *upstairs[:2, 3]) == OPEN
+    floor.update(volume.arrays(), POSE)
+    assert kind_at(floor, *POSE[:2, 3]) == OPEN

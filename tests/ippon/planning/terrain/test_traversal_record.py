@@ -180,3 +180,32 @@ def test_a_round_body_that_turns_touched_what_is_ahead(dense_map):
         floor.mark_contact(POSE, motion)
         floor.update(volume.arrays(), POSE)
     np.testing.assert_array_equal(floors[0].grid.kind, floors[1].grid.kind)
+
+
+def test_each_floor_has_its_own_marks():
+    marks, grid = marks_of(), open_grid()
+    marks.stand_on(0.0)
+    marks.record_pose(grid, POSE)
+    marks.mark_contact(grid, POSE)
+    below = marks.cells.copy()
+    for step in range(1, 31):
+        marks.stand_on(0.1 * step)
+    assert not marks.cells.any()
+    marks.record_pose(grid, base_pose(4.0, 4.0, 3.0, 0.0))
+    above = marks.cells.copy()
+    marks.stand_on(0.1)
+    np.testing.assert_array_equal(marks.cells, below)
+    marks.resize((70, 60), np.array([10, 0]))
+    marks.stand_on(2.9)
+    np.testing.assert_array_equal(marks.cells[10:], above)
+
+
+def test_a_ramp_and_a_pose_that_drifts_keep_the_marks():
+    marks, grid = marks_of(), open_grid()
+    for z in (0.0, 0.6, 0.2, 0.9):
+        marks.stand_on(z)
+        marks.record_pose(grid, POSE)
+        assert (marks.cells & DRIVEN > 0).any()
+    before = marks.cells.copy()
+    marks.stand_on(0.0)
+    np.testing.assert_array_equal(marks.cells, before)

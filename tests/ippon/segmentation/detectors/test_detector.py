@@ -161,6 +161,18 @@ def test_masks_of_stretched_images_are_in_the_images_proportions(tmp_path):
     assert detector.layout.family == "rf-detr"
 
 
+def test_an_object_smaller_than_a_pixel_of_its_mask_keeps_its_box(tmp_path):
+    prototypes = np.full((1, 1, 16, 16), -9.0, np.float32)
+    output = yolov8_output(1, [(32, 32, 2, 2, 0, 0.9)], extra=1)
+    output[0, 5, 0] = 1.0
+    path = constant_network(
+        tmp_path / "seg.onnx", {"output0": output, "output1": prototypes},
+        notes={"names": "['cup']"},
+    )  # fmt: skip
+    (one,) = load(path).segment(np.zeros((64, 64, 3), np.uint8), ("wall",), "cup").instances
+    assert one.mask is None
+
+
 def test_rt_detrs_own_exports_get_the_size_of_their_input(tmp_path):
     outputs = {
         "labels": np.array([[COCO_80.index("tv"), 200]], np.int64),
