@@ -1,9 +1,8 @@
 """Data of a recording for exports: the scene at its end, and the robot's trajectory."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cached_property, reduce
-from operator import matmul
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +10,9 @@ from numpy.typing import NDArray
 
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.motion import StampedTransform, decode_transforms
+from app.messages.motion import decode_transforms
 from app.nodes.review.player import Player
+from app.recording.base_pose import BasePose
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
 from app.recording.timeline import SessionTimeline
@@ -76,7 +76,7 @@ def read_session_data(path: Path, on_progress: OnProgress = no_progress) -> Sess
 
 
 def _trajectory(recording: Recording) -> Trajectory:
-    links: dict[str, StampedTransform] = {}
+    base = BasePose()
     stamps: list[int] = []
     poses: list[Float64Array] = []
     for message in recording.all_messages((keys.TF_STATIC, keys.TF)):
@@ -85,15 +85,12 @@ def _trajectory(recording: Recording) -> Trajectory:
         except MessageError:
             # Undecodable messages are skipped.
             continue
-        if message.key == keys.TF_STATIC:
-            # The stamp of a fixed transform is not a time of the robot.
-            came = tuple(replace(t, stamp_ns=-1) for t in came)
-        links |= {t.child: t for t in came}
-        chain = _chain(links)
-        stamp_ns = max((link.stamp_ns for link in chain), default=-1)
-        if stamp_ns > (stamps[-1] if stamps else -1):
-            stamps.append(stamp_ns)
-            poses.append(reduce(matmul, [link.T_parent_child for link in chain]))
+        base.take(came, fixed=message.key == keys.TF_STATIC)
+        stamp_ns, pose = base.stamp_ns(), base.pose()
+        if stamp_ns is None or pose is None or stamp_ns <= (stamps[-1] if stamps else -1):
+            continue
+        stamps.append(stamp_ns)
+        poses.append(pose)
     if not stamps:
         raise RecordingError(_no_pose(recording.path, has_odometry=keys.ODOM in recording.keys))
     return Trajectory(time_ns=np.array(stamps, np.int64), T_world_base=np.stack(poses))
@@ -107,19 +104,6 @@ def _no_pose(path: Path, *, has_odometry: bool) -> str:
         f"{text}, only odometry. Play it with `ippon replay` for a navigator, record that with "
         "`ippon record`, and export the new recording"
     )
-
-
-def _chain(links: dict[str, StampedTransform]) -> list[StampedTransform]:
-    """Return the transforms from the world to the base, empty while one is missing."""
-    chain: list[StampedTransform] = []
-    frame = BASE_FRAME
-    while frame != WORLD_FRAME:
-        link = links.get(frame)
-        if link is None or len(chain) == len(links):
-            return []
-        chain.insert(0, link)
-        frame = link.parent
-    return chain
 
 
 def need_map(session: SessionData) -> tuple[NDArray[np.int64], NDArray[np.uint8], float]:
