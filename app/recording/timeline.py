@@ -19,6 +19,7 @@ from app.messages.motion import decode_transforms
 from app.messages.status import Event, LevelTable, Status
 from app.recording.base_pose import BasePose
 from app.recording.errors import RecordingError
+from app.recording.reading.decompression import unpack_zstd
 from app.recording.reading.recording import Recording
 
 TIMELINE_ATTACHMENT: Final = "ippon/digest.json.zst"
@@ -170,8 +171,7 @@ def unpack_timeline(packed: bytes) -> SessionTimeline:
         RecordingError: The data cannot be decoded, or are of another version.
     """
     try:
-        text = zstandard.ZstdDecompressor().decompress(packed, max_output_size=_MAX_BYTES)
-        return msgspec.json.decode(text, type=SessionTimeline)
+        return msgspec.json.decode(unpack_zstd(packed, _MAX_BYTES), type=SessionTimeline)
     except (zstandard.ZstdError, msgspec.DecodeError) as error:
         raise RecordingError(f"the recording's timeline is not understood: {error}") from error
 

@@ -50,8 +50,8 @@ class RecordingCheck:
 def check(path: Path, *, repair: bool, names: Names = USUAL, mount: bool = False) -> RecordingCheck:
     """Check a recording, and rewrite it if it was not ended.
 
-    The new file replaces the old one only when it is complete, so that a crash loses nothing. A file
-    that is still being recorded stays as it is.
+    The new file replaces the old one only when it is complete, so that a crash loses nothing. A
+    file that is still being recorded stays as it is.
 
     Args:
         path: The file, or a session's folder.
