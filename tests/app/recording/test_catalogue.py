@@ -32,6 +32,12 @@ def test_a_session_in_a_list(session_folder):
     assert path_of(root, "../secret.mcap", [entry]) is None
 
 
+def test_a_link_to_a_file_that_is_gone_hides_no_session(session_folder):
+    (session_folder / "old.mcap").symlink_to(session_folder / "none.mcap")
+    entries = list_sessions(session_folder.parent)
+    assert [entry.id for entry in entries] == [f"{session_folder.name}/session_0.mcap"]
+
+
 def test_broken_files_are_listed_with_what_is_wrong(tmp_path, made_up):
     cut = made_up.write_session(tmp_path, end=False)
     cut.writer.flush()
