@@ -49,8 +49,10 @@ class SessionData:
 
     @property
     def name(self) -> str:
-        """Name of the session."""
-        return self.recording.path.parent.name
+        """Name of the session's folder, or of its file where the folder has others."""
+        path = self.recording.path.resolve()
+        alone = len(list(path.parent.glob("*.mcap"))) == 1
+        return path.parent.name if alone else path.name
 
     @cached_property
     def trajectory(self) -> Trajectory:

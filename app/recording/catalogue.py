@@ -104,6 +104,11 @@ def picture_of(folder: Path, name: str, entries: list[SessionEntry]) -> bytes | 
     return picture if picture.startswith(JPEG) else None
 
 
+def is_folder_of_recordings(path: Path) -> bool:
+    """Return whether a path is a folder to list, and not a file or the folder of one session."""
+    return path.is_dir() and len(list(path.glob("*.mcap"))) != 1
+
+
 def recordings_in(folder: Path) -> list[Path]:
     """Return the recordings in a folder and its sessions' folders, in the order of their names."""
     found: list[Path] = []

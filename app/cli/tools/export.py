@@ -20,7 +20,7 @@ from app.export.scene_file import write_scene
 from app.export.session_data import OnProgress, SessionData, read_session_data
 from app.export.tables import write_csv, write_finds, write_tum
 from app.export.video import NEEDS, can_write, write_camera_video, write_scene_video
-from app.recording.catalogue import recordings_in
+from app.recording.catalogue import is_folder_of_recordings, recordings_in
 from app.recording.errors import RecordingError
 from app.view.words import ENGLISH, Words
 from ippon import extensions
@@ -81,7 +81,7 @@ def _recordings_of(command: Export) -> tuple[list[Path], Export]:
     what = tuple(name for name in command.what if name in known or Path(name) not in more)
     recordings: list[Path] = []
     for path in (command.recording, *more):
-        inside = recordings_in(path) if path.is_dir() and not any(path.glob("*.mcap")) else []
+        inside = recordings_in(path) if is_folder_of_recordings(path) else []
         recordings += inside or [path]
     if len(recordings) > 1 and what != ("report",):
         raise UsageError(

@@ -213,12 +213,18 @@ def file_of(path: Path) -> Path:
     """Return the MCAP file of a path: itself, or the file in a session's folder.
 
     Raises:
-        RecordingError: There is no such file.
+        RecordingError: There is no such file, or there are several.
     """
     if path.is_dir():
         files = sorted(path.glob("*.mcap"))
         if not files:
             raise RecordingError(f"{path} holds no .mcap file")
+        if len(files) > 1:
+            names = ", ".join(file.name for file in files[:3]) + (", …" if len(files) > 3 else "")
+            raise RecordingError(
+                f"{path} holds {len(files)} recordings, {names}: name one of them; the parts of a "
+                "split bag are joined by `mcap merge`"
+            )
         return files[0]
     if not path.exists():
         raise RecordingError(f"there is no {path}")
