@@ -126,12 +126,8 @@ def context_effects(rows: Sequence[EpisodeRow]) -> tuple[Effect, ...]:
     """Compare searches with a true context to the same searches without."""
     out: list[Effect] = []
     for name, of in by_method(singles(rows)).items():
-        key = {(r.home, r.goal, r.start_index): r for r in of if not r.context}
-        pairs = [
-            (r, key[r.home, r.goal, r.start_index])
-            for r in of
-            if r.context and (r.home, r.goal, r.start_index) in key
-        ]
+        plain = {_search_key(r): r for r in of if not r.context}
+        pairs = [(r, plain[_search_key(r)]) for r in of if r.context and _search_key(r) in plain]
         out += _effect(name, pairs)
     return tuple(out)
 
@@ -159,6 +155,11 @@ def second_object_effects(rows: Sequence[EpisodeRow]) -> tuple[Effect, ...]:
 def singles(rows: Iterable[EpisodeRow]) -> list[EpisodeRow]:
     """Return the rows of single episodes, on which methods are compared."""
     return [row for row in rows if row.kind == "single"]
+
+
+def _search_key(row: EpisodeRow) -> tuple[str, str, str, int]:
+    """Return what a search with a context and that without have in common."""
+    return row.home, row.colour, row.goal, row.start_index
 
 
 def _pair_key(row: EpisodeRow) -> str:
