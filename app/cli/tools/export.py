@@ -2,7 +2,8 @@
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -110,7 +111,8 @@ def _report_all(command: Export, recordings: list[Path], say: Words, bar: Progre
     out = command.out or parent / "export"
     try:
         out.mkdir(parents=True, exist_ok=True)
-        write_reports(parts, out / REPORT, say)
+        with _completed(out / REPORT) as path:
+            write_reports(parts, path, say)
     except OSError as error:
         raise UsageError(f"cannot write to {out}: {error.strerror}") from error
     size = (out / REPORT).stat().st_size
@@ -140,7 +142,8 @@ def _write(session: SessionData, path: Path, write: Slow, bar: Progress) -> bool
     task = bar.add_task(path.name, total=1.0)
     started = time.perf_counter()
     try:
-        write(session, path, lambda share: bar.update(task, completed=share))
+        with _completed(path) as partial:
+            write(session, partial, lambda share: bar.update(task, completed=share))
     except RecordingError as error:
         bar.console.print(f"{path.name}: {error}", style="yellow", markup=False)
         return False
@@ -149,6 +152,17 @@ def _write(session: SessionData, path: Path, write: Slow, bar: Progress) -> bool
     size, seconds = path.stat().st_size, time.perf_counter() - started
     bar.console.print(f"{path}  {size / 1e6:.2f} MB  {seconds:.1f} s", markup=False)
     return True
+
+
+@contextmanager
+def _completed(path: Path) -> Generator[Path]:
+    """Yield a path to write to; the file gets its name when it is complete."""
+    partial = path.with_name(f"{path.stem}.partial{path.suffix}")
+    try:
+        yield partial
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
 
 
 def _known() -> tuple[str, ...]:
