@@ -1,6 +1,7 @@
 """Outcome and measures of a demo's search."""
 
 import json
+import logging
 import queue
 import time
 from collections.abc import Sequence
@@ -19,9 +20,12 @@ from app.messages.control import decode
 from app.messages.status import GoalStatus, Status, goal_of
 from app.nodes.robot_sim import GroundTruth
 from app.process.children import Child, wait_for_end
+from ippon.atomic_file import replace_file
 from ippon.evaluation.metrics import Judge
 from ippon.robot import RobotProfile
 from ippon.simulation.scene import Scene
+
+logger = logging.getLogger(__name__)
 
 SILENT_S: Final = 20.0
 RESULT_FILE: Final = "result.json"
@@ -59,14 +63,18 @@ def await_outcome(
 def end_recording(
     recorder: Child | None, session: str | None, result: dict[str, Any]
 ) -> str | None:
-    """End the recording and store the result in it; return its folder, None without one."""
+    """End the recording and store the result beside it; return its folder, None without one."""
     if recorder is None or session is None:
         return None
     recorder.stop()
     folder = Path(session)
     if not folder.is_dir():
         return None
-    (folder / RESULT_FILE).write_text(json.dumps(result), "utf-8")
+    try:
+        replace_file(folder / RESULT_FILE, json.dumps(result).encode())
+    except OSError as error:
+        # The command still prints the result.
+        logger.error("the result is not stored in %s: %s", folder, error.strerror)  # noqa: TRY400
     return session
 
 

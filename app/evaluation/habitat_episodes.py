@@ -1,5 +1,6 @@
 """Searches in habitat-lab's environment, on its data."""
 
+import math
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -51,9 +52,18 @@ def search_data_set(
         raise EvaluationError(str(error)) from error
 
 
-def mean_measures(results: Sequence[dict[str, Any]]) -> dict[str, float]:
-    """Return the means of habitat's measures over episodes."""
-    return {name: sum(r[name] for r in results) / len(results) for name in MEASURES}
+def mean_measures(results: Sequence[dict[str, Any]]) -> dict[str, float | None]:
+    """Return the means of habitat's measures over the episodes that have them; None for none."""
+    values = {name: [r[name] for r in results if r[name] is not None] for name in MEASURES}
+    return {name: sum(of) / len(of) if of else None for name, of in values.items()}
+
+
+def _finite(value: float) -> float | None:
+    """Return a measure, None for one without a value, such as the distance to a goal on an island.
+
+    JSON has no word for infinity.
+    """
+    return float(value) if math.isfinite(value) else None
 
 
 def run_episodes(env: Any, agent: IpponAgent, count: int) -> Iterator[dict[str, Any]]:
@@ -66,7 +76,8 @@ def run_episodes(env: Any, agent: IpponAgent, count: int) -> Iterator[dict[str, 
         count: Number of episodes.
 
     Yields:
-        Per episode: habitat's measures, the final state of the search, steps and seconds.
+        Per episode: habitat's measures (None where not finite), the final state of the search,
+        steps and seconds.
     """
     for _ in range(count):
         observations = env.reset()
@@ -80,7 +91,7 @@ def run_episodes(env: Any, agent: IpponAgent, count: int) -> Iterator[dict[str, 
             "episode_id": env.current_episode.episode_id,
             "scene": env.current_episode.scene_id,
             "goal": env.current_episode.object_category,
-            **{name: float(metrics[name]) for name in MEASURES},
+            **{name: _finite(metrics[name]) for name in MEASURES},
             "ending": str(agent.state),
             "steps": steps,
             "wall_s": round(time.perf_counter() - began, 3),

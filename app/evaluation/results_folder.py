@@ -1,6 +1,5 @@
 """The folder of an evaluation: one file per row, the settings, and all rows as JSON Lines."""
 
-import dataclasses
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,7 +9,7 @@ from app.evaluation.errors import EvaluationError
 from app.homes import home_key
 from ippon.atomic_file import replace_file
 from ippon.evaluation.episode_generation import home_file_name
-from ippon.evaluation.row import EpisodeRow, row_from
+from ippon.evaluation.row import EpisodeRow, row_from, values_of
 
 RUN_FILE = "run.json"
 TABLE_FILE = "episodes.jsonl"
@@ -116,8 +115,7 @@ class EvaluationFolder:
 
     def write(self, row: EpisodeRow) -> None:
         """Add a row, and remove an earlier error of the same episode."""
-        text = json.dumps(dataclasses.asdict(row))
-        replace_file(self._row_file(row.episode_id, row.method), text.encode())
+        replace_file(self._row_file(row.episode_id, row.method), _line(row).encode())
         self.forget_error(f"{row.episode_id}.{row.method}")
 
     def write_error(self, name: str, text: str) -> None:
@@ -181,7 +179,7 @@ class EvaluationFolder:
     def merge(self) -> int:
         """Write all rows into one file, a line each; return their number."""
         rows = self.rows()
-        lines = (json.dumps(dataclasses.asdict(row)) + "\n" for row in rows)
+        lines = (f"{_line(row)}\n" for row in rows)
         replace_file(self.path / TABLE_FILE, "".join(lines).encode())
         return len(rows)
 
@@ -201,6 +199,10 @@ def _with_configurations_of(old: dict[str, Any], new: dict[str, Any]) -> dict[st
 
 def _fit_for_a_file(name: str) -> str:
     return "".join(c if c.isalnum() or c in "_-. " else "_" for c in name)
+
+
+def _line(row: EpisodeRow) -> str:
+    return json.dumps(values_of(row))
 
 
 def _read_row(path: Path) -> EpisodeRow:

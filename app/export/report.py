@@ -25,6 +25,7 @@ from app.export.search_table import (
     search_table,
     table,
     table_row,
+    total_effort,
 )
 from app.export.session_data import SessionData
 from app.messages import keys
@@ -151,10 +152,10 @@ def _figures(session: SessionData, goals: Sequence[GoalStatus], say: Words) -> s
     last = session.timeline.last
     cells = [("recorded", _seconds(session.recording.duration_s, say))]
     if goals:
-        efforts = [effort_of(session, goal.goal_id) for goal in goals]
+        seconds, way = total_effort([effort_of(session, goal.goal_id) for goal in goals])
         cells += [
-            ("time", f"{say.number(sum(seconds for seconds, _ in efforts), 1)} s"),
-            ("path", f"{say.number(sum(way for _, way in efforts), 1)} m"),
+            ("time", f"{say.number(seconds, 1)} s"),
+            ("path", f"{say.number(way, 1)} m"),
         ]
     if last is not None:
         cells += [

@@ -1,12 +1,23 @@
 """Searches of a session as a table of its report."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from html import escape
 
 from app.export.session_data import SessionData
-from app.messages.status import GoalStatus, name_of
+from app.messages.status import GoalStatus, Status, name_of
 from app.recording.session_goals import outcome_of
 from app.view.words import Words
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Effort:
+    """What a search took."""
+
+    seconds: float
+    path_length_m: float
+    tour: int
+    """Lowest number of the goals of its tour; its own number without one."""
 
 
 def search_table(session: SessionData, goals: Sequence[GoalStatus], say: Words) -> str:
@@ -15,14 +26,14 @@ def search_table(session: SessionData, goals: Sequence[GoalStatus], say: Words) 
         return ""
     rows: list[str] = []
     for goal in goals:
-        seconds, way = effort_of(session, goal.goal_id)
+        effort = effort_of(session, goal.goal_id)
         rows.append(
             table_row(
                 escape(name_of(goal)),
                 escape(goal.context),
                 escape(_result(goal, say)),
-                f"{say.number(seconds, 1)} s",
-                f"{say.number(way, 1)} m",
+                f"{say.number(effort.seconds, 1)} s",
+                f"{say.number(effort.path_length_m, 1)} m",
             )
         )
     names = ("object", "context", "outcome", "time", "path")
@@ -62,14 +73,41 @@ def table(names: Sequence[str], rows: Sequence[str], say: Words) -> str:
     return f"<table><tr>{head}</tr>{''.join(rows)}</table>"
 
 
-def effort_of(session: SessionData, goal_id: int) -> tuple[float, float]:
-    """Return duration in seconds and path length in metres of one search, up to its end."""
+def effort_of(session: SessionData, goal_id: int) -> Effort:
+    """Return duration and path length of one search, up to its end.
+
+    In a tour they are those since the tour began: all of its goals are searched for at once.
+    """
     during = [
-        s.status
-        for s in session.timeline.statuses
-        if s.status.goal is not None and s.status.goal.goal_id == goal_id
+        (timed.status, goal)
+        for timed in session.timeline.statuses
+        if (goal := _searched(timed.status, goal_id)) is not None
     ]
-    # The clock of a search continues while its find waits for an answer.
-    active = [s for s in during if s.goal is not None and s.goal.outcome == "active"] or during[:1]
-    seconds = max((status.elapsed_s for status in active), default=0.0)
-    return seconds, max((status.path_length_m for status in during), default=0.0)
+    # The clock of a search continues while its find waits for an answer, and that of a tour while
+    # its other goals are searched for.
+    active = [status for status, goal in during if goal.outcome == "active"]
+    active = active or [status for status, _ in during[:1]]
+    tour = [goal.goal_id for status in active for goal in status.tour]
+    way = active if tour else [status for status, _ in during]
+    return Effort(
+        seconds=max((status.elapsed_s for status in active), default=0.0),
+        path_length_m=max((status.path_length_m for status in way), default=0.0),
+        tour=min(tour, default=goal_id),
+    )
+
+
+def total_effort(efforts: Sequence[Effort]) -> tuple[float, float]:
+    """Return seconds and metres of all searches; those of one tour count once."""
+    tours: dict[int, list[Effort]] = {}
+    for one in efforts:
+        tours.setdefault(one.tour, []).append(one)
+    return (
+        sum(max(one.seconds for one in tour) for tour in tours.values()),
+        sum(max(one.path_length_m for one in tour) for tour in tours.values()),
+    )
+
+
+def _searched(status: Status, goal_id: int) -> GoalStatus | None:
+    """Return a goal while it is searched for, alone or in a tour."""
+    goals = (status.goal, *status.tour)
+    return next((goal for goal in goals if goal is not None and goal.goal_id == goal_id), None)

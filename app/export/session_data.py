@@ -2,9 +2,8 @@
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cached_property, reduce
-from operator import matmul
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +11,12 @@ from numpy.typing import NDArray
 
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.motion import StampedTransform, decode_transforms
+from app.messages.motion import decode_transforms
 from app.nodes.replay.bag_poses import BagPoses, poses_of
 from app.nodes.replay.datasets import DatasetError
 from app.nodes.replay.messages import TF_ALONE
 from app.nodes.review.player import Player
+from app.recording.base_pose import BasePose
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
 from app.recording.timeline import SessionTimeline
@@ -55,8 +55,10 @@ class SessionData:
 
     @property
     def name(self) -> str:
-        """Name of the session."""
-        return self.recording.path.parent.name
+        """Name of the session's folder, or of its file where the folder has others."""
+        path = self.recording.path.resolve()
+        alone = len(list(path.parent.glob("*.mcap"))) == 1
+        return path.parent.name if alone else path.name
 
     @cached_property
     def trajectory(self) -> Trajectory:
@@ -104,7 +106,7 @@ def _other_poses(recording: Recording) -> BagPoses:
 
 def _follow(recording: Recording, source: BagPoses) -> Trajectory | None:
     """Return the poses of the base in the world of a source; None where there is none."""
-    links: dict[str, StampedTransform] = {}
+    base = BasePose(source.world)
     stamps: list[int] = []
     poses: list[Float64Array] = []
     for message in recording.all_messages(source.keys):
@@ -115,15 +117,12 @@ def _follow(recording: Recording, source: BagPoses) -> Trajectory | None:
         except MessageError:
             # Undecodable messages are skipped.
             continue
-        if message.key == keys.TF_STATIC:
-            # The stamp of a fixed transform is not a time of the robot.
-            came = tuple(replace(t, stamp_ns=-1) for t in came)
-        links |= {t.child: t for t in came}
-        chain = _chain(links, source.world)
-        stamp_ns = max((link.stamp_ns for link in chain), default=-1)
-        if stamp_ns > (stamps[-1] if stamps else -1):
-            stamps.append(stamp_ns)
-            poses.append(reduce(matmul, [link.T_parent_child for link in chain]))
+        base.take(came, fixed=message.key == keys.TF_STATIC)
+        stamp_ns, pose = base.stamp_ns(), base.pose()
+        if stamp_ns is None or pose is None or stamp_ns <= (stamps[-1] if stamps else -1):
+            continue
+        stamps.append(stamp_ns)
+        poses.append(pose)
     if not stamps:
         return None
     return Trajectory(time_ns=np.array(stamps, np.int64), T_world_base=np.stack(poses))
@@ -134,19 +133,6 @@ def _no_pose(path: Path) -> str:
         f"{path} has no pose of the robot: neither tf nor odometry leads to {BASE_FRAME} from "
         f"{WORLD_FRAME} or another root"
     )
-
-
-def _chain(links: dict[str, StampedTransform], world: str) -> list[StampedTransform]:
-    """Return the transforms from the world to the base, empty while one is missing."""
-    chain: list[StampedTransform] = []
-    frame = BASE_FRAME
-    while frame != world:
-        link = links.get(frame)
-        if link is None or len(chain) == len(links):
-            return []
-        chain.insert(0, link)
-        frame = link.parent
-    return chain
 
 
 def need_map(session: SessionData) -> tuple[NDArray[np.int64], NDArray[np.uint8], float]:

@@ -131,7 +131,8 @@ def _opened(path: Path) -> Generator[sqlite3.Connection]:
     if not path.is_file():
         raise MemoryFileError(f"there is no memory in {path}; `ippon navigate --map` keeps one")
     try:
-        with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as connection:
+        # Writable where it can be: a transaction that a crash cut off is undone first.
+        with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=rw", uri=True)) as connection:
             yield connection
     except sqlite3.Error as error:
         raise MemoryFileError(f"{path.name} is damaged or no memory file: {error}") from error

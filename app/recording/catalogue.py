@@ -65,12 +65,18 @@ def list_sessions(
     fresh = 0
     for n, path in enumerate(files):
         name = _id(folder, path)
-        state = path.stat()
         entry = known.get(name)
-        if entry is None or (entry.size, entry.changed_ns) != (state.st_size, state.st_mtime_ns):
-            entry = _read(path, name, state.st_size, state.st_mtime_ns)
-            fresh += 1
-        entries.append(entry)
+        try:
+            state = path.stat()
+            if entry is None or (entry.size, entry.changed_ns) != (
+                state.st_size, state.st_mtime_ns,
+            ):  # fmt: skip
+                entry = _read(path, name, state.st_size, state.st_mtime_ns)
+                fresh += 1
+            entries.append(entry)
+        except FileNotFoundError:
+            # It was removed meanwhile, or is a link to a file that was.
+            logger.info("%s is not there any more", path)
         if progress is not None:
             progress(n + 1, len(files))
     if fresh or len(known) != len(entries):
@@ -97,6 +103,11 @@ def picture_of(folder: Path, name: str, entries: list[SessionEntry]) -> bytes | 
     except OSError:
         return None
     return picture if picture.startswith(JPEG) else None
+
+
+def is_folder_of_recordings(path: Path) -> bool:
+    """Return whether a path is a folder to list, and not a file or the folder of one session."""
+    return path.is_dir() and len(list(path.glob("*.mcap"))) != 1
 
 
 def recordings_in(folder: Path) -> list[Path]:

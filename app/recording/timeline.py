@@ -6,6 +6,7 @@ without one it is built by reading the messages.
 
 import itertools
 import math
+from functools import cached_property
 from typing import Final, Literal
 
 import msgspec
@@ -14,17 +15,17 @@ import zstandard
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import decode
-from app.messages.motion import StampedTransform, decode_transforms
+from app.messages.motion import decode_transforms
 from app.messages.status import Event, LevelTable, Status
+from app.recording.base_pose import BasePose
 from app.recording.errors import RecordingError
+from app.recording.reading.decompression import unpack_zstd
 from app.recording.reading.recording import Recording
 
 TIMELINE_ATTACHMENT: Final = "ippon/digest.json.zst"
 TIMELINE_KEYS: Final = (keys.STATUS, keys.EVENT, keys.TF, keys.TF_STATIC, keys.LEVELS)
 STATUS_EVERY_NS: Final = 500_000_000
 TRAIL_STEP_M: Final = 0.05
-_BASE: Final = "base_link"
-_WORLD: Final = "map"
 _MAX_BYTES: Final = 1 << 28
 
 MarkKind = Literal[
@@ -82,7 +83,7 @@ class Mark(msgspec.Struct, frozen=True):
     text: str
 
 
-class SessionTimeline(msgspec.Struct, kw_only=True):
+class SessionTimeline(msgspec.Struct, kw_only=True, dict=True):
     """Summary of a session over time; built by `take` of every message of `TIMELINE_KEYS`."""
 
     trail: list[TrailPoint] = []
@@ -96,6 +97,11 @@ class SessionTimeline(msgspec.Struct, kw_only=True):
     levels_of: int | None = None
     """Goal of the last table of levels."""
 
+    @cached_property
+    def _base(self) -> BasePose:
+        """The pose of the base; not stored."""
+        return BasePose()
+
     def take(self, key: str, payload: bytes, time_ns: int) -> None:
         """Add one message; ignore it if it cannot be decoded."""
         try:
@@ -103,8 +109,8 @@ class SessionTimeline(msgspec.Struct, kw_only=True):
                 self._take_status(decode(payload, Status), time_ns)
             elif key == keys.EVENT:
                 self._take_event(decode(payload, Event), time_ns)
-            elif key == keys.TF:
-                self._take_transforms(decode_transforms(payload), time_ns)
+            elif key in (keys.TF, keys.TF_STATIC):
+                self._take_transforms(key, payload, time_ns)
             elif key == keys.LEVELS:
                 self._take_levels(decode(payload, LevelTable), time_ns)
         except (MessageError, msgspec.DecodeError):
@@ -142,14 +148,15 @@ class SessionTimeline(msgspec.Struct, kw_only=True):
             self.marks.append(Mark(time_ns, "levels", f"levels changed ({table.provider})"))
         self.levels_of = table.goal_id
 
-    def _take_transforms(self, transforms: tuple[StampedTransform, ...], time_ns: int) -> None:
-        for transform in transforms:
-            if transform.child != _BASE or transform.parent != _WORLD:
-                continue
-            x, y, z = transform.T_parent_child[:3, 3].tolist()
-            last = self.trail[-1] if self.trail else None
-            if last is None or math.dist((last.x, last.y, last.z), (x, y, z)) >= TRAIL_STEP_M:
-                self.trail.append(TrailPoint(time_ns, round(x, 3), round(y, 3), round(z, 3)))
+    def _take_transforms(self, key: str, payload: bytes, time_ns: int) -> None:
+        self._base.take(decode_transforms(payload), fixed=key == keys.TF_STATIC)
+        T_world_base = self._base.pose()
+        if T_world_base is None:
+            return
+        x, y, z = T_world_base[:3, 3].tolist()
+        last = self.trail[-1] if self.trail else None
+        if last is None or math.dist((last.x, last.y, last.z), (x, y, z)) >= TRAIL_STEP_M:
+            self.trail.append(TrailPoint(time_ns, round(x, 3), round(y, 3), round(z, 3)))
 
 
 def pack_timeline(timeline: SessionTimeline) -> bytes:
@@ -164,8 +171,7 @@ def unpack_timeline(packed: bytes) -> SessionTimeline:
         RecordingError: The data cannot be decoded, or are of another version.
     """
     try:
-        text = zstandard.ZstdDecompressor().decompress(packed, max_output_size=_MAX_BYTES)
-        return decode(text, SessionTimeline)
+        return decode(unpack_zstd(packed, _MAX_BYTES), SessionTimeline)
     except (zstandard.ZstdError, msgspec.DecodeError) as error:
         raise RecordingError(f"the recording's timeline is not understood: {error}") from error
 

@@ -1,6 +1,7 @@
 """One row of an evaluation: a search by one method, with everything needed to repeat it."""
 
-from dataclasses import MISSING, dataclass, fields
+import math
+from dataclasses import MISSING, asdict, dataclass, fields
 from typing import Any, Final, Literal
 
 from ippon.evaluation.outcome import Ending, Failure
@@ -74,10 +75,18 @@ TIMING_COLUMNS: Final = (
     "planner_ms_p50", "planner_ms_p95", "step_ms_p50", "wall_s", "cpu_s", "realtime_factor",
 )  # fmt: skip
 """Columns that differ from run to run."""
+_DISTANCES: Final = ("shortest_path_m", "distance_to_goal_m")
+"""Columns that are infinite where there is no path."""
+
+
+def values_of(row: EpisodeRow) -> dict[str, Any]:
+    """Return the plain values of a row; None for an infinite distance: JSON has no word for it."""
+    values = asdict(row)
+    return values | {name: None for name in _DISTANCES if math.isinf(values[name])}
 
 
 def row_from(values: dict[str, Any]) -> EpisodeRow:
-    """Return a row from plain values.
+    """Return a row from plain values, as `values_of` returns them.
 
     Raises:
         ValueError: Columns are missing or unknown.
@@ -89,4 +98,5 @@ def row_from(values: dict[str, Any]) -> EpisodeRow:
         raise ValueError(f"a row of another version: it lacks or adds {', '.join(odd)}")
     for name in ("path_x_m", "path_y_m"):
         values = {**values, name: tuple(values[name])}
+    values |= {name: math.inf for name in _DISTANCES if values[name] is None}
     return EpisodeRow(**values)

@@ -158,6 +158,7 @@ def singles(rows: Iterable[EpisodeRow]) -> list[EpisodeRow]:
 
 
 def _search_key(row: EpisodeRow) -> tuple[str, str, str, int]:
+    """Return what a search with a context and that without have in common."""
     return row.home, row.colour, row.goal, row.start_index
 
 

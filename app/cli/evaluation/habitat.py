@@ -2,6 +2,7 @@
 
 import json
 import sys
+from pathlib import Path
 
 from app.cli.options.evaluation import EvalHabitat
 from app.errors import UsageError
@@ -21,10 +22,22 @@ def run_eval_habitat(command: EvalHabitat) -> int:
         checkpoints=command.checkpoints,
         count=command.episodes,
     )
-    with command.out.open("w", encoding="utf-8") as out:
-        for result in episodes:
-            results.append(result)
-            print(json.dumps(result), file=out, flush=True)
-            print(f"{len(results)}: {json.dumps(result)}", file=sys.stderr)
+    if not command.out.parent.is_dir():
+        raise UsageError(f"--out: the folder {command.out.parent} does not exist")
+    for result in episodes:
+        _write(command.out, json.dumps(result), begin=not results)
+        results.append(result)
+        print(f"{len(results)}: {json.dumps(result)}", file=sys.stderr)
+    if not results:
+        raise UsageError("habitat's data set has no episode")
     print(json.dumps({"episodes": len(results), **mean_measures(results)}))
     return 0
+
+
+def _write(path: Path, line: str, *, begin: bool) -> None:
+    """Write a line; the first replaces an earlier file, which a search that never began keeps."""
+    try:
+        with path.open("w" if begin else "a", encoding="utf-8") as out:
+            out.write(f"{line}\n")
+    except OSError as error:
+        raise UsageError(f"cannot write to {path}: {error.strerror}") from error

@@ -91,7 +91,9 @@ def _print_tables(screen: Console, data: ReportData) -> None:
             "-" if c.find_s_ratio is None else f"{c.find_s_ratio:.2f}",
         )
     screen.print(pairs)
-    screen.print("time: of its finds over those of ippon, where both succeed", style="dim")
+    screen.print(
+        f"time: of its finds over those of {data.reference}, where both succeed", style="dim"
+    )
 
 
 def _print_effects(screen: Console, what: str, effects: Sequence[Effect]) -> None:

@@ -13,6 +13,7 @@ from app.nodes.review.node import ReviewConfig, run_review
 from app.nodes.review.recompute import recompute
 from app.nodes.review.settings import read_settings
 from app.process.parent_watch import end_with_parent
+from app.recording.catalogue import is_folder_of_recordings
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
 from app.recording.session_folder import sessions_folder
@@ -65,6 +66,6 @@ def review_config(paths: tuple[Path, ...], port: int, language: str = "en") -> R
     """
     if len(paths) > 2:
         raise UsageError(f"one recording is shown, or two side by side; got {len(paths)}")
-    if len(paths) == 1 and paths[0].is_dir() and not any(paths[0].glob("*.mcap")):
+    if len(paths) == 1 and is_folder_of_recordings(paths[0]):
         return ReviewConfig(folder=paths[0], port=port, language=language)
     return ReviewConfig(paths=paths, port=port, language=language)

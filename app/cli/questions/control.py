@@ -42,6 +42,8 @@ def run_control(command: Control) -> int:
             _send(session, robot, command)
     except (LinkError, RequestRefusedError) as error:
         raise UsageError(str(error)) from error
+    except msgspec.DecodeError as error:
+        raise UsageError(f"the navigator of {robot} is of another version: {error}") from error
     finally:
         session.close()  # pyright: ignore[reportUnknownMemberType]
     return 0

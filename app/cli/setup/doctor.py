@@ -21,7 +21,7 @@ from app.doctor.robot.checkup import check_robot
 from app.doctor.robot.ros_graph import RosGraph
 from app.doctor.robot.samples import SECONDS, listen
 from app.errors import UsageError
-from app.links.network.session import open_client
+from app.links.network.session import LinkError, open_client
 from app.nodes.replay.messages import is_bag
 from app.nodes.replay.robot_names import read_mount, read_names, read_offset
 from app.recording.errors import RecordingError
@@ -78,8 +78,7 @@ def _robot_findings(command: Doctor) -> list[Finding]:
     """Listen to a robot and check what it sends.
 
     Raises:
-        UsageError: The profile cannot be read, or no navigator is named or running.
-        LinkError: It does not answer.
+        UsageError: The profile cannot be read, or no navigator is named, running or answering.
     """
     try:
         named = command.profile
@@ -89,7 +88,10 @@ def _robot_findings(command: Doctor) -> list[Finding]:
     except RobotFileError as error:
         raise UsageError(str(error)) from error
     endpoint, robot = find_navigator(command.connect, command.robot)
-    session = open_client(endpoint)
+    try:
+        session = open_client(endpoint)
+    except LinkError as error:
+        raise UsageError(str(error)) from error
     graph = None if ros2 is None else RosGraph(session, ros2)
     try:
         _tell(f"{robot} at {endpoint}, {SECONDS:g} s of its messages")

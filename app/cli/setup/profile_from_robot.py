@@ -8,7 +8,7 @@ from app.cli.tools.navigator_address import find_navigator
 from app.doctor.robot.measured_camera import MeasuredCamera, UnmeasuredError, measure_camera
 from app.doctor.robot.samples import listen
 from app.errors import UsageError
-from app.links.network.session import open_client
+from app.links.network.session import LinkError, open_client
 
 Ask = Callable[[str], str]
 QUESTIONS: Final = {
@@ -35,11 +35,13 @@ def profile_from_robot(robot: str, connect: str | None) -> str:
     Questions go to the terminal; without one, the usual answers are taken and marked.
 
     Raises:
-        UsageError: No navigator is running or named, or the robot sends no intrinsics.
-        LinkError: The navigator does not answer.
+        UsageError: No navigator is running, named or answering, or the robot sends no intrinsics.
     """
     endpoint, prefix = find_navigator(connect, robot)
-    session = open_client(endpoint)
+    try:
+        session = open_client(endpoint)
+    except LinkError as error:
+        raise UsageError(str(error)) from error
     try:
         samples = listen(session, prefix)
     finally:

@@ -96,6 +96,8 @@ def run_ask(command: Ask) -> int:
         return _search(session, robot, command, requests)
     except (LinkError, RequestRefusedError) as error:
         raise UsageError(str(error)) from error
+    except msgspec.DecodeError as error:
+        raise UsageError(f"the navigator of {robot} is of another version: {error}") from error
     finally:
         _close(session)
 

@@ -2,7 +2,8 @@
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -20,7 +21,7 @@ from app.export.scene_file import write_scene
 from app.export.session_data import OnProgress, SessionData, read_session_data
 from app.export.tables import write_csv, write_finds, write_tum
 from app.export.video import NEEDS, can_write, write_camera_video, write_scene_video
-from app.recording.catalogue import recordings_in
+from app.recording.catalogue import is_folder_of_recordings, recordings_in
 from app.recording.errors import RecordingError
 from app.view.words import ENGLISH, Words
 from ippon import extensions
@@ -81,7 +82,7 @@ def _recordings_of(command: Export) -> tuple[list[Path], Export]:
     what = tuple(name for name in command.what if name in known or Path(name) not in more)
     recordings: list[Path] = []
     for path in (command.recording, *more):
-        inside = recordings_in(path) if path.is_dir() and not any(path.glob("*.mcap")) else []
+        inside = recordings_in(path) if is_folder_of_recordings(path) else []
         recordings += inside or [path]
     if len(recordings) > 1 and what != ("report",):
         raise UsageError(
@@ -110,7 +111,8 @@ def _report_all(command: Export, recordings: list[Path], say: Words, bar: Progre
     out = command.out or parent / "export"
     try:
         out.mkdir(parents=True, exist_ok=True)
-        write_reports(parts, out / REPORT, say)
+        with _completed(out / REPORT) as path:
+            write_reports(parts, path, say)
     except OSError as error:
         raise UsageError(f"cannot write to {out}: {error.strerror}") from error
     size = (out / REPORT).stat().st_size
@@ -140,7 +142,8 @@ def _write(session: SessionData, path: Path, write: Slow, bar: Progress) -> bool
     task = bar.add_task(path.name, total=1.0)
     started = time.perf_counter()
     try:
-        write(session, path, lambda share: bar.update(task, completed=share))
+        with _completed(path) as partial:
+            write(session, partial, lambda share: bar.update(task, completed=share))
     except RecordingError as error:
         bar.console.print(f"{path.name}: {error}", style="yellow", markup=False)
         return False
@@ -149,6 +152,17 @@ def _write(session: SessionData, path: Path, write: Slow, bar: Progress) -> bool
     size, seconds = path.stat().st_size, time.perf_counter() - started
     bar.console.print(f"{path}  {size / 1e6:.2f} MB  {seconds:.1f} s", markup=False)
     return True
+
+
+@contextmanager
+def _completed(path: Path) -> Generator[Path]:
+    """Yield a path to write to; the file gets its name when it is complete."""
+    partial = path.with_name(f"{path.stem}.partial{path.suffix}")
+    try:
+        yield partial
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
 
 
 def _known() -> tuple[str, ...]:

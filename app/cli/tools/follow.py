@@ -3,6 +3,8 @@
 import json
 import queue
 import re
+import time
+from collections.abc import Sequence
 
 import msgspec
 
@@ -18,9 +20,15 @@ NUMBERS_EVERY_S = 5.0
 
 
 def follow(updates: "queue.SimpleQueue[bytes]", goals: list[int], command: Ask) -> int:
-    """Print how the searches go on until all are over; return the highest exit status."""
+    """Print how the searches go on until all are over; return the highest exit status.
+
+    Raises:
+        LinkError: The navigator is silent, or does not list a goal any more.
+        msgspec.DecodeError: It is of another version.
+    """
     left, worst = set(goals), 0
     progress = _Progress()
+    listed_at = dict.fromkeys(goals, time.monotonic())
     counted: set[tuple[int, int]] = set()
     while left:
         try:
@@ -28,6 +36,7 @@ def follow(updates: "queue.SimpleQueue[bytes]", goals: list[int], command: Ask) 
         except queue.Empty:
             raise LinkError(f"the navigator has been silent for {SILENT_S:g} s") from None
         listed = [goal_of(status, goal_id) for goal_id in goals if goal_id in left]
+        _check_listed(listed, left, listed_at)
         begun = [goal for goal in listed if goal is not None and goal.outcome != "queued"]
         ended = [goal for goal in begun if goal.outcome != "active"]
         if not begun:
@@ -48,6 +57,24 @@ def follow(updates: "queue.SimpleQueue[bytes]", goals: list[int], command: Ask) 
             left.remove(goal.goal_id)
             worst = max(worst, exit_status(goal))
     return worst
+
+
+def _check_listed(
+    listed: Sequence[GoalStatus | None], left: set[int], listed_at: dict[int, float]
+) -> None:
+    """Note which goals the navigator lists.
+
+    Raises:
+        LinkError: One was not listed for a while.
+    """
+    now = time.monotonic()
+    listed_at |= {goal.goal_id: now for goal in listed if goal is not None}
+    for goal_id in sorted(left):
+        if now - listed_at[goal_id] > SILENT_S:
+            raise LinkError(
+                f"the navigator does not list goal {goal_id}: it was perhaps started again; "
+                "`ippon control` shows its goals"
+            )
 
 
 class _Progress:

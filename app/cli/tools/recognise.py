@@ -80,12 +80,10 @@ def run_recognise(command: Recognise) -> int:
         if command.page is not None:
             network = command.segmentation.model or command.segmentation.backend
             page = page_of(recognition, source, objects, label_of, Path(network).stem)
-            replace_file(command.page, page.encode())
+            _write_page(command.page, page)
             print(f"ippon: {command.page} shows the evidence", file=sys.stderr)
-    except (DatasetError, SegmentationError, ObservationModelError, ValueError) as error:
+    except (DatasetError, SegmentationError, ObservationModelError, ValueError, OSError) as error:
         raise UsageError(str(error)) from error
-    except OSError as error:
-        raise UsageError(f"cannot write {command.page}: {error}") from error
     if left_out := source.tally.note:
         print(f"ippon: {left_out}", file=sys.stderr)
     if recognition.refused:
@@ -97,6 +95,13 @@ def run_recognise(command: Recognise) -> int:
             file=sys.stderr,
         )
     return 0
+
+
+def _write_page(path: Path, page: str) -> None:
+    try:
+        replace_file(path, page.encode())
+    except OSError as error:
+        raise UsageError(f"cannot write {path}: {error}") from error
 
 
 def _observed(

@@ -1,6 +1,7 @@
 """The report of an evaluation as a self-contained HTML page."""
 
 import json
+import math
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
@@ -230,7 +231,10 @@ def _episodes(data: ReportData) -> Iterable[str]:
 
 
 def _episode(folder: Path, row: EpisodeRow) -> str:
-    how = f"SPL {row.spl:.2f}" if row.success else f"{row.distance_to_goal_m:.1f} m away"
+    away = f"{row.distance_to_goal_m:.1f} m away"
+    if math.isinf(row.distance_to_goal_m):
+        away = "without a path to it"
+    how = f"SPL {row.spl:.2f}" if row.success else away
     watch = f"<code>{escape(replay_command(folder, row))}</code>"
     if row.kind == "second":
         watch = "starts with the map of the search before it: record that one, or the fresh one"

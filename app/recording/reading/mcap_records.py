@@ -10,6 +10,7 @@ from typing import Final
 import zstandard
 
 from app.recording.errors import RecordingError
+from app.recording.reading.decompression import unpack_zstd
 
 RECORD_HEAD: Final = struct.Struct("<BQ")
 CHUNK_HEAD: Final = struct.Struct("<QQQII")
@@ -91,11 +92,11 @@ def unpack_chunk(data: Bytes, chunk: Chunk) -> bytes:
 def _unpacked(packed: bytes, chunk: Chunk) -> bytes:
     try:
         if chunk.compression == "zstd":
-            return zstandard.ZstdDecompressor().decompress(packed, max_output_size=chunk.size)
+            return unpack_zstd(packed, chunk.size)
         if chunk.compression == "lz4":
             import lz4.frame  # noqa: PLC0415 (only bags of other programs use it)
 
-            return lz4.frame.decompress(packed)
+            return lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=chunk.size)
     except (zstandard.ZstdError, RuntimeError) as error:
         raise RecordingError(f"the chunk at byte {chunk.offset} is damaged: {error}") from error
     if chunk.compression == "":

@@ -123,21 +123,20 @@ class Recording:
 
     def latest(self, key: str, time_ns: int) -> RecordedMessage | None:
         """Return the last readable message of a key up to a time, None before the first."""
+        found: RecordedMessage | None = None
         for entries, kind in self._entries.get(key, ()):
             for row in range(int(np.searchsorted(entries.time_ns, time_ns, "right")) - 1, -1, -1):
+                if found is not None and entries.time_ns[row] <= found.time_ns:
+                    break
                 message = self._read(key, entries, kind, row)
                 if message is not None:
-                    return message
-        return None
+                    found = message
+                    break
+        return found
 
     def first(self, key: str) -> RecordedMessage | None:
         """Return the first readable message of a key."""
-        for entries, kind in self._entries.get(key, ()):
-            for row in range(len(entries.time_ns)):
-                message = self._read(key, entries, kind, row)
-                if message is not None:
-                    return message
-        return None
+        return next(self.all_messages((key,)), None)
 
     def between(
         self, after_ns: int, until_ns: int, keys: Iterable[str] | None = None
@@ -213,12 +212,18 @@ def file_of(path: Path) -> Path:
     """Return the MCAP file of a path: itself, or the file in a session's folder.
 
     Raises:
-        RecordingError: There is no such file.
+        RecordingError: There is no such file, or there are several.
     """
     if path.is_dir():
         files = sorted(path.glob("*.mcap"))
         if not files:
             raise RecordingError(f"{path} holds no .mcap file")
+        if len(files) > 1:
+            names = ", ".join(file.name for file in files[:3]) + (", …" if len(files) > 3 else "")
+            raise RecordingError(
+                f"{path} holds {len(files)} recordings, {names}: name one of them; the parts of a "
+                "split bag are joined by `mcap merge`"
+            )
         return files[0]
     if not path.exists():
         raise RecordingError(f"there is no {path}")

@@ -15,6 +15,7 @@ from app.recording.channels import USUAL, Names, Topic, to_recorded, topic_of
 from app.recording.depth_pairs import DepthPairs
 from app.recording.errors import RecordingError
 from app.recording.frame_tree import NO_MOUNT, FrameTree
+from app.recording.live_file import is_held
 from app.recording.reading.recording import Recording
 from app.recording.timeline import TIMELINE_ATTACHMENT, pack_timeline, timeline_of
 from app.recording.writing.bag_metadata import write_bag_metadata
@@ -28,6 +29,8 @@ _CAMERA: Final = (
 """Topics that a map needs, each with the one that may stand for it."""
 _SESSION: Final = ((keys.STATUS,), *_CAMERA, (keys.MAP_VOXELS,), (keys.MAP_KEYFRAME,))
 """Topics of a complete session of ours."""
+
+STILL_WRITTEN: Final = "it is still being recorded, and stays as it is: check it again at its end"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,7 +57,8 @@ def check(
 ) -> RecordingCheck:
     """Check a recording, and rewrite it if it was not ended.
 
-    The new file replaces the old one only when it is complete, so that a crash loses nothing.
+    The new file replaces the old one only when it is complete, so that a crash loses nothing. A
+    file that is still being recorded stays as it is.
 
     Args:
         path: The file, or a session's folder.
@@ -85,7 +89,10 @@ def check(
             problems.append(problem)
         expected = _SESSION if ours else _CAMERA
         missing = tuple(some[0] for some in expected if not set(some) & set(recording.keys))
-        mend = repair and not recording.index.complete
+        live = not recording.index.complete and is_held(recording.path)
+        if live:
+            problems.append(STILL_WRITTEN)
+        mend = repair and not recording.index.complete and not live
         if mend:
             _rewrite(recording)
         return RecordingCheck(

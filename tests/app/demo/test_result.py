@@ -1,12 +1,13 @@
 """When a search of the demo is over."""
 
+import json
 import queue
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from app.demo.result import await_outcome
+from app.demo.result import RESULT_FILE, await_outcome, end_recording
 from app.errors import DemoError
 from app.messages.control import encode
 from app.messages.status import GoalStatus, Status, Timings
@@ -63,3 +64,13 @@ def test_the_result_needs_navigator_and_robot(name):
     parts = [part(name, -9) if p.name == name else p for p in parts]
     with pytest.raises(DemoError, match=f"the {name} ended with status -9"):
         await_outcome(parts, heard(), 7)
+
+
+def test_a_result_that_cannot_be_stored_is_still_printed(tmp_path, caplog):
+    recorder = SimpleNamespace(stop=lambda: None)
+    assert end_recording(recorder, str(tmp_path), {"found": True}) == str(tmp_path)
+    assert json.loads((tmp_path / RESULT_FILE).read_text("utf-8")) == {"found": True}
+    (tmp_path / RESULT_FILE).unlink()
+    (tmp_path / RESULT_FILE).mkdir()
+    assert end_recording(recorder, str(tmp_path), {"found": True}) == str(tmp_path)
+    assert "the result is not stored in" in caplog.text

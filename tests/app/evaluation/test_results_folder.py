@@ -22,6 +22,9 @@ def test_rows_come_back_as_they_were(folder, make_row):
     for row in rows:
         folder.write(row)
     assert list(folder.rows()) == rows
+    folder.merge()
+    for line in (folder.path / TABLE_FILE).read_text("utf-8").splitlines():
+        assert json.loads(line, parse_constant=pytest.fail)["distance_to_goal_m"] is None
 
 
 def test_the_table_holds_a_row_on_each_line_and_is_enough_for_a_report(folder, make_row):

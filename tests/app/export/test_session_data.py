@@ -57,3 +57,19 @@ def test_the_poses_of_a_bag_are_those_that_replay_takes(messages, said, caplog):
 def test_a_bag_without_poses_is_refused():
     with pytest.raises(RecordingError, match="neither tf nor odometry leads to base_link"):
         _ = session_of([tf(1, "map", "odom")]).trajectory
+
+
+def test_a_session_is_named_by_its_folder_and_a_file_among_others_by_itself(tmp_path, monkeypatch):
+    folder = tmp_path / "morning"
+    folder.mkdir()
+    (folder / "session_0.mcap").touch()
+
+    def name_of(path):
+        recording = SimpleNamespace(path=path)
+        return SessionData(recording=recording, timeline=None, scene=None).name
+
+    assert name_of(folder / "session_0.mcap") == "morning"
+    monkeypatch.chdir(folder)
+    assert name_of(Path("session_0.mcap")) == "morning"
+    (folder / "other.mcap").touch()
+    assert name_of(Path("other.mcap")) == "other.mcap"

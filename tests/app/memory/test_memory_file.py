@@ -1,4 +1,6 @@
 import sqlite3
+import subprocess
+import sys
 import time
 from contextlib import closing
 
@@ -50,6 +52,24 @@ def test_what_was_written_is_read_to_the_nanosecond(path):
     assert read_memory(path) == read_memory(path, "r")
     assert read_picture(path, 1) == b"\xff\xd8one"
     assert read_picture(path, 2) is None
+
+
+CRASH = """
+import os, sqlite3, sys
+connection = sqlite3.connect(sys.argv[1], isolation_level=None)
+connection.execute("PRAGMA cache_size = 2")
+connection.execute("BEGIN IMMEDIATE")
+for k in range(100):
+    connection.execute("INSERT OR REPLACE INTO pictures VALUES (?, ?)", (k, bytes(20_000)))
+os._exit(1)
+"""
+
+
+def test_a_write_that_a_crash_cut_off_is_undone(path):
+    subprocess.run([sys.executable, "-c", CRASH, str(path)], check=False)
+    assert path.with_name(f"{path.name}-journal").stat().st_size > 0
+    assert read_memory(path, "r") == (thing(1), thing(2, gone_ns=7))
+    assert read_picture(path, 1) == b"\xff\xd8one"
 
 
 def test_changes_replace_and_remove(path):

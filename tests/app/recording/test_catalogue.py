@@ -11,7 +11,12 @@ from app.messages import keys
 from app.messages.control import encode
 from app.messages.status import GoalStatus
 from app.recording import catalogue
-from app.recording.catalogue import list_sessions, path_of, picture_of
+from app.recording.catalogue import (
+    is_folder_of_recordings,
+    list_sessions,
+    path_of,
+    picture_of,
+)
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
 from app.recording.writing.session import SUMMARY
@@ -30,6 +35,24 @@ def test_a_session_in_a_list(session_folder):
     assert picture_of(root, entry.id, [entry]) is None
     assert path_of(root, entry.id, [entry]) == root / entry.id
     assert path_of(root, "../secret.mcap", [entry]) is None
+
+
+def test_a_folder_of_several_recordings_is_listed_and_not_read_as_its_first(session_folder):
+    assert not is_folder_of_recordings(session_folder)
+    assert is_folder_of_recordings(session_folder.parent)
+    file = session_folder / "session_0.mcap"
+    assert not is_folder_of_recordings(file)
+    Recording(session_folder).close()
+    shutil.copy(file, session_folder / "part_1.mcap")
+    assert is_folder_of_recordings(session_folder)
+    with pytest.raises(RecordingError, match=r"part_1.mcap, session_0.mcap: name one"):
+        Recording(session_folder)
+
+
+def test_a_link_to_a_file_that_is_gone_hides_no_session(session_folder):
+    (session_folder / "old.mcap").symlink_to(session_folder / "none.mcap")
+    entries = list_sessions(session_folder.parent)
+    assert [entry.id for entry in entries] == [f"{session_folder.name}/session_0.mcap"]
 
 
 def test_broken_files_are_listed_with_what_is_wrong(tmp_path, made_up):

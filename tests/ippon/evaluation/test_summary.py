@@ -114,6 +114,19 @@ def test_context_is_paired_with_the_same_search_untold(make_row):
     assert effect.difference.mean == pytest.approx(0.3)
 
 
+def test_a_context_is_paired_with_the_search_for_the_same_colour(make_row):
+    rows = [
+        make_row(colour=colour, context=context, spl=spl)
+        for colour, context, spl in (
+            ("red", "on the table", 0.9), ("red", "", 0.4), ("blue", "on the sofa", 0.7),
+            ("blue", "", 0.2),
+        )
+    ]  # fmt: skip
+    (effect,) = context_effects(rows)
+    assert effect.spl_without == pytest.approx(0.3)
+    assert effect.difference.ci95 == (pytest.approx(0.5), pytest.approx(0.5))
+
+
 def test_a_second_object_is_paired_with_a_fresh_search_from_the_same_place(make_row):
     def pair(number, *, second, fresh, **values):
         name = f"{number}.hat.0.untold.bed"

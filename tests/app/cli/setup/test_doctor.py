@@ -3,8 +3,9 @@ from types import SimpleNamespace
 
 import pytest
 
+from app.cli.main import run
 from app.cli.options.tools import Doctor
-from app.cli.setup import doctor
+from app.cli.setup import doctor, profile_from_robot
 from app.doctor.robot import ros_graph
 from app.doctor.robot.samples import Samples
 from app.errors import UsageError
@@ -50,6 +51,17 @@ def test_the_table_says_what_to_do(listened, capsys):
 def test_a_profile_that_is_none_is_refused():
     with pytest.raises(UsageError, match="no robot profile 'scout'"):
         doctor.run_doctor(Doctor(robot="r", connect="tcp/127.0.0.1:1", profile="scout"))
+
+
+def test_a_navigator_that_does_not_answer_is_told_in_one_line(monkeypatch, capsys):
+    def refuse(endpoint):
+        raise LinkError(f"no navigator answers at {endpoint}")
+
+    monkeypatch.setattr(doctor, "open_client", refuse)
+    monkeypatch.setattr(profile_from_robot, "open_client", refuse)
+    for words in (["doctor"], ["profile", "--from-robot", "scout"]):
+        assert run([*words, "--connect", "tcp/127.0.0.1:1"]) == 2
+        assert capsys.readouterr().err == "ippon: no navigator answers at tcp/127.0.0.1:1\n"
 
 
 def test_a_robot_with_rmw_zenoh_has_a_line_for_its_graph(listened, capsys, tmp_path, monkeypatch):

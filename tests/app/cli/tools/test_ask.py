@@ -10,6 +10,7 @@ from PIL import Image
 from app.cli.main import run
 from app.cli.tools import ask as asking
 from app.cli.tools import feedback
+from app.cli.tools import follow as following
 from app.links.language_model.interface import RULES, SentenceAnswer
 from app.links.language_model.sentence_reading import as_reading
 from app.messages import keys
@@ -20,6 +21,7 @@ from app.messages.control import (
     SearchAccepted,
     SearchRequest,
     SentenceRequest,
+    decode,
     encode,
 )
 from app.messages.status import CountedFind, GoalStatus, Status, Timings
@@ -244,6 +246,32 @@ def test_following_says_what_a_search_waits_for(searches, monkeypatch, capsys):
     assert ask("my keys", "--follow") == 0
     lines = [x for x in capsys.readouterr().out.splitlines() if x.startswith("waits")]
     assert lines == ["waits for goal 7, tv: stopped: press Resume to continue"]
+
+
+def publish_only(monkeypatch, payloads):
+    def publish(session, topic, receive):
+        for payload in payloads if topic.endswith(keys.STATUS) else ():
+            receive(payload)
+
+    monkeypatch.setattr(asking, "subscribe", publish)
+
+
+def test_following_ends_where_the_navigator_does_not_know_the_goal_any_more(
+    searches, monkeypatch, capsys
+):
+    begun = encode(status_of([("keys", "active")], 1))
+    again = encode(msgspec.structs.replace(decode(begun, Status), goal=None, tour=[]))
+    clock = iter((0.0, 1.0, 9.0, 12.0))
+    monkeypatch.setattr(following.time, "monotonic", lambda: next(clock))
+    publish_only(monkeypatch, [begun, again, again])
+    assert ask("my keys", "--follow") == 2
+    assert "does not list goal 1: it was perhaps started again" in capsys.readouterr().err
+
+
+def test_following_a_navigator_of_another_version_says_so(searches, monkeypatch, capsys):
+    publish_only(monkeypatch, [b'{"robot": "r", "mood": "good"}'])
+    assert ask("my keys", "--follow") == 2
+    assert "is of another version: Object " in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("yes", [(), ("--yes",)])

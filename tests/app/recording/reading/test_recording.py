@@ -209,3 +209,19 @@ def test_a_map_is_told_from_a_recording(tmp_path):
     VoxelMap(MapConfig(memory_limit_mb=64.0), ("wall",)).save(tmp_path / "home.map")
     with pytest.raises(RecordingError, match=r"is a map of `ippon navigate --map`"):
         Recording(tmp_path / "home.map")
+
+
+def test_the_messages_of_two_topics_of_one_kind_are_read_as_one(tmp_path):
+    with (tmp_path / "two.mcap").open("wb") as file:
+        writer = Writer(file)
+        writer.start(profile="ros2")
+        schema = writer.register_schema("tf2_msgs/msg/TFMessage", "ros2msg", b"")
+        one, other = (writer.register_channel(f"/{n}/tf", "cdr", schema) for n in "ab")
+        for channel, time_ns in ((one, 10), (other, 5), (one, 20), (other, 30)):
+            writer.add_message(channel, time_ns, bytes([time_ns]), time_ns)
+        writer.finish()
+    recording = Recording(tmp_path / "two.mcap")
+    assert recording.first(keys.TF).payload == b"\x05"
+    latest = [recording.latest(keys.TF, at) for at in (4, 9, 12, 29, 99)]
+    assert [None if m is None else m.payload[0] for m in latest] == [None, 5, 10, 20, 30]
+    recording.close()

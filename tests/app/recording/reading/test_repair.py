@@ -65,6 +65,19 @@ def test_a_repair_without_room_on_the_disk_leaves_nothing_behind(tmp_path, made_
     assert session.writer.path.read_bytes() == cut
 
 
+def test_a_session_that_is_still_recorded_is_not_replaced(tmp_path, made_up):
+    session = made_up.write_session(tmp_path, end=False)
+    session.writer.flush()
+    checkup = check(session.writer.folder, repair=True)
+    assert not checkup.repaired
+    assert repair.STILL_WRITTEN in checkup.problems
+    session.add(keys.EVENT, b"{}", session.start_ns + 10**10, 1e6)
+    written = session.writer.messages
+    session.close()
+    assert len(_contents(session.writer.folder)[0]) == written
+    assert repair.STILL_WRITTEN not in check(session.writer.folder, repair=True).problems
+
+
 def test_a_whole_one_is_left_as_it_is_and_what_it_lacks_is_named(tmp_path, made_up):
     session = made_up.write_session(tmp_path / "a", end=False)
     session.close()

@@ -1,0 +1,58 @@
+"""The pose of the base in the world, by the last transforms that a recording holds."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import reduce
+from operator import matmul
+from typing import Final
+
+from app.messages.motion import StampedTransform
+from ippon.geometry import Float64Array
+
+WORLD: Final = "map"
+BASE: Final = "base_link"
+_FIXED_NS: Final = -1
+"""Instead of the stamp of a fixed transform, which is not a time of the robot."""
+
+
+class BasePose:
+    """Follows the transforms between world and base.
+
+    Args:
+        world: Frame of the world.
+    """
+
+    def __init__(self, world: str = WORLD) -> None:
+        self._world = world
+        self._links: dict[str, StampedTransform] = {}
+
+    def take(self, transforms: Iterable[StampedTransform], *, fixed: bool) -> None:
+        """Take transforms of one message; `fixed` ones have no time."""
+        for one in transforms:
+            self._links[one.child] = replace(one, stamp_ns=_FIXED_NS) if fixed else one
+
+    def pose(self) -> Float64Array | None:
+        """Return T_world_base (4, 4), None while a transform is missing."""
+        chain = self._chain()
+        return reduce(matmul, [link.T_parent_child for link in chain]) if chain else None
+
+    def stamp_ns(self) -> int | None:
+        """Return the time of the pose, None while a transform or its time is missing.
+
+        It is that of the moving transform next to the base: localisation stamps its own, from the
+        world to the odometry, ahead of time.
+        """
+        stamps = (link.stamp_ns for link in reversed(self._chain()))
+        return next((stamp for stamp in stamps if stamp != _FIXED_NS), None)
+
+    def _chain(self) -> list[StampedTransform]:
+        """Return the transforms from the world to the base, empty while one is missing."""
+        chain: list[StampedTransform] = []
+        frame = BASE
+        while frame != self._world:
+            link = self._links.get(frame)
+            if link is None or len(chain) == len(self._links):
+                return []
+            chain.append(link)
+            frame = link.parent
+        return chain[::-1]
