@@ -137,7 +137,8 @@ DOUBTS = word_set("maybe perhaps might could possibly sometimes whether if unles
 DOUBT_PHRASES = ("not sure", "not certain", "don't know", "do not know", "can be", "no idea")
 BELIEFS = word_set(
     "think believe guess suppose probably likely assume suspect presumably seem seems "
-    "apparently should must"
+    "apparently should must reckon bet imagine thinks believes guesses supposes assumes suspects "
+    "reckons bets imagines"
 )
 HABITS = word_set("usually normally often typically generally mostly regularly habitually commonly")
 HABIT_PHRASES = ("tend to", "tends to", "used to", "most of the time", "as a rule", "as usual")

@@ -10,7 +10,7 @@ from typing import Any, Final, cast
 import yaml
 
 from ippon.guidance.knowledge import load_knowledge
-from ippon.guidance.language.context_words import ABSTRACT, NEGATIONS, RELATIONS
+from ippon.guidance.language.context_words import ABSTRACT, BELIEFS, NEGATIONS, RELATIONS
 from ippon.guidance.language.words import ADJECTIVES, DETERMINERS, tokenize, word_set
 
 UNKNOWN: Final = "another language than English"
@@ -58,6 +58,7 @@ ENGLISH = (
     | ADJECTIVES
     | DETERMINERS
     | ABSTRACT
+    | BELIEFS
     | NEGATIONS
     | frozenset(" ".join(RELATIONS).split())
 )

@@ -10,7 +10,7 @@ from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.places import is_room
-from ippon.guidance.language.grammar.relation_phrase import read_relation
+from ippon.guidance.language.grammar.relation_phrase import read_relation, relation_to
 from ippon.guidance.language.grammar.utterance import Utterance, hear
 from ippon.guidance.language.languages import ENGLISH
 from ippon.guidance.language.naming import resolve_object
@@ -24,6 +24,7 @@ _ABOUT = word_set(
 
 
 _SOUGHT = word_set("bother look looking search searching check checking go going try trying enter")
+_DECLINED_AT: Final = ("on", "under", "behind", "near", "beside", "above")
 _RELATIVE: Final = ("which", "that", "who", "whose")
 _PLACING = word_set("in on under at behind near inside upstairs downstairs outside above below")
 _TIMES = word_set(
@@ -139,7 +140,8 @@ def state(reading: Reading, words: str, targets: list[Draft]) -> None:
                 goal.relate(one)
         if told or claims or kept:
             goal.note(words)
-    if not told and content:
+    placed = any(one.place.lower() in words.lower() for one in reading.places)
+    if not told and content and not placed:
         reading.unused.append(words.strip())
 
 
@@ -188,12 +190,9 @@ def skip_declined(reading: Reading, index: int) -> int:
         Index after it; `index` where no such words stand.
     """
     said = reading.said
-    place = reading.match(phrases.PLACE_DECLINED, index)
-    room = read_noun_phrase(said, place) if place > index else None
-    sought = _SOUGHT & set(said.words(index, place)) and room is not None
-    if room is not None and (is_room(room.head) or (sought and not room.known)):
-        decline_place(reading, room.head)
-        return room.end
+    end = _skip_place(reading, index)
+    if end > index:
+        return end
     start = reading.match(phrases.DECLINED, index)
     phrase = read_noun_phrase(said, start) if start > index else None
     if phrase is None:
@@ -206,9 +205,33 @@ def skip_declined(reading: Reading, index: int) -> int:
     return end
 
 
-def decline_place(reading: Reading, room: str) -> None:
-    """Take a room as the place of no object: of the list before, else of those that follow."""
-    place = Relation(relation="in", place=room, negated=True)
+def _skip_place(reading: Reading, index: int) -> int:
+    """Skip a place not to be searched: "don't look under the bed for", "don't look upstairs"."""
+    said = reading.said
+    start = reading.match(phrases.PLACE_DECLINED, index)
+    if start == index:
+        return index
+    storey = read_relation(said, start, verbs=False)
+    if storey is not None and storey.end == start + 1:
+        place, end = replace(storey.relations[0], negated=True), storey.end
+    else:
+        phrase = read_noun_phrase(said, start)
+        if phrase is None:
+            return index
+        before = said.word(start - 1)
+        relation = phrases.PREPOSITIONS[before] if before in _DECLINED_AT else "in"
+        sought = bool(_SOUGHT & set(said.words(index, start)))
+        named = not phrase.known or relation != "in" or said.word(phrase.end) == "for"
+        if not (is_room(phrase.head) or (sought and named)):
+            return index
+        place = relation_to(said, start, phrase, relation, negated=True)
+        end = phrase.end
+    decline_place(reading, place)
+    return end + (said.word(end) == "for" and not reading.drafts)
+
+
+def decline_place(reading: Reading, place: Relation) -> None:
+    """Take a place as that of no object: of the list before, else of those that follow."""
     for goal in reading.drafts[reading.list_start :]:
         goal.relate(place)
         goal.note(place.text)

@@ -13,7 +13,7 @@ from ippon.guidance.language.grammar.heads import CODE
 from ippon.guidance.language.grammar.noun_phrase import STANDS, NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS, STOP
 from ippon.guidance.language.grammar.places import is_searched_inside
-from ippon.guidance.language.grammar.relation_phrase import ENTERING
+from ippon.guidance.language.grammar.relation_phrase import ENTERING, is_guessed_before
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
@@ -32,6 +32,11 @@ _OWNING = word_set("has belongs")
 _STATES = word_set("missing broken torn off open gone loose")
 """After a part, they say in which state it is: "one ear missing"."""
 _IDIOMS = word_set("life sake goodness")
+_GOING_ON = (
+    "keeps", "keep", "kept", "keeps on", "won't stop", "will not stop", "doesn't stop",
+    "never stops", "started", "starts", "always", "is always",
+)  # fmt: skip
+"""Between "that" and what a thing does: "that keeps beeping"."""
 
 
 def read_feature(said: Utterance, start: int, goal: Draft) -> int:
@@ -221,7 +226,8 @@ def read_purpose(said: Utterance, start: int, goal: Draft) -> int:
         return phrase.end  # "For the life of me".
     if to and goal.trigger == "told":
         relation = "in" if is_searched_inside(phrase.head) else "at"
-        goal.relate(Relation(relation=relation, place=phrase.head))
+        if not is_guessed_before(said, start):
+            goal.relate(Relation(relation=relation, place=phrase.head))
         goal.note(said.said(start, phrase.end))
         return phrase.end  # "Dad took the ladder to the garage".
     goal.add(Attribute(kind="feature", value=said.said(start, phrase.end)))
@@ -229,7 +235,12 @@ def read_purpose(said: Utterance, start: int, goal: Draft) -> int:
 
 
 def read_activity(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "that is ringing", "which fits this pot", "that doesn't work": what it does."""
+    """Read "that is ringing", "which fits this pot", "that keeps beeping": what it does."""
+    if (begin := _goes_on(said, start)) > start:
+        end = _clause_end(said, begin + 1)
+        end += end < len(said) and said.word(end) in PREPOSITIONS and said.breaks(end + 1)
+        goal.add(Attribute(kind="feature", value=said.said(begin, end)))
+        return end  # "That keeps going off".
     if said.word(start) not in ("that", "which") or said.breaks(start + 1):
         return start
     index = start + 1
@@ -244,14 +255,29 @@ def read_activity(said: Utterance, start: int, goal: Draft) -> int:
     )
     if not (acts or does or plain) or (said.breaks(index + 1) and not plain):
         return start
-    end = index + 1 + (acts or does)
-    while end < len(said) and not said.breaks(end):
-        if said.word(end) in ("and", "or", "then", "please") or said.word(end) in PREPOSITIONS:
-            break
-        end += 1
+    end = _clause_end(said, index + 1 + (acts or does))
     begin = index + 1 if acts else start + 1
     goal.add(Attribute(kind="feature", value=said.said(begin, end)))
     return end
+
+
+def _goes_on(said: Utterance, start: int) -> int:
+    """Return the index of what a thing keeps doing: "that won't stop beeping"; else the same."""
+    if said.word(start) not in ("that", "which", "that's"):
+        return start
+    index = start + 1 + said.starts(start + 1, _GOING_ON)
+    doing = said.word(index)
+    busy = index > start + 1 and doing.endswith("ing") and len(doing) > 4
+    return index if busy and not said.breaks(index) else start
+
+
+def _clause_end(said: Utterance, index: int) -> int:
+    """Return the index of the first word that ends what a thing does."""
+    while index < len(said) and not said.breaks(index):
+        if said.word(index) in ("and", "or", "then", "please") or said.word(index) in PREPOSITIONS:
+            break
+        index += 1
+    return index
 
 
 def read_side(said: Utterance, start: int, goal: Draft) -> int:

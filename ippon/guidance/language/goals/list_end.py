@@ -54,7 +54,8 @@ def _share_place(reading: Reading) -> None:
     together = last.phrase.shared or last.trigger == "told"
     shared = [
         place for place in last.relations
-        if place not in reading.places and (together or _is_in_room(place))
+        if place not in reading.places
+        and (together or _is_in_room(place) or place.relation == "from")
     ]  # fmt: skip
     if not shared:
         return

@@ -75,6 +75,8 @@ def _exclusion(said: Utterance, start: int, goal: Draft) -> int:
     if not length:
         return start
     index = start + length
+    if (end := _not_one_that(said, index, goal)) > index:
+        return end
     bare = index
     while listed_kind(said.word(bare)) is not None and not said.breaks(bare):
         bare += 1
@@ -112,6 +114,20 @@ def _exclusion(said: Utterance, start: int, goal: Draft) -> int:
     if phrase is None or said.word(start) == "nor":
         return _adjectives(said, index, goal, negated=True) or start
     return _other_name(said, start, phrase, goal)
+
+
+def _not_one_that(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "one that's empty" after "but not"; returns the index after it, the same for none."""
+    index = start + (said.word(start) in ("one", "ones", "any", "those"))
+    if said.word(index) not in ("that", "that's", "which"):
+        return start
+    probe = goal.probe()
+    end = read_modifier(said, index, probe)
+    for one in probe.attributes:
+        goal.add(replace(one, negated=not one.negated))
+    for relation in probe.relations:
+        goal.relate(replace(relation, negated=not relation.negated))
+    return end if end > index else start
 
 
 def _or_other(said: Utterance, index: int, goal: Draft) -> int:

@@ -40,7 +40,7 @@ def read_placed(said: Utterance, start: int, goal: Draft) -> int:
     relative = said.word(start) in ("that", "which") and said.word(start + 1) in BE
     if relative and doing.endswith("ing") and doing not in _POSTURES:
         goal.add(Attribute(kind="feature", value=doing))  # "That is dripping in the kitchen".
-    of = goal.is_owned and "of" in said.words(max(0, start - 4), start)
+    of = goal.is_owned and " of " in goal.phrase.display
     if of and start == goal.phrase.end and _is_of_person(phrase.relations[0].place):
         goal.note(said.said(phrase.begin, phrase.end))
         return phrase.end  # "The glasses of the lady in room 2".

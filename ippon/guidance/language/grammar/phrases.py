@@ -79,10 +79,12 @@ DECLINED: Final = re.compile(
 )
 """What says which object not to search for."""
 PLACE_DECLINED: Final = re.compile(
-    r"(?:don't|dont|do not|no need to|you needn't|no point in|no use|skip|never mind|forget|avoid|"
+    r"(?:don't|dont|do not|no need to|you needn't|no (?:point|use)(?: in)?|skip|never mind|forget|"
+    r"avoid|"
     r"(?:stay|keep|steer)(?: away| clear)?(?: out)?(?= of| from))"
     r"(?: (?:bother|look|search|check|go|try|about|of|from|enter)(?:ing)?)*"
-    r"(?: (?:with|in|into|on|at|to|inside|around|through))* +(?=(?:the|my|our|your|his|her) )",
+    r"(?: (?:with|in|into|on|at|to|inside|around|through|under|behind|near|beside|above))* +"
+    r"(?=(?:the|my|our|your|his|her|upstairs|downstairs|outside|outdoors)\b)",
     re.IGNORECASE,
 )
 """What says which room not to search."""
@@ -100,11 +102,18 @@ _THERE: Final = (
 GO: Final = re.compile(
     rf"\b(?P<look>{_LOOKING})(?: over| down| up| straight| out| through| around| round| back)*"
     r"(?: (?:in|to|into|on|at|inside|under|of))? "
-    r"(?P<place>[^.,;!?]{2,60}?)"
+    r"(?P<place>(?:between [^.,;!?]{2,40}? and (?!then |find |get |bring |look |see |take ))?"
+    r"[^.,;!?]{2,60}?)"
     rf"(?:,? (?P<end>and(?: then)?|for)\b |(?P<there>,? (?={_THERE} )))",
     re.IGNORECASE,
 )
 """A place to go to before the object: "go to the kitchen and", "search the shelf for"."""
+LOOK: Final = re.compile(
+    r"(?:(?:please|just|so|then|and|but|better) )*(?:look|check|try|search|(?:have|take) a look)"
+    r"(?: again| over| down| up)*\s+(?=\S)",
+    re.IGNORECASE,
+)
+"""What says after an object where to look for it."""
 SEVERAL: Final = re.compile(
     r"\b(?:look|check|search|try|inspect|explore|comb)(?: in| into| through| around)* "
     r"(?P<places>(?!for )[^.;!?]{2,90}?),? for ",

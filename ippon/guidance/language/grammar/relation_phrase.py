@@ -1,6 +1,7 @@
 """Phrases that say where a thing is: "next to the white fridge", "not in Anna's room"."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
@@ -21,7 +22,7 @@ from ippon.guidance.language.grammar.noun_phrase import (
     stands_somewhere,
 )
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS
-from ippon.guidance.language.grammar.places import holds_things, is_room, room_spelt
+from ippon.guidance.language.grammar.places import holds_things, is_room, named_place, room_spelt
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.words import DETERMINERS, word_set
 
@@ -40,8 +41,11 @@ _SOFT = word_set(
     "probably maybe perhaps possibly likely presumably usually normally often sometimes might "
     "could should supposedly apparently mostly prob probs i'd guess generally typically"
 )
-_GUESSES = HABITS | word_set("think believe guess suppose probably likely maybe perhaps possibly")
+_GUESSES = (
+    HABITS | (BELIEFS - word_set("should must seem seems")) | word_set("maybe perhaps possibly")
+)
 """Of a sentence before the object: "could" and "might" ask there."""
+_PERHAPS = word_set("could might may")
 _JOINTS: Final = ("or", "nor", "and")
 _STOREYS: Final = {
     "upstairs": "upstairs", "downstairs": "downstairs", "outdoors": "outdoors",
@@ -87,7 +91,8 @@ def read_relation(said: Utterance, start: int, *, verbs: bool = True) -> Relatio
         if prepositions:
             relations, end = _read_places(said, prepositions, at, negated=negated)
             if relations:
-                return RelationPhrase(tuple(relations), soft, start, end)
+                more, end = _also_denied(said, end) if negated else ([], end)
+                return RelationPhrase((*relations, *more), soft, start, end)
         if word in ("from", "at") and said.word(index + 1) in _STOREYS:
             index, word = index + 1, said.word(index + 1)
         if word in _STOREYS:
@@ -107,6 +112,18 @@ def read_relation(said: Utterance, start: int, *, verbs: bool = True) -> Relatio
     return None
 
 
+def _also_denied(said: Utterance, index: int) -> tuple[list[Relation], int]:
+    """Read ", or in the hall" after a place that is denied: it is denied, too."""
+    relations: list[Relation] = []
+    while said.word(index) in ("or", "nor") and not said.ends(index):
+        prepositions, at = prepositions_at(said, index + 1)
+        more, end = _read_places(said, prepositions, at, negated=True) if prepositions else ([], 0)
+        if not more:
+            break
+        relations, index = [*relations, *more], end
+    return relations, index
+
+
 def _may_precede(said: Utterance, index: int) -> bool:
     """Tell whether a word may stand before a preposition without changing where."""
     particle = said.word(index) in ("in", "on", "up", "out") and said.word(index - 1).endswith("ed")
@@ -122,21 +139,31 @@ def is_guessed(said: Utterance, phrase: RelationPhrase, object_end: int) -> bool
         phrase: The relation.
         object_end: Index after the object.
     """
-    first, last = phrase.begin, phrase.end
-    while first > 0 and not said.ends(first):
-        first -= 1
+    last = phrase.end
+    first = _sentence_start(said, phrase.begin)
     while not said.ends(last) and not (said.breaks(last) and said.word(last) in ("or", "and")):
         if said.word(last) in _SOFT and read_relation(said, last) is not None:
             break  # "In my room, probably under the bed".
         last += 1
     after = min(max(first, object_end), phrase.begin)
     asked = said.word(first + 1) in DETERMINERS or said.word(first + 1) == "there"
-    if said.word(first) in ("could", "might", "may") and asked:
+    if said.word(first) in _PERHAPS and asked:
         return True  # "Could my wallet have fallen behind the sofa?"
     doubts = BELIEFS | DOUBTS | HABITS
-    return bool(doubts & set(said.words(after, last))) or bool(
-        (doubts & _GUESSES) & set(said.words(first, after))
-    )
+    return bool(doubts & set(said.words(after, last))) or is_guessed_before(said, after)
+
+
+def is_guessed_before(said: Utterance, index: int) -> bool:
+    """Tell whether the sentence says up to a word that it is a guess: "I may have dropped"."""
+    words = said.words(_sentence_start(said, index), index)
+    supposed = any(word in _PERHAPS and following == "have" for word, following in pairwise(words))
+    return supposed or bool(_GUESSES & set(words))
+
+
+def _sentence_start(said: Utterance, index: int) -> int:
+    while index > 0 and not said.ends(index):
+        index -= 1
+    return index
 
 
 def prepositions_at(said: Utterance, index: int) -> tuple[list[str], int]:
@@ -199,7 +226,7 @@ def _read_places(
             break
         for preposition in prepositions:
             relation, denied = _stated(preposition, phrase.head, negated=negated)
-            relations.append(_relation(said, index, phrase, relation, denied))
+            relations.append(relation_to(said, index, phrase, relation, negated=denied))
         index = phrase.end
         joint = said.word(index)
         again = index + 1
@@ -218,7 +245,7 @@ def _read_places(
     for begin, phrase in _listed_places(said, index, denied=negated) if relations else []:
         for preposition in prepositions:
             relation, denied = _stated(preposition, phrase.head, negated=negated)
-            relations.append(_relation(said, begin, phrase, relation, denied))
+            relations.append(relation_to(said, begin, phrase, relation, negated=denied))
         index = phrase.end
     return relations, index
 
@@ -292,10 +319,11 @@ def _stated(preposition: str, place: str, *, negated: bool) -> tuple[str, bool]:
     return preposition, negated
 
 
-def _relation(
-    said: Utterance, start: int, phrase: NounPhrase, relation: str, negated: bool
+def relation_to(
+    said: Utterance, start: int, phrase: NounPhrase, relation: str, *, negated: bool = False
 ) -> Relation:
-    place, attributes = room_spelt(phrase.head), phrase.attributes
+    """Return the relation to the place that a noun phrase at a word names."""
+    place, attributes = named_place(room_spelt(phrase.head), phrase.attributes)
     if _is_own_room(phrase):
         # The name of a room: the operator may have given it to one.
         place = said.said(start, phrase.end)

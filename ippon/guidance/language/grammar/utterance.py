@@ -78,6 +78,15 @@ _SOUND = (
     (re.compile(r"\bcan (?:find|see) neither\b", re.IGNORECASE), "can't find"),
     (re.compile(r"\b(it|he|she|they|that|there)['’]ll\b", re.IGNORECASE), r"\1 will"),
     (re.compile(r"\bout(?:t?a|ta)\b", re.IGNORECASE), "out of"),
+    (re.compile(r"\bwhere['’]d\b", re.IGNORECASE), "where did"),
+    (
+        re.compile(
+            r"\b(?:literally|honestly|seriously|basically|absolutely|simply|truly),? "
+            r"(?=(?:just )?(?:any|every|all|the|my|a|an)\b)",
+            re.IGNORECASE,
+        ),
+        "",
+    ),
     (re.compile(r"['’]s (?=(?:taken|moved|stolen|hidden|borrowed|got)\b)", re.IGNORECASE), " has "),
     (re.compile(r"(?<=\d)\s?[x×]\s+(?=[^\W\d])", re.IGNORECASE), " "),
     (re.compile(r"(?<=\w) or so\b", re.IGNORECASE), ""),
@@ -98,7 +107,8 @@ _SOUND = (
     (re.compile(r"(?<=\d)(?=(?:l|ml|cm|mm|m|kg|g|inch|litres?|liters?)\b)", re.IGNORECASE), " "),
     (
         re.compile(
-            r"\b(\w+)['’]s (?=(?:been|not|in|on|at|under|upstairs|probably|gone|missing|lost)\b)",
+            r"\b(\w+)['’]s (?=(?:been|not|in|on|at|under|behind|near|next to|beside|above|"
+            r"upstairs|downstairs|probably|gone|missing|lost)\b)",
             re.IGNORECASE,
         ),
         r"\1 is ",

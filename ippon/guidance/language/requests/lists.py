@@ -16,7 +16,7 @@ from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PRONOUNS
 from ippon.guidance.language.grammar.places import is_room
-from ippon.guidance.language.grammar.relation_phrase import read_relation
+from ippon.guidance.language.grammar.relation_phrase import read_relation, relation_to
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
@@ -84,7 +84,8 @@ def _is_item(reading: Reading, start: int, phrase: NounPhrase, *, lone: bool) ->
     if lone:
         # "Hat, pepper, and oil": what stands within a list belongs to it.
         within = said.word(phrase.end) in ("and", "or") and phrase.end - start <= 2
-        listed = len(reading.drafts) - reading.list_start > 1 and said.ends(phrase.end)
+        listed = len(reading.drafts) - reading.list_start > 1 and said.breaks(phrase.end)
+        listed = listed or _goes_on(reading, phrase.end)
         return phrase.determined or phrase.known or within or listed
     return (
         phrase.known
@@ -92,6 +93,18 @@ def _is_item(reading: Reading, start: int, phrase: NounPhrase, *, lone: bool) ->
         or phrase.corrected
         or not said.word(start).endswith("ing")
     )
+
+
+def _goes_on(reading: Reading, index: int) -> bool:
+    """Tell whether a comma and one more object follow: ", box cutter, tape gun"."""
+    said = reading.said
+    if said.gap(index).strip() != ",":
+        return False
+    if any(reading.match(known, index) > index for known in (phrases.PADDING, phrases.TAIL)):
+        return False
+    phrase = read_noun_phrase(said, index)
+    named = phrase is not None and bool(phrase.head) and not is_room(phrase.head)
+    return phrase is not None and named and said.breaks(phrase.end)
 
 
 def read_goals(reading: Reading, start: int, asked: str) -> int:
@@ -232,7 +245,7 @@ def _bare_room(reading: Reading, index: int) -> int:
         return index
     level = phrase.head in ("shelf", *_LEVELS) or phrase.head.endswith(" floor")
     relation = "on" if level else "in"
-    place = Relation(relation=relation, place=phrase.head, attributes=phrase.attributes)
+    place = relation_to(said, index, phrase, relation)
     reading.drafts[-1].relate(place)
     reading.drafts[-1].note(place.text)
     return end
@@ -277,7 +290,7 @@ def not_this(reading: Reading, index: int) -> int:
     if phrase is None or reading.drafts:
         return index
     if is_room(phrase.head) and said.breaks(phrase.end):
-        decline_place(reading, phrase.head)
+        decline_place(reading, relation_to(said, index + 1, phrase, "in", negated=True))
         return phrase.end
     at = phrase.end + (said.word(phrase.end) in ("but", "just", "only"))
     at = said.corrected(at, phrases.CORRECTIONS)

@@ -3,17 +3,19 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ippon.guidance.language.context_words import RELATIONS
+from ippon.guidance.language.context_words import ABSTRACT, RELATIONS
 from ippon.guidance.language.goals import clauses
 from ippon.guidance.language.goals.drafts import Reading
 from ippon.guidance.language.goals.goal import Goal, Relation
 from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.grammar import phrases
-from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
+from ippon.guidance.language.grammar.attributes import listed_kind
+from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PRONOUNS
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import read_relation
 from ippon.guidance.language.grammar.utterance import Utterance
+from ippon.guidance.language.requests.asides import skip_aside
 from ippon.guidance.language.requests.asked import read_asked
 from ippon.guidance.language.requests.corrections import read_correction
 from ippon.guidance.language.requests.courtesy import (
@@ -22,7 +24,7 @@ from ippon.guidance.language.requests.courtesy import (
     skip_courtesy,
 )
 from ippon.guidance.language.requests.earlier import read_before
-from ippon.guidance.language.requests.leading_places import read_place_first
+from ippon.guidance.language.requests.leading_places import read_hint, read_place_first
 from ippon.guidance.language.requests.lists import (
     MAX_DRAFTS,
     drop_rooms,
@@ -32,7 +34,7 @@ from ippon.guidance.language.requests.lists import (
     separator,
     stands_alone,
 )
-from ippon.guidance.language.words import word_set
+from ippon.guidance.language.words import is_mass, word_set
 
 _SUBJECTS = word_set(
     "it its it's they they're them he she he's she's i i'm i've we we've you somebody someone mum "
@@ -42,6 +44,20 @@ _SUBJECTS = word_set(
     "left put fell was were must had took"
 )
 """Words that begin what is told beside a request."""
+_UNNAMED = word_set("i we he she they i've we've somebody someone must may might you")
+"""Of these it need not be told that they had the object."""
+
+
+def _is_event(said: Utterance, phrase: NounPhrase) -> bool:
+    """Tell whether no thing is named: "lunch is at one", "happy Friday", "tea is ready"."""
+    if any(one.kind == "owner" for one in phrase.attributes):
+        return False
+    stated = said.word(phrase.end) in ("is", "are") and not said.breaks(phrase.end)
+    if phrase.head.rpartition(" ")[2] in ABSTRACT and (stated or not phrase.known):
+        return True
+    done = listed_kind(said.word(phrase.end + 1)) in ("condition", "feel")
+    whole = phrase.end + 2 == len(said) and not phrase.determined
+    return stated and done and whole and is_mass(phrase.head)
 
 
 class RequestReader:
@@ -68,7 +84,7 @@ class RequestReader:
         """Fall back on the first thing of the table that a sentence names."""
         said = self._said
         self.reading.stray += self.reading.before[:1]
-        if said.word(0) in phrases.OTHER_TASKS:
+        if said.word(0) in phrases.OTHER_TASKS or self.reading.declined is not None:
             return
         for index in range(len(said)):
             if said.word(index - 1) in RELATIONS:
@@ -85,12 +101,14 @@ class RequestReader:
 
     def _step(self, index: int) -> int:
         for read in (
+            self._aside,
             self._corrected,
             self._declined,
             self._ordering,
             self._before,
             self._announced,
             self._placed_first,
+            self._hinted,
             self._asked,
             self._told,
             self._courtesy,
@@ -103,6 +121,9 @@ class RequestReader:
             if end > index:
                 return end
         return self._context(index)
+
+    def _aside(self, index: int) -> int:
+        return skip_aside(self.reading, index)
 
     def _corrected(self, index: int) -> int:
         after = self._said.corrected(index, phrases.CORRECTIONS)
@@ -146,6 +167,9 @@ class RequestReader:
     def _placed_first(self, index: int) -> int:
         return read_place_first(self.reading, index)
 
+    def _hinted(self, index: int) -> int:
+        return read_hint(self.reading, index)
+
     def _before(self, index: int) -> int:
         return read_before(self.reading, index)
 
@@ -169,8 +193,8 @@ class RequestReader:
         after = read_goals(self.reading, end, "told")
         if after == end:
             return index
-        if said.word(index) in ("my", "our", "the"):
-            self.reading.drafts[0].note(said.said(index, end))  # "My sister borrowed".
+        if said.word(index) not in _UNNAMED:
+            self.reading.drafts[0].note(said.said(index, end))  # "Priya borrowed".
         return after
 
     def _described(self, index: int) -> int:
@@ -231,6 +255,8 @@ class RequestReader:
         fresh = self.reading.order is not None or (index > 0 and said.ends(index))
         phrase = read_noun_phrase(said, index)
         if phrase is None or not (phrase.head or phrase.determined or self.reading.drafts):
+            return index
+        if _is_event(said, phrase):
             return index
         called = index == 0 and not phrase.known and phrase.end == 1 and said.breaks(1)
         if called and self.reading.match(phrases.ASKED, 1) > 1:
