@@ -105,6 +105,8 @@ class Reading:
     """An object not to be searched for, which "the white one" may name."""
     subject: NounPhrase | None = None
     """What a clause before the first object tells of, which "another one" and "it" may name."""
+    begin: int = 0
+    """Index after what was said to others."""
     places: list[Relation] = field(default_factory=list)
     """Said before the object: "look in the kitchen for"."""
 

@@ -205,7 +205,10 @@ def read_topic(said: Utterance, start: int, goal: Draft) -> int:
         return start
     end = index + length
     while end < len(said) and not said.breaks(end) and end - index < 6:
-        if said.word(end) in ("and", "or", "then") or said.word(end) in PREPOSITIONS:
+        if (
+            said.word(end) in ("and", "or", "then", "that", "which")
+            or said.word(end) in PREPOSITIONS
+        ):
             break
         end += 1
     if end == index + length:

@@ -307,7 +307,9 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
     if bare:
         for one in phrase.attributes:
             goal.add(one)
-        return phrase.end
+        last = said.word(phrase.end) == "and" and said.breaks(phrase.end + 2)
+        more = _adjectives(said, phrase.end + 1, goal, negated=False) if last else 0
+        return more or phrase.end  # "Markers: red, black and blue".
     contained = is_mass(goal.head) and phrase.head in _HOLDING and bool(phrase.attributes)
     if said.breaks(start) and said.word(start) == "the" and contained:
         goal.add(Attribute(kind="feature", value=without_article(phrase.display)))

@@ -36,8 +36,10 @@ def read_placed(said: Utterance, start: int, goal: Draft) -> int:
     if "over" in said.words(start, phrase.end) and _CROSSING & set(crossed):
         goal.note(said.said(phrase.begin, phrase.end))
         return phrase.end  # "It flew over the fence".
-    doing = said.word(start + 2)
+    contracted = said.word(start) == "that's"
+    doing = said.word(start + 2 - contracted)
     relative = said.word(start) in ("that", "which") and said.word(start + 1) in BE
+    relative = relative or contracted
     if relative and doing.endswith("ing") and doing not in _POSTURES:
         goal.add(Attribute(kind="feature", value=doing))  # "That is dripping in the kitchen".
     of = goal.is_owned and " of " in goal.phrase.display

@@ -1,5 +1,6 @@
 """One noun phrase: how many, whose, which, and what."""
 
+import re
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
@@ -33,6 +34,7 @@ _PARTICIPLES = word_set("left hidden fallen forgotten hanging standing")
 """They end a noun phrase but where they begin it: "the hidden egg"."""
 _NEAR: Final = 4
 """So many words stand between a preposition and the last noun of a compound place."""
+_TIMES: Final = re.compile(r"x([1-9]\d?)$")
 _STAY = word_set("live lives belong belongs")
 _AWAY = word_set("away off down up out back")
 _PARTICLES = word_set(
@@ -92,11 +94,15 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
         return None
     if begun.reference and words in (["thing"], ["object"], ["item"], ["things"]):
         words = ["one"]  # "The same thing".
-    named = name_head(said.words(index, end) or words, words, begun.count, knowledge)
+    times = _TIMES.match(words[-1]) if len(words) > 1 and begun.count is None else None
+    if times is not None:
+        begun.count, words = int(times[1]), words[:-1]  # "Hat x2".
+    spoken = said.words(index, end - (times is not None)) or words
+    named = name_head(spoken, words, begun.count, knowledge)
     if said.word(start) == "both" and not singular_candidates(said.word(end - 1)):
         begun.count = None  # "Both my mug and yours".
     attributes = [*(begun.owners or []), *named.attributes]
-    display = said.said(index, end)
+    display = said.said(index, end - (times is not None))
     several = read_noun_phrase(said, end + 1) if of and said.word(end) == "of" else None
     chosen = (not named.head and named.attributes) or named.head in MEASURES
     if chosen and several is not None and several.head:
@@ -225,6 +231,8 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             pass
         elif word in _PLACED and index == start and _determined(said, index):
             pass  # "The inside pocket".
+        elif word in ("really", "rather") and index == start and listed_kind(said.word(index + 1)):
+            pass  # "A really big box".
         elif (word in STOP or _is_preposition(said, index) or word in NEGATIONS) and not (
             word in ("over", "off") and index == start and said.word(index + 1) == "white"
         ):

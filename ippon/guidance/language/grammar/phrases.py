@@ -35,8 +35,10 @@ _END: Final = r"(?=$|[\s,.!?;:'\"…)\]–—”]|-(?!\w))"
 
 
 _PERSON: Final = (
-    r"(?:(?:my|our|the|a|an|his|her|their|one of (?:my|our|the)) \w+(?: \w+)??"
-    r"(?: (?:in|at|from|on|of|by|with) (?:(?:the|a|my|our) )?\w+(?: \d+\w?)?"
+    r"(?:(?:(?:my|our|the|a|an|his|her|their|one of (?:my|our|the)|mrs?|ms|miss|dr|doctor|"
+    r"aunt|uncle) \w+(?: \w+)??|guest|patient|customer|visitor|client|resident)"
+    r"(?: (?:in|at|from|on|of|by|with) (?:(?:the|a|my|our) )?\w+"
+    r"(?: (?:\d+\w?|one|two|three|four|five|six|seven|eight|nine|ten))?"
     r"| next door| upstairs| downstairs| over (?:there|here))?)"
 )
 """Who does something, and where: "the lady in room 7"."""
@@ -160,7 +162,7 @@ GONE: Final = re.compile(
 )
 GONE_SENTENCE: Final = re.compile(
     rf"\b(?:my|our|the|his|her|their)(?: \w+){{1,4}}?(?:(?:'s| is| are| was| has| have)"
-    rf"(?: been| now)* (?:{_GONE}|not there)| (?:isn't|aren't|wasn't|weren't) there"
+    rf"(?: been| now)* (?:{_GONE}|not there)| (?:isn't|aren't|wasn't|weren't) (?:there|here)\b"
     r"| (?:ought to|should|must|has to|have to) be (?:there|here|somewhere)\b)",
     re.IGNORECASE,
 )
@@ -203,6 +205,8 @@ SAYS: Final = re.compile(
     r"(?:(?:i|we|he|she|they|(?:my |the |our )?\w+)(?: just| also)? (?:told (?:me|us)|said|swore|"
     r"(?:say|think|believe|claim|swear|reckon|bet|guess|suppose|suspect|assume|expect|imagine|hope)"
     r"(?:e?s)?)|according to (?:my |the |our )?\w+,?|"
+    r"maybe|perhaps|possibly|probably|apparently|chances are|i could (?:swear|have sworn)|"
+    r"it(?:'s| is) (?:quite )?(?:possible|likely)|there(?:'s| is) a (?:good )?chance|"
     r"(?:i'm|i am|we're|we are)(?: \w+)? (?:sure|certain|convinced|positive))(?: that)? "
     r"(?=(?:i|you|he|she|we|they|her|his|my|our|their|the|a|an|some|there|there's) )",
     re.IGNORECASE,

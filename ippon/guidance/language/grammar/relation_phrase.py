@@ -42,9 +42,12 @@ _SOFT = word_set(
     "could should supposedly apparently mostly prob probs i'd guess generally typically"
 )
 _GUESSES = (
-    HABITS | (BELIEFS - word_set("should must seem seems")) | word_set("maybe perhaps possibly")
+    HABITS
+    | (BELIEFS - word_set("should must seem seems"))
+    | word_set("maybe perhaps possibly swear sworn")
 )
 """Of a sentence before the object: "could" and "might" ask there."""
+_UNCERTAIN = (("possible", "that"), ("chance", "that"), ("chances", "are"), ("a", "chance"))
 _PERHAPS = word_set("could might may")
 _JOINTS: Final = ("or", "nor", "and")
 _STOREYS: Final = {
@@ -156,7 +159,10 @@ def is_guessed(said: Utterance, phrase: RelationPhrase, object_end: int) -> bool
 def is_guessed_before(said: Utterance, index: int) -> bool:
     """Tell whether the sentence says up to a word that it is a guess: "I may have dropped"."""
     words = said.words(_sentence_start(said, index), index)
-    supposed = any(word in _PERHAPS and following == "have" for word, following in pairwise(words))
+    supposed = any(
+        (word in _PERHAPS and following == "have") or (word, following) in _UNCERTAIN
+        for word, following in pairwise(words)
+    )
     return supposed or bool(_GUESSES & set(words))
 
 
@@ -204,7 +210,8 @@ def _side(said: Utterance, relation: str, index: int) -> tuple[str, int]:
     at = index
     while said.word(at) in _SIDED:
         at += 1
-    at += said.word(at) in PARTS and said.word(at) != "shelf"
+    chosen = at > index + 1 and said.word(at) in ("drawer", "compartment")  # "The top drawer of".
+    at += said.word(at) in PARTS and said.word(at) != "shelf" and not chosen
     if at == index or said.word(at) != "of" or at > index + 4:
         return relation, index
     words = set(said.words(index, at))

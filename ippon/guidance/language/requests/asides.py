@@ -16,7 +16,8 @@ _PEOPLE: Final = word_set(
 )
 _FILLERS: Final = word_set(
     "hang hold on wait up just only give me us gimme please for oh ah sorry excuse pardon shush "
-    "hush sh shh shhh no yes not now you yet right well ok okay hey be quiet"
+    "hush sh shh shhh no yes not now you yet right well ok okay hey be quiet "
+    "come here stop that it"
 )
 """They name nothing where no more than one other word, a name, stands with them."""
 _COUNTS: Final = word_set("one a half two the")
@@ -42,7 +43,8 @@ def skip_aside(reading: Reading, index: int) -> int:
         while not said.breaks(after):
             after += 1
         name = _name_in(reading, end, after)
-        if name is None or (end == index and name and after == index + 1):
+        lone = end == index and bool(name) and after == index + 1
+        if name is None or (lone and name.lower() not in _PEOPLE):
             break
         unsure += [name] if name.islower() and name not in _PEOPLE else []
         told = told or bool(name) or not set(said.words(end, after)) <= _FILLERS
@@ -50,6 +52,7 @@ def skip_aside(reading: Reading, index: int) -> int:
     if not told or not _asks_later(reading, end):
         return index
     reading.unused += unsure
+    reading.begin = end
     return end
 
 

@@ -96,7 +96,7 @@ def read_hint(reading: Reading, index: int) -> int:
         return index
     first = read_noun_phrase(said, at, of=False)
     relations, end = list[Relation](), at
-    if first is not None and holds_things(first.head):
+    if first is not None and (holds_things(first.head) or not first.known):
         relations, end = [_at(said, at, first)], first.end
     while (place := read_relation(said, end, verbs=False)) is not None and not place.soft:
         relations, end = [*relations, *place.relations], place.end

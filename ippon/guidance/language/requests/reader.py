@@ -49,15 +49,15 @@ _UNNAMED = word_set("i we he she they i've we've somebody someone must may might
 
 
 def _is_event(said: Utterance, phrase: NounPhrase) -> bool:
-    """Tell whether no thing is named: "lunch is at one", "happy Friday", "tea is ready"."""
+    """Tell whether no thing is named: "lunch is at one", "happy Friday", "the cat is cute"."""
     if any(one.kind == "owner" for one in phrase.attributes):
         return False
     stated = said.word(phrase.end) in ("is", "are") and not said.breaks(phrase.end)
     if phrase.head.rpartition(" ")[2] in ABSTRACT and (stated or not phrase.known):
         return True
-    done = listed_kind(said.word(phrase.end + 1)) in ("condition", "feel")
-    whole = phrase.end + 2 == len(said) and not phrase.determined
-    return stated and done and whole and is_mass(phrase.head)
+    kind = listed_kind(said.word(phrase.end + 1))
+    ready = kind in ("condition", "feel") and not phrase.determined and is_mass(phrase.head)
+    return stated and phrase.end + 2 == len(said) and (ready or kind == "quality")
 
 
 class RequestReader:
@@ -256,8 +256,9 @@ class RequestReader:
         phrase = read_noun_phrase(said, index)
         if phrase is None or not (phrase.head or phrase.determined or self.reading.drafts):
             return index
-        if _is_event(said, phrase):
-            return index
+        able = said.words(index - 2, index) in (["can", "you"], ["do", "you"], ["will", "you"])
+        if _is_event(said, phrase) or (able and phrase.shared and not phrase.known):
+            return index  # "Can you swim?"
         called = index == 0 and not phrase.known and phrase.end == 1 and said.breaks(1)
         if called and self.reading.match(phrases.ASKED, 1) > 1:
             return 1  # "Nurse, where are my glasses?"

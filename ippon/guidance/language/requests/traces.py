@@ -44,7 +44,7 @@ def lost_words(reading: Reading) -> tuple[list[str], list[str]]:
     kept = {token.word for token in tokenize(told)}
     kept |= {single for word in kept for single in singular_candidates(word)}
     values = _values(goals)
-    start = _after_corrections(reading)
+    start = max(_after_corrections(reading), reading.begin)
     changing: list[str] = []
     names: list[str] = []
     for index in sorted(set(range(start, len(said))) - _covered(reading, start)):
