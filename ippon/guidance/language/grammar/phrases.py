@@ -76,7 +76,8 @@ DECLINED: Final = re.compile(
     r" (?:look(?:ing)?|search(?:ing)?|find(?:ing)?|fetch(?:ing)?|bring(?:ing)?|get|locate)"
     r"|(?:i|we) (?:don't|dont|do not|didn't|did not) (?:want|need|mean|ask for|require)"
     r"|never mind|nevermind|forget(?: about)?|skip|ignore|leave out)"
-    r"(?: for| me)*\s+(?=the |a |an |my |our |any |his |her |their |that |this )",
+    r"(?: for| me)*\s+"
+    r"(?:(?=the |a |an |my |our |any |his |her |their |that |this )|(?<=\bme )(?=\w))",
     re.IGNORECASE,
 )
 """What says which object not to search for."""
@@ -101,6 +102,19 @@ _THERE: Final = (
     r" should be| must be| might be| may be| will be)|you(?:['’]ll| will| should| can| might)"
     r"(?: probably)? (?:find|see)))"
 )
+ONCE_FOUND: Final = re.compile(
+    r"(?:after|once|when|as soon as) (?:you(?:'ve| have)?|having) "
+    r"(?:found|find|got|get|fetched|fetch|located|locate|picked up|collected)"
+    r"\s+(?=(?:the|my|our|his|her|a|an) )",
+    re.IGNORECASE,
+)
+"""What says which object comes first."""
+UNLESS_FOUND: Final = re.compile(
+    r"if (?:you|we) (?:can't|cannot|can not|don't|do not|couldn't) (?:find|see|get|locate)"
+    r"\s+(?=(?:the|my|our|his|her|a|an|any) )",
+    re.IGNORECASE,
+)
+"""What says in place of which object another will do."""
 GO: Final = re.compile(
     rf"\b(?P<look>{_LOOKING})(?: over| down| up| straight| out| through| around| round| back)*"
     r"(?: (?:in|to|into|on|at|inside|under|of))? "
@@ -205,8 +219,9 @@ SAYS: Final = re.compile(
     r"(?:(?:i|we|he|she|they|(?:my |the |our )?\w+)(?: just| also)? (?:told (?:me|us)|said|swore|"
     r"(?:say|think|believe|claim|swear|reckon|bet|guess|suppose|suspect|assume|expect|imagine|hope)"
     r"(?:e?s)?)|according to (?:my |the |our )?\w+,?|"
-    r"maybe|perhaps|possibly|probably|apparently|chances are|i could (?:swear|have sworn)|"
-    r"it(?:'s| is) (?:quite )?(?:possible|likely)|there(?:'s| is) a (?:good )?chance|"
+    r"maybe|perhaps|possibly|probably|apparently|chances are|my (?:guess|bet) is|"
+    r"i could (?:swear|have sworn)|it(?:'s| is) (?:quite )?(?:possible|likely)|"
+    r"there(?:'s| is) a (?:good )?chance|"
     r"(?:i'm|i am|we're|we are)(?: \w+)? (?:sure|certain|convinced|positive))(?: that)? "
     r"(?=(?:i|you|he|she|we|they|her|his|my|our|their|the|a|an|some|there|there's) )",
     re.IGNORECASE,

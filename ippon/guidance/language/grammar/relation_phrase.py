@@ -44,7 +44,7 @@ _SOFT = word_set(
 _GUESSES = (
     HABITS
     | (BELIEFS - word_set("should must seem seems"))
-    | word_set("maybe perhaps possibly swear sworn")
+    | word_set("maybe perhaps possibly swear sworn mistaken remember")
 )
 """Of a sentence before the object: "could" and "might" ask there."""
 _UNCERTAIN = (("possible", "that"), ("chance", "that"), ("chances", "are"), ("a", "chance"))

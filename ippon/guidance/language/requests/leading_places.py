@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 
+from ippon.guidance.language.context_words import SEARCHED
 from ippon.guidance.language.goals.drafts import Reading
 from ippon.guidance.language.goals.goal import ALL, Relation
 from ippon.guidance.language.grammar import phrases
@@ -59,6 +60,10 @@ def read_place_first(reading: Reading, index: int) -> int:
     searched = searched and said.word(begin - 1) not in PREPOSITIONS
     if relations and place is not None and place.head and place.count != ALL and searched:
         relations.insert(0, _at(said, begin, place))  # "Check the fridge in the basement for".
+    if looked is not None and not relations:
+        verb = next(n for n in range(index, last) if said.word(n) in SEARCHED)
+        place = read_noun_phrase(said, verb + 1, of=False)
+        relations = [_at(said, verb + 1, place)] if place is not None and place.head else []
     if not relations and match is not None:
         place_end = reading.after(match.end("place"))
         if place is None or place.end < place_end or _is_adverb(place):

@@ -1,13 +1,12 @@
 """Lists of objects: what separates them, what belongs to them, and what they share."""
 
-from dataclasses import replace
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
-from ippon.guidance.language.goals.clauses import decline_place, state
+from ippon.guidance.language.goals.clauses import state
 from ippon.guidance.language.goals.drafts import Reading, draft
 from ippon.guidance.language.goals.features import next_part
-from ippon.guidance.language.goals.goal import Attribute, Order, Relation
+from ippon.guidance.language.goals.goal import Order
 from ippon.guidance.language.goals.list_end import settle
 from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.goals.pronouns import read_place_named
@@ -31,6 +30,17 @@ _FOLLOWING = word_set(
     "of all also again asap too except after next nobody somebody someone"
 )
 """Words that may follow an object which stands without a verb."""
+
+
+_SUITING: Final = (
+    "will do",
+    "would do",
+    "is fine",
+    "are fine",
+    "is ok",
+    "is okay",
+    "would be fine",
+)
 
 
 def separator(reading: Reading, index: int) -> tuple[Order, int, NounPhrase] | None:
@@ -77,6 +87,7 @@ def _is_item(reading: Reading, start: int, phrase: NounPhrase, *, lone: bool) ->
     if not phrase.head and not phrase.determined:
         return False
     verb = following in BE and not said.breaks(phrase.end)
+    verb = verb and not said.starts(phrase.end, _SUITING)
     if verb and reading.match(phrases.GONE, phrase.end) == phrase.end:
         relation = read_relation(said, phrase.end)
         if relation is None:
@@ -115,7 +126,7 @@ def read_goals(reading: Reading, start: int, asked: str) -> int:
     if phrase is None:
         return start
     reading.list_start = len(reading.drafts)
-    apposed = False
+    apposed, commas = False, True
     while True:
         _take(reading, phrase, order, asked, apposed=apposed)
         index = read_modifiers(reading, phrase.end)
@@ -123,7 +134,11 @@ def read_goals(reading: Reading, start: int, asked: str) -> int:
         apposed = said.breaks(index) and said.word(index) in ("the", "my", "our", "his", "her")
         if following is None or len(reading.drafts) >= MAX_DRAFTS:
             break
+        commas = commas and (following[1] == index or following[0] == "or")
         order, index, phrase = following
+    if commas and order == "or":
+        for one in reading.drafts[reading.list_start + 1 :]:
+            one.order = "or"  # "Tea, coffee or juice".
     reading.order = None
     settle(reading)
     if said.word(index) == "instead":
@@ -166,10 +181,15 @@ def _take(
     elif complained(reading, asked):
         reading.drafts.pop()
     reading.list_start = min(reading.list_start, len(reading.drafts))
-    for words in reading.before:
-        state(reading, words, [goal])
     for place in reading.places:
         goal.relate(place)
+    for words in reading.before:
+        state(reading, words, [goal])
+    only_denied = last is not None and apposed and all(one.negated for one in last.attributes)
+    if last is not None and only_denied and last.attributes and last.head == goal.head:
+        for one in goal.attributes:
+            last.add(one)  # "The jacket, not the leather one, the denim jacket".
+        return
     if last is not None and not last.head and goal.head:
         last.head = goal.head
         last.display = " ".join([*(one.value for one in last.attributes), goal.head])
@@ -281,51 +301,6 @@ def stands_alone(reading: Reading, index: int, phrase: NounPhrase) -> bool:
         return True
     probe = draft(phrase)
     return read_modifier(said, end, probe) > end
-
-
-def not_this(reading: Reading, index: int) -> int:
-    """Read "not the red mug but the blue one"."""
-    said = reading.said
-    phrase = read_noun_phrase(said, index + 1)
-    if phrase is None or reading.drafts:
-        return index
-    if is_room(phrase.head) and said.breaks(phrase.end):
-        decline_place(reading, relation_to(said, index + 1, phrase, "in", negated=True))
-        return phrase.end
-    at = phrase.end + (said.word(phrase.end) in ("but", "just", "only"))
-    at = said.corrected(at, phrases.CORRECTIONS)
-    other = read_noun_phrase(said, at)
-    if other is None or (at == phrase.end and not said.breaks(at)):
-        return index
-    if not other.head:
-        goal = draft(replace(phrase, attributes=()), "and", "bare")
-        first, _, last = phrase.head.rpartition(" ")
-        if first and not phrase.attributes and load_knowledge().find(last) is not None:
-            goal.head = last  # "Not the kitchen scissors, the small ones".
-            goal.add(Attribute(kind="other", value=first, negated=True))
-        for one in phrase.attributes:
-            goal.add(replace(one, negated=True))
-        for one in other.attributes:
-            goal.add(one)
-        goal.display = " ".join([*(one.value for one in other.attributes), goal.head])
-        reading.drafts.append(goal)
-        return read_modifiers(reading, other.end)
-    return read_goals(reading, at, "bare")
-
-
-def drop_rooms(reading: Reading) -> None:
-    """Take a room to go to as the place of the object that follows it."""
-    for number, room in enumerate(reading.drafts[:-1]):
-        goal = reading.drafts[number + 1]
-        going = room.trigger.lower().startswith(("go", "drive", "walk", "navigate", "head", "move"))
-        if going and is_room(room.head) and not is_room(goal.head):
-            for one in reading.drafts[number + 1 :]:
-                if one.order == "and":
-                    one.relate(Relation(relation="in", place=room.head))
-                    one.note(f"in the {room.head}")
-            goal.order = room.order
-            reading.drafts.remove(room)
-            return
 
 
 def continues(reading: Reading, index: int) -> bool:

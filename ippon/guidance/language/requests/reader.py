@@ -23,12 +23,11 @@ from ippon.guidance.language.requests.courtesy import (
     skip_asking,
     skip_courtesy,
 )
-from ippon.guidance.language.requests.earlier import read_before
+from ippon.guidance.language.requests.declined import drop_rooms, not_this
+from ippon.guidance.language.requests.earlier import read_after, read_before
 from ippon.guidance.language.requests.leading_places import read_hint, read_place_first
 from ippon.guidance.language.requests.lists import (
     MAX_DRAFTS,
-    drop_rooms,
-    not_this,
     read_goals,
     read_modifiers,
     separator,
@@ -171,7 +170,7 @@ class RequestReader:
         return read_hint(self.reading, index)
 
     def _before(self, index: int) -> int:
-        return read_before(self.reading, index)
+        return max(read_before(self.reading, index), read_after(self.reading, index))
 
     def _announced(self, index: int) -> int:
         return skip_announcement(self.reading, index)
