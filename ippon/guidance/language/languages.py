@@ -53,7 +53,7 @@ ENGLISH = (
         "anywhere somewhere nowhere everywhere missing gone take took taken hand pass show tell "
         "give gimme go come keep kept used use last first second kindly sorry excuse good well "
         "fine actually mean let let's lemme would could spot track hunt seek retrieve misplaced "
-        "forgot forgotten dropped went you'd you've who's that's there's ain't wanna gonna"
+        "forgot forgotten dropped went you'd you've who's that's there's ain't wanna gonna yo"
     )
     | ADJECTIVES
     | DETERMINERS

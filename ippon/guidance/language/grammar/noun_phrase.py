@@ -203,7 +203,10 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             break  # "One towel more".
         if word in _PARTICLES and index > start and not may_be_noun(said, index + 1):
             break
-        if word in ("first", "next") and index > start and said.breaks(index + 1):
+        over = said.breaks(index + 1) or said.word(index + 1) in ("and", "then")
+        if word in ("first", "next") and index > start and over:
+            break
+        if word == "end" and index > start and said.word(index + 1) == "up":
             break
         if word in ("and", "or"):
             if not _joins_adjectives(said, index):

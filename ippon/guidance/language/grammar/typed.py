@@ -29,6 +29,8 @@ _SHORT = (
     (re.compile(r"\bgonna\b", re.IGNORECASE), "going to"),
     (re.compile(r"\b(?:w/ ?(?=\w)|w (?=(?:a|an|the|my|no|some) ))", re.IGNORECASE), "with "),
     (re.compile(r"\bhv\b", re.IGNORECASE), "have"),
+    (re.compile(r"\bb4\b", re.IGNORECASE), "before"),
+    (re.compile(r"(?<=\w\w) ['’]?n['’]? (?=\w\w)", re.IGNORECASE), " and "),
     (re.compile(r"\bright (?=(?:here|there|now)\b)", re.IGNORECASE), ""),
 )
 """What is typed short."""

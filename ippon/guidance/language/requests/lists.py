@@ -4,7 +4,7 @@ from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.goals.clauses import state
-from ippon.guidance.language.goals.drafts import Reading, draft
+from ippon.guidance.language.goals.drafts import Draft, Reading, draft
 from ippon.guidance.language.goals.features import next_part
 from ippon.guidance.language.goals.goal import Order
 from ippon.guidance.language.goals.list_end import settle
@@ -32,6 +32,7 @@ _FOLLOWING = word_set(
 """Words that may follow an object which stands without a verb."""
 
 
+_UNASKED: Final = ("bare", "listed", "named", "told")
 _SUITING: Final = (
     "will do",
     "would do",
@@ -46,7 +47,8 @@ _SUITING: Final = (
 def separator(reading: Reading, index: int) -> tuple[Order, int, NounPhrase] | None:
     """Return order, place and noun phrase of the next object of a list."""
     said = reading.said
-    if index >= len(said) or (said.ends(index) and ";" not in said.gap(index)):
+    goes_on = ";" in said.gap(index) or said.word(index) in ("and", "plus")
+    if index >= len(said) or (said.ends(index) and not goes_on):
         return None
     order: Order = "and"
     length = 0
@@ -166,6 +168,10 @@ def _take(
         reading.drafts.remove(told)
         reading.drafts.append(told)
         return
+    if asked not in _UNASKED:
+        # "The rings! Has anyone seen the rings?"
+        named = [one for one in reading.drafts if one.head == goal.head and _is_only_named(one)]
+        reading.drafts = [one for one in reading.drafts if one not in named]
     last = reading.drafts[-1] if reading.drafts else None
     if last is not None and not phrase.head and not last.attributes and selects(last, asked):
         # "There are two umbrellas, I need the black one."
@@ -201,6 +207,10 @@ def _take(
     reading.drafts.append(goal)
     # The next object of a list shares a place that was said first; what was told is used up.
     reading.before = []
+
+
+def _is_only_named(goal: Draft) -> bool:
+    return goal.trigger == "bare" and not (goal.attributes or goal.relations or goal.context)
 
 
 def read_modifiers(reading: Reading, index: int) -> int:
