@@ -35,6 +35,7 @@ _PARTICIPLES = word_set("left hidden fallen forgotten hanging standing")
 _NEAR: Final = 4
 """So many words stand between a preposition and the last noun of a compound place."""
 _TIMES: Final = re.compile(r"x([1-9]\d?)$")
+_DID = word_set("had has bought gave used lent made sent wore took borrowed brought wants needs")
 _STAY = word_set("live lives belong belongs")
 _AWAY = word_set("away off down up out back")
 _PARTICLES = word_set(
@@ -206,6 +207,8 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
         over = said.breaks(index + 1) or said.word(index + 1) in ("and", "then")
         if word in ("first", "next") and index > start and over:
             break
+        if index > start and is_person_at(said, index):
+            break
         if word == "end" and index > start and said.word(index + 1) == "up":
             break
         if word in ("and", "or"):
@@ -270,6 +273,13 @@ def _names_room_of(said: Utterance, index: int, knowledge: Knowledge) -> bool:
         return False  # "In the lift lobby".
     room = knowledge.room(word) is not None and knowledge.find(word) is None
     return room and knowledge.find(before) is not None and knowledge.room(before) is None
+
+
+def is_person_at(said: Utterance, index: int) -> bool:
+    """Tell whether somebody is named who did something with a thing: "the mug Dave had"."""
+    named = said.said(index, index + 1)[0].isupper() and not said.breaks(index)
+    did = said.word(index + 1)
+    return named and (did in _DID or (did.endswith("ed") and len(did) > 4))
 
 
 def _determined(said: Utterance, index: int) -> bool:

@@ -36,7 +36,8 @@ _END: Final = r"(?=$|[\s,.!?;:'\"…)\]–—”]|-(?!\w))"
 
 _PERSON: Final = (
     r"(?:(?:(?:my|our|the|a|an|his|her|their|one of (?:my|our|the)|mrs?|ms|miss|dr|doctor|"
-    r"aunt|uncle) \w+(?: \w+)??|guest|patient|customer|visitor|client|resident)"
+    r"aunt|uncle) \w+"
+    r"(?: (?!(?:you|i|we|he|she|they)\b)\w+)??|guest|patient|customer|visitor|client|resident)"
     r"(?: (?:in|at|from|on|of|by|with) (?:(?:the|a|my|our) )?\w+"
     r"(?: (?:\d+\w?|one|two|three|four|five|six|seven|eight|nine|ten))?"
     r"| next door| upstairs| downstairs| over (?:there|here))?)"

@@ -78,6 +78,7 @@ _SOUND = (
     (re.compile(r"\bcan (?:find|see) neither\b", re.IGNORECASE), "can't find"),
     (re.compile(r"\b(it|he|she|they|that|there)['’]ll\b", re.IGNORECASE), r"\1 will"),
     (re.compile(r"\bout(?:t?a|ta)\b", re.IGNORECASE), "out of"),
+    (re.compile(r"\bor, (?:even )?better(?: still| yet)?,", re.IGNORECASE), "or"),
     (re.compile(r"\bwhere['’]d\b", re.IGNORECASE), "where did"),
     (re.compile(r"(?<=\w),? for the life of me\b,?", re.IGNORECASE), ""),
     (

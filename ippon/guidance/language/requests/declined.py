@@ -44,7 +44,14 @@ def not_this(reading: Reading, index: int) -> int:
 
 
 def drop_rooms(reading: Reading) -> None:
-    """Take a room to go to as the place of the object that follows it."""
+    """Take a room to go to as the place of the object that follows it, or is searched for there."""
+    for number, room in enumerate(reading.drafts[1:], start=1):
+        if reading.places and is_room(room.head) and room.trigger not in phrases.OTHER_TASKS:
+            goal = reading.drafts[number - 1]
+            goal.relate(Relation(relation="in", place=room.head))
+            goal.note(f"then in the {room.head}")
+            reading.drafts.remove(room)
+            return  # "Check the van for my gloves, then the shed".
     for number, room in enumerate(reading.drafts[:-1]):
         goal = reading.drafts[number + 1]
         going = room.trigger.lower().startswith(("go", "drive", "walk", "navigate", "head", "move"))

@@ -12,7 +12,7 @@ from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.goals.pronouns import read_place_named
 from ippon.guidance.language.goals.references import complained, refer, replaced, selects
 from ippon.guidance.language.grammar import phrases
-from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
+from ippon.guidance.language.grammar.noun_phrase import NounPhrase, is_person_at, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PRONOUNS
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import read_relation, relation_to
@@ -298,6 +298,7 @@ def stands_alone(reading: Reading, index: int, phrase: NounPhrase) -> bool:
         return True
     if (
         said.word(end) in _FOLLOWING
+        or is_person_at(said, end)
         or _is_room_at(said, end)
         or (phrase.known and said.word(end) in ("my", "our", "you"))
         or said.corrected(end, phrases.CORRECTIONS) > end

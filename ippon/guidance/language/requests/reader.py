@@ -10,7 +10,11 @@ from ippon.guidance.language.goals.goal import Goal, Relation
 from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import listed_kind
-from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
+from ippon.guidance.language.grammar.noun_phrase import (
+    NounPhrase,
+    is_person_at,
+    read_noun_phrase,
+)
 from ippon.guidance.language.grammar.phrases import PRONOUNS
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import read_relation
@@ -293,7 +297,9 @@ class RequestReader:
             clauses.note_subject(self.reading, index, end)
             return end
         told = said.breaks(index) or said.word(index) in _SUBJECTS or index == 0
-        if said.breaks(index) and self.reading.match(phrases.ASKED, index) > index + 1:
+        told = told or is_person_at(said, index)
+        asks = said.breaks(index) and self.reading.match(phrases.ASKED, index) > index + 1
+        if asks and not any(read_relation(said, n, verbs=False) for n in range(index, end)):
             self.reading.stray.append(words)  # It asks for what no object was read of.
         if not told:
             end = next((n for n in range(index + 1, end) if said.breaks(n)), end)
