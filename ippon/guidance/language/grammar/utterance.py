@@ -172,12 +172,14 @@ class Utterance:
 
     def starts(self, index: int, phrases: Iterable[str]) -> int:
         """Return the number of words of the longest phrase that stands at an index; 0 for none."""
-        best = 0
-        for phrase in phrases:
-            parts = phrase.split()
-            if len(parts) > best and self.words(index, index + len(parts)) == parts:
-                best = len(parts)
-        return best
+        return next(
+            (
+                len(parts)
+                for parts in _by_first_word(tuple(phrases)).get(self.word(index), ())
+                if self.words(index, index + len(parts)) == parts
+            ),
+            0,
+        )
 
     def corrected(self, index: int, corrections: Iterable[str]) -> int:
         """Return the index after what takes back the words before: "and no, never mind"."""
@@ -186,6 +188,16 @@ class Utterance:
         while length := self.starts(end, corrections):
             end += length
         return index if end - index <= joined + (joined and self.word(end - 1) != "no") else end
+
+
+@cache
+def _by_first_word(phrases: tuple[str, ...]) -> dict[str, list[list[str]]]:
+    """Return the words of phrases by the first of them, the longest phrases first."""
+    found: dict[str, list[list[str]]] = {}
+    for phrase in sorted(phrases, key=lambda phrase: -len(phrase.split())):
+        parts = phrase.split()
+        found.setdefault(parts[0], []).append(parts)
+    return found
 
 
 def hear(sentence: str) -> Utterance:
