@@ -215,7 +215,7 @@ ABSTRACT = word_set(
     "mine yours work school party usual weekend birthday christmas pile mess top side back "
     "front middle corner right left other same something someone that this which what where "
     "when who one two three next general particular order question plain sight view reach "
-    "line display loan use danger trouble love january february march april may june july "
+    "line display loan use charge danger trouble love january february march april may june july "
     "august september october november december spring summer autumn winter dark rain snow "
     "sun weather colour color size shape possible best new few some many years days months weeks "
     "ago"

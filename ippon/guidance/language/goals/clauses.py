@@ -80,7 +80,7 @@ def _names_late(reading: Reading, index: int) -> bool:
     phrase = read_noun_phrase(said, index) if said.breaks(index) else None
     if phrase is None or not phrase.head or is_room(phrase.head):
         return False
-    owned = said.word(index) in ("my", "our", "his", "her", "the", "a", "an", "some")
+    owned = said.word(index) in ("my", "our", "your", "his", "her", "the", "a", "an", "some")
     return (owned or ":" in said.gap(index)) and said.ends(phrase.end)
 
 

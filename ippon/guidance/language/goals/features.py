@@ -203,6 +203,9 @@ def read_topic(said: Utterance, start: int, goal: Draft) -> int:
         return start
     if said.word(index) == "for":
         return start
+    if said.word(index) == "about" and word in NUMBERS and said.breaks(index + 2):
+        goal.count = NUMBERS[word]
+        return index + 2  # "Bibs, about ten".
     end = index + length
     while end < len(said) and not said.breaks(end) and end - index < 6:
         if (

@@ -43,7 +43,8 @@ COUNTS: Final[dict[str, int | Literal["all"]]] = {
     "every single": ALL, "each and every": ALL, "every one of": ALL, "each of": ALL, "every": ALL,
     "each": ALL, "all of": ALL, "all": ALL, "as many": ALL, "half a dozen": 6, "a dozen": 12,
     "two dozen": 24, "dozen": 12, "a couple of": 2, "a couple": 2, "couple of": 2, "couple": 2,
-    "both of": 2, "both": 2, "a few": 3, "few": 3, "several": 3, "a handful of": 3,
+    "both of": 2, "both": 2, "a few": 3, "a good few": 3, "quite a few": 3, "few": 3, "several": 3,
+    "a handful of": 3,
 }  # fmt: skip
 MEASURES = word_set(
     "pair bunch set piece bit stack pile kind type sort pack packet roll heap pairs bunches sets "
@@ -86,6 +87,7 @@ _LEADING = [
 _KINDS: Final = ("colour", "color", "coloured", "colored", "size", "sized", "shape", "shaped")
 _AT_LEAST = (["at", "least"], ["at", "most"], ["up", "to"], ["more", "than"])
 _OWNERS = word_set("his her their")
+_ORDINALS = word_set("first last top bottom")
 NO_OWNERS = word_set(
     "it's that's what's where's there's here's who's let's he's she's how's when's one's"
 )
@@ -126,6 +128,10 @@ def read_determiners(said: Utterance, start: int) -> Determiners:
             begun.index += 1
         elif word in MEASURES and following == "of" and not said.breaks(index + 1):
             begun.index += 2
+        elif word in _ORDINALS and begun.determined and (_number(said, index + 1) or 1) > 1:
+            owners.append(Attribute(kind="which", value=word))
+            begun.count = _number(said, index + 1)
+            begun.index += 2  # "The last three bottles".
         elif (
             (word in ("another", "other") and (word == "another" or begun.determined))
             or (word == "different" and begun.determined)

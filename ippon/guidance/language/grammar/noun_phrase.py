@@ -27,7 +27,7 @@ _BEFORE_PLACED = word_set("the my a his her your our their other for with")
 STANDS = word_set(
     "hangs hung lies lay sits sat stands stood lives lived stays stayed sleeps slept came comes "
     "went goes ran runs flew slid slipped fallen rolls crawled climbed jumped landed ended blew "
-    "hides walked broke burst spilled flown blown flew climbs jumps always"
+    "stuck hides walked broke burst spilled flown blown flew climbs jumps always"
 )
 """Verbs and adverbs that stand between a thing and its place."""
 _PARTICIPLES = word_set("left hidden fallen forgotten hanging standing")

@@ -145,7 +145,7 @@ LOOKED: Final = re.compile(
 _TELLER = (
     rf"(?:i|we|he|she|they|i've|we've|i have|somebody|someone|{_PERSON}|"
     r"must have|may have|might have|(?!that|which|who|what|where|when|if|find|get)\w+"
-    r"(?= (?:\w+ ){1,2}(?:the|my|our|his|her|their|an?|some) ))"
+    r"(?= (?:\w+ ){1,3}(?:the|my|our|his|her|their|an?|some) ))"
 )
 _MEANWHILE = (
     r"(?: must have| may have| have| has| had| gone and| just| probably| also| last| always|"
@@ -219,7 +219,7 @@ CODE: Final = re.compile(
 SAYS: Final = re.compile(
     r"(?:(?:i|we|he|she|they|(?:my |the |our )?\w+)(?: just| also)? (?:told (?:me|us)|said|swore|"
     r"(?:say|think|believe|claim|swear|reckon|bet|guess|suppose|suspect|assume|expect|imagine|hope)"
-    r"(?:e?s)?)|according to (?:my |the |our )?\w+,?|"
+    r"(?:e?s)?|thought|believed|reckoned)|rumou?r has it|according to (?:my |the |our )?\w+,?|"
     r"maybe|perhaps|possibly|probably|apparently|chances are|my (?:guess|bet) is|"
     r"i could (?:swear|have sworn)|it(?:'s| is) (?:quite )?(?:possible|likely)|"
     r"there(?:'s| is) a (?:good )?chance|"

@@ -44,7 +44,10 @@ _SOFT = word_set(
 _GUESSES = (
     HABITS
     | (BELIEFS - word_set("should must seem seems"))
-    | word_set("maybe perhaps possibly swear sworn mistaken remember")
+    | word_set(
+        "maybe perhaps possibly swear sworn mistaken remember thought believed reckoned rumour "
+        "rumor"
+    )
 )
 """Of a sentence before the object: "could" and "might" ask there."""
 _UNCERTAIN = (("possible", "that"), ("chance", "that"), ("chances", "are"), ("a", "chance"))

@@ -53,6 +53,7 @@ _FAILING = re.compile(
     rf"|you (?:can't|cannot|can not|don't|couldn't) (?:find|see|get|locate) {_PRONOUN}"
     rf"|(?:it|that|they|those)(?:'s|'re| is| are)?(?:n't| not) (?:there|available))),?"
     r"(?= (?:the|a|an|my|some|another|any|his|her|our)\b| \w+[.!?]*$)"
+    rf"|\bor,? if (?:we|you|i)(?:'re| are|'ve| have) (?:all )?(?:out|run out|got none|none left),"
     rf"|(?<=\S )(?:\b(?:or|and),? )?\bif (?:it|that|this|they|those|{_SOMEBODY})"
     r"(?:'s|'re| is| are| has) (?!on |under |at |near |by |behind |next |not |there)"
     r"(?:in )?(?:\w+),?(?= (?:(?:the|a|an|my|some|another|his|her|our)\b"
@@ -79,6 +80,12 @@ _SOUND = (
     (re.compile(r"\b(it|he|she|they|that|there)['’]ll\b", re.IGNORECASE), r"\1 will"),
     (re.compile(r"\bout(?:t?a|ta)\b", re.IGNORECASE), "out of"),
     (re.compile(r"\bor, (?:even )?better(?: still| yet)?,", re.IGNORECASE), "or"),
+    (
+        re.compile(
+            r"(?<=\bwhere) (?:on earth|in the world|the (?:hell|heck)|exactly)\b", re.IGNORECASE
+        ),
+        "",
+    ),
     (re.compile(r"\bwhere['’]d\b", re.IGNORECASE), "where did"),
     (re.compile(r"(?<=\w),? for the life of me\b,?", re.IGNORECASE), ""),
     (

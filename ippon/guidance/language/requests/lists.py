@@ -266,6 +266,8 @@ def _bare_room(reading: Reading, index: int) -> int:
     if said.ends(index):
         return index
     phrase = read_noun_phrase(said, index, of=False)
+    if phrase is not None and phrase.head in _PARTS and said.word(phrase.end) == "of":
+        phrase = read_noun_phrase(said, index)  # "Top shelf of the cupboard".
     if phrase is None:
         return index
     end = phrase.end + (said.word(phrase.end) in ("down", "up"))

@@ -251,7 +251,7 @@ class RequestReader:
             return not_this(self.reading, index)
         if word in phrases.OTHER_TASKS:
             return index
-        if word == "no" and index == 0 and not said.breaks(1):
+        if word == "no" and index == 0 and not said.breaks(1) and said.word(2) != "than":
             return self._lacking(index)
         gone = self.reading.match(phrases.GONE_SENTENCE, index) > index
         first = not self.reading.drafts
