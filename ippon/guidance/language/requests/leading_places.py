@@ -3,7 +3,7 @@
 import re
 from dataclasses import replace
 
-from ippon.guidance.language.context_words import SEARCHED
+from ippon.guidance.language.context_words import ABSTRACT, SEARCHED
 from ippon.guidance.language.goals.drafts import Reading
 from ippon.guidance.language.goals.goal import ALL, Relation
 from ippon.guidance.language.grammar import phrases
@@ -101,7 +101,8 @@ def read_hint(reading: Reading, index: int) -> int:
         return index
     first = read_noun_phrase(said, at, of=False)
     relations, end = list[Relation](), at
-    if first is not None and (holds_things(first.head) or not first.known):
+    placed = first is not None and first.head not in ABSTRACT
+    if first is not None and placed and (holds_things(first.head) or not first.known):
         relations, end = [_at(said, at, first)], first.end
     while (place := read_relation(said, end, verbs=False)) is not None and not place.soft:
         relations, end = [*relations, *place.relations], place.end
