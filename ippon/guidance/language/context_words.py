@@ -218,7 +218,7 @@ ABSTRACT = word_set(
     "line display loan use charge danger trouble love january february march april may june july "
     "august september october november december spring summer autumn winter dark rain snow "
     "sun weather colour color size shape possible best new few some many years days months weeks "
-    "ago"
+    "ago percent"
 )
 """Nouns after a preposition that are not places in a home."""
 

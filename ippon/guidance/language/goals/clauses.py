@@ -1,5 +1,6 @@
 """Clauses beside a request: where they end, and what they tell of the place of an object."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -125,7 +126,7 @@ def state(reading: Reading, words: str, targets: list[Draft]) -> None:
     )
     for goal in targets:
         ooi = resolve_object(goal.head, ()).canonical if goal.head else None
-        claims = read_context(words, (), ooi=ooi).claims
+        claims = _joined(read_context(words, (), ooi=ooi).claims, words)
         about = _is_about_object(words, owned=goal.is_owned)
         soft = any(phrase in words.lower() for phrase in _SOFT)
         for claim in claims:
@@ -145,6 +146,20 @@ def state(reading: Reading, words: str, targets: list[Draft]) -> None:
     placed = any(one.place.lower() in words.lower() for one in reading.places)
     if not told and content and not placed:
         reading.unused.append(words.strip())
+
+
+def _joined(claims: Sequence[Claim], words: str) -> list[Claim]:
+    """Return the claims with two nouns beside each other as one place: "in the bread bin"."""
+    joined: list[Claim] = []
+    for claim in claims:
+        last = joined[-1] if joined else None
+        beside = last is not None and not words[last.end : claim.start].strip()
+        if last is not None and beside and hear(claim.text).word(0) not in phrases.PREPOSITIONS:
+            text = words[last.start : claim.end]
+            joined[-1] = replace(last, place=claim.place, end=claim.end, text=text)
+        else:
+            joined.append(claim)
+    return joined
 
 
 def _relations_of(words: str) -> list[Relation]:

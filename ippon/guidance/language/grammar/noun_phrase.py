@@ -266,6 +266,8 @@ def stands_somewhere(said: Utterance, index: int) -> bool:
 def _names_room_of(said: Utterance, index: int, knowledge: Knowledge) -> bool:
     """Tell whether a room is named right after a thing: "green bag hallway"."""
     word, before = said.word(index), said.word(index - 1)
+    if {"the", "my", "our"} & set(said.words(max(0, index - _NEAR), index)):
+        return False  # "The roof terrace".
     begin = index - 1
     while begin > 0 and said.word(begin) not in PREPOSITIONS and not said.breaks(begin):
         begin -= 1

@@ -160,7 +160,7 @@ TOLD: Final = re.compile(
     r"leaves?|left|forgot|forgotten|put|placed|dropped|laid|stored|hid|took|taken|hidden|moved|"
     r"stole|stolen|borrowed|nicked|pinched|swiped|stashed|lost|misplaced|handed in|turned in|"
     r"dragged|threw|thrown|tossed|pushed|kicked|knocked|hung|parked|carried|chucked|stuck|shoved|"
-    r"stuffed|tucked|packed|rolled|brought|wheeled)\s+",
+    r"stuffed|tucked|packed|rolled|brought|wheeled|locked|tidied)\s+",
     re.IGNORECASE,
 )
 """Who did what with the object that follows: "my sister borrowed"."""

@@ -82,10 +82,12 @@ _SOUND = (
     (re.compile(r"\bor, (?:even )?better(?: still| yet)?,", re.IGNORECASE), "or"),
     (
         re.compile(
-            r"(?<=\bwhere) (?:on earth|in the world|the (?:hell|heck)|exactly)\b", re.IGNORECASE
+            r"(?<=\bwhere) (?:on earth|in the world|in \w+'s name|the (?:hell|heck)|exactly)\b",
+            re.IGNORECASE,
         ),
         "",
     ),
+    (re.compile(r"\bmind (look|check|search)ing\b", re.IGNORECASE), r"please \1"),
     (re.compile(r"\bwhere['’]d\b", re.IGNORECASE), "where did"),
     (re.compile(r"(?<=\w),? for the life of me\b,?", re.IGNORECASE), ""),
     (

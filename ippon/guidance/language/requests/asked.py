@@ -5,6 +5,7 @@ from dataclasses import replace
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import NEGATIONS
 from ippon.guidance.language.goals.drafts import Reading, draft
+from ippon.guidance.language.goals.placed import read_placed
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import listed_kind
 from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
@@ -75,7 +76,9 @@ def _read_again(reading: Reading, index: int, end: int, start: int) -> int | Non
     said, word = reading.said, reading.said.word(start)
     subject = reading.subject
     if subject is not None and not reading.drafts and word in ("it", "them"):
-        reading.drafts.append(draft(subject, "and", said.said(index, end)))
+        goal = draft(subject, "and", said.said(index, end))
+        read_placed(said, subject.end, goal)
+        reading.drafts.append(goal)
         return start + 1  # "The phone is ringing, find it".
     again = read_noun_phrase(said, start) if word in _REPEATING else None
     named = again is not None and bool(again.head)  # "Some paper".
