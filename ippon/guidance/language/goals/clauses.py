@@ -133,9 +133,9 @@ def state(reading: Reading, words: str, targets: list[Draft]) -> None:
             told = True
             if claim.strength != "sure" or soft or not about:
                 continue
-            said_first = {(one.place, one.negated) for one in reading.places}
+            said_first = [one.place for one in reading.places if one.negated == claim.negated]
             for one in _relations_of(claim.text) or _named_place(claim):
-                if (one.place, claim.negated) not in said_first:
+                if not any(one.place in place for place in said_first):
                     goal.relate(replace(one, negated=claim.negated))
         if not claims and not soft:
             for one in _relations_of(words):

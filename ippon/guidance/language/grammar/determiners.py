@@ -86,6 +86,7 @@ _LEADING = [
 ]
 _KINDS: Final = ("colour", "color", "coloured", "colored", "size", "sized", "shape", "shaped")
 _AT_LEAST = (["at", "least"], ["at", "most"], ["up", "to"], ["more", "than"])
+_DID = word_set("had has bought gave used lent made sent wore took borrowed brought wants needs")
 _OWNERS = word_set("his her their")
 _ORDINALS = word_set("first last top bottom")
 NO_OWNERS = word_set(
@@ -227,3 +228,10 @@ def count_again(said: Utterance, index: int) -> int:
     if said.words(index + 1, index + 3) == ["of", "them"]:
         return 3
     return 1 if said.ends(index + 1) else 0
+
+
+def is_person_at(said: Utterance, index: int) -> bool:
+    """Tell whether somebody is named who did something with a thing: "the mug Dave had"."""
+    named = said.said(index, index + 1)[0].isupper() and not said.breaks(index)
+    did = said.word(index + 1)
+    return named and (did in _DID or (did.endswith("ed") and len(did) > 4))

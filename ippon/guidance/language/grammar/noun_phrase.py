@@ -12,6 +12,7 @@ from ippon.guidance.language.grammar.determiners import (
     MEASURES,
     NO_OWNERS,
     NUMBERS,
+    is_person_at,
     may_be_noun,
     read_determiners,
 )
@@ -35,7 +36,6 @@ _PARTICIPLES = word_set("left hidden fallen forgotten hanging standing")
 _NEAR: Final = 4
 """So many words stand between a preposition and the last noun of a compound place."""
 _TIMES: Final = re.compile(r"x([1-9]\d?)$")
-_DID = word_set("had has bought gave used lent made sent wore took borrowed brought wants needs")
 _STAY = word_set("live lives belong belongs")
 _AWAY = word_set("away off down up out back")
 _PARTICLES = word_set(
@@ -205,7 +205,7 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
         if word in _PARTICLES and index > start and not may_be_noun(said, index + 1):
             break
         over = said.breaks(index + 1) or said.word(index + 1) in ("and", "then")
-        if word in ("first", "next") and index > start and over:
+        if word in ("first", "next", "last") and index > start and over:
             break
         if index > start and is_person_at(said, index):
             break
@@ -275,13 +275,6 @@ def _names_room_of(said: Utterance, index: int, knowledge: Knowledge) -> bool:
         return False  # "In the lift lobby".
     room = knowledge.room(word) is not None and knowledge.find(word) is None
     return room and knowledge.find(before) is not None and knowledge.room(before) is None
-
-
-def is_person_at(said: Utterance, index: int) -> bool:
-    """Tell whether somebody is named who did something with a thing: "the mug Dave had"."""
-    named = said.said(index, index + 1)[0].isupper() and not said.breaks(index)
-    did = said.word(index + 1)
-    return named and (did in _DID or (did.endswith("ed") and len(did) > 4))
 
 
 def _determined(said: Utterance, index: int) -> bool:

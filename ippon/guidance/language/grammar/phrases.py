@@ -155,7 +155,8 @@ TOLD: Final = re.compile(
     r"\b(?!\w+ (?:far|top|bottom|front|rear|back|upper|lower|middle) left\b)"
     r"(?!\w+ \w+ (?:is|are|was|were)\b)"
     rf"{_TELLER}{_MEANWHILE} (?:last had|ha[ds](?= (?:my|our|his|her|their) "
-    r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|used|wore|saw|"
+    r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|"
+    r"had(?= (?:the|my|our|his|her) \w+(?: \w+)? last\b)|used|wore|saw|"
     r"(?:keeps?|kept)(?! \w+ing\b)|was wearing|"
     r"leaves?|left|forgot|forgotten|put|placed|dropped|laid|stored|hid|took|taken|hidden|moved|"
     r"stole|stolen|borrowed|nicked|pinched|swiped|stashed|lost|misplaced|handed in|turned in|"
@@ -223,7 +224,8 @@ SAYS: Final = re.compile(
     r"maybe|perhaps|possibly|probably|apparently|chances are|my (?:guess|bet) is|"
     r"i could (?:swear|have sworn)|it(?:'s| is) (?:quite )?(?:possible|likely)|"
     r"there(?:'s| is) a (?:good )?chance|"
-    r"(?:i'm|i am|we're|we are)(?: \w+)? (?:sure|certain|convinced|positive))(?: that)? "
+    r"(?:i'm|i am|we're|we are|(?:(?:my|the|our) )?\w+(?:['’]s| is))(?: \w+)?? "
+    r"(?:sure|certain|convinced|positive))(?: that)? "
     r"(?=(?:i|you|he|she|we|they|her|his|my|our|their|the|a|an|some|there|there's) )",
     re.IGNORECASE,
 )

@@ -45,8 +45,8 @@ _GUESSES = (
     HABITS
     | (BELIEFS - word_set("should must seem seems"))
     | word_set(
-        "maybe perhaps possibly swear sworn mistaken remember thought believed reckoned rumour "
-        "rumor"
+        "maybe perhaps possibly swear sworn mistaken memory remember thought believed reckoned "
+        "rumour rumor"
     )
 )
 """Of a sentence before the object: "could" and "might" ask there."""
@@ -122,7 +122,8 @@ def _also_denied(said: Utterance, index: int) -> tuple[list[Relation], int]:
     """Read ", or in the hall" after a place that is denied: it is denied, too."""
     relations: list[Relation] = []
     while said.word(index) in ("or", "nor") and not said.ends(index):
-        prepositions, at = prepositions_at(said, index + 1)
+        skipped = said.word(index + 1) in ("anywhere", "even", "still", "somewhere")
+        prepositions, at = prepositions_at(said, index + 1 + skipped)
         more, end = _read_places(said, prepositions, at, negated=True) if prepositions else ([], 0)
         if not more:
             break
@@ -338,6 +339,7 @@ def relation_to(
         # The name of a room: the operator may have given it to one.
         place = said.said(start, phrase.end)
         place = place[4:] if place.lower().startswith("the ") else place
+        place = place.replace("s's ", "s' ")
         attributes = tuple(one for one in attributes if one.kind != "owner")
     elif phrase.head in _OWN_ROOMS and said.word(start) in ("my", "our", "your"):
         place = said.said(start, phrase.end)

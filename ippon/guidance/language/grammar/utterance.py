@@ -88,6 +88,8 @@ _SOUND = (
         "",
     ),
     (re.compile(r"\bmind (look|check|search)ing\b", re.IGNORECASE), r"please \1"),
+    (re.compile(r"\bno (?:idea|clue)(?= (?:where|which|who)\b)", re.IGNORECASE), "i don't know"),
+    (re.compile(r",? no (?:luck|hurry|rush|worries)(?: there)?(?=[,.;!?]|$)", re.IGNORECASE), ""),
     (re.compile(r"\bwhere['’]d\b", re.IGNORECASE), "where did"),
     (re.compile(r"(?<=\w),? for the life of me\b,?", re.IGNORECASE), ""),
     (

@@ -16,7 +16,7 @@ from ippon.guidance.language.words import word_set
 
 _REPEATING = ("it", "them", "him", "her", "some", "any", "one")
 _MISSED = word_set("find see seen found remember know")
-_LACKING = ("there", "i ", "we ", "i've", "we've")
+_LACKING = ("no ", "there", "i ", "we ", "i've", "we've")
 """Beginnings of "there is no" and "we have no"."""
 
 
@@ -104,10 +104,15 @@ def _describe(reading: Reading, start: int, asked: str, heard: set[str]) -> None
     if NEGATIONS & heard and asked.lower().startswith(_LACKING) and placed is not None:
         # "There is no soap in the bathroom", "I couldn't find it on the shelf".
         absent = not _MISSED & heard or "couldn't" in heard
+        absent_from = list(placed.relations)
+        while said.word(placed.end) in ("or", "nor"):
+            further = read_relation(said, placed.end)
+            if further is None:
+                break
+            absent_from, placed = [*absent_from, *further.relations], further
         for goal in goals if absent else ():
             goal.relations = [
-                replace(one, negated=True) if one in placed.relations else one
-                for one in goal.relations
+                replace(one, negated=True) if one in absent_from else one for one in goal.relations
             ]
     if asked.lower().startswith(("how many", "count")):
         reading.drafts[-1].count = "all"

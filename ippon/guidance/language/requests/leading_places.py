@@ -81,6 +81,14 @@ def read_place_first(reading: Reading, index: int) -> int:
     return read_goals(reading, after, said.said(index, after))
 
 
+def _is_place(phrase: NounPhrase, *, first: bool) -> bool:
+    """Tell whether a noun phrase alone says where: "second floor, room 210, top cupboard:"."""
+    part = not first and holds_things(phrase.head) and bool(phrase.attributes) and phrase.shared
+    numbered = phrase.head.startswith("room ") or phrase.head.endswith("floor")
+    named = is_room(phrase.head) or (numbered and bool(phrase.attributes or " " in phrase.head))
+    return named or part
+
+
 def _is_adverb(place: NounPhrase) -> bool:
     """Tell whether a place is none: "up" of "look up, there is"."""
     return place.head in ("up", "down", "out", "away", "back", "off")
@@ -152,8 +160,13 @@ def _read_leading_place(reading: Reading, index: int) -> int:
         end, relations = place.end, [*relations, *place.relations]
         end += said.starts(end, phrases.SIDES)
     room = None if relations else read_noun_phrase(said, index)
-    if room is not None and is_room(room.head) and ":" in said.gap(room.end):
-        end, relations = room.end, [Relation(relation="in", place=room.head)]
+    while room is not None and _is_place(room, first=not relations) and said.breaks(room.end):
+        if said.ends(room.end):
+            break
+        on = room.head == "shelf" or room.head.endswith("floor")
+        relations.append(relation_to(said, end, room, "on" if on else "in"))
+        end = room.end
+        room = read_noun_phrase(said, end)
     verb = said.word(end) in ("is", "are", "lies", "there", "there's")
     if not relations or not (verb or said.breaks(end)) or end >= len(said):
         return index

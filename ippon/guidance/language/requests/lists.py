@@ -12,7 +12,8 @@ from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.goals.pronouns import read_place_named
 from ippon.guidance.language.goals.references import complained, refer, replaced, selects
 from ippon.guidance.language.grammar import phrases
-from ippon.guidance.language.grammar.noun_phrase import NounPhrase, is_person_at, read_noun_phrase
+from ippon.guidance.language.grammar.determiners import is_person_at
+from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PRONOUNS
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import read_relation, relation_to

@@ -10,11 +10,8 @@ from ippon.guidance.language.goals.goal import Goal, Relation
 from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import listed_kind
-from ippon.guidance.language.grammar.noun_phrase import (
-    NounPhrase,
-    is_person_at,
-    read_noun_phrase,
-)
+from ippon.guidance.language.grammar.determiners import is_person_at
+from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PRONOUNS
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import read_relation
