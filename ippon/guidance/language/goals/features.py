@@ -22,7 +22,9 @@ SUBJECTS = word_set(
 )
 """What stands for the object in a clause about it."""
 BE = word_set("is are was were be looks look seems isn't aren't wasn't weren't")
-COVERED = word_set("wrapped covered dressed painted decorated printed")
+COVERED = word_set(
+    "wrapped covered dressed painted decorated printed soaked coated stained dipped smeared"
+)
 """After these, "in gold paper" tells what a thing looks like, not where it is."""
 _PEOPLE = word_set("me us him her them you my mine")
 _DIMENSIONS = word_set("long wide tall high deep thick")

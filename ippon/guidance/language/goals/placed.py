@@ -32,6 +32,12 @@ def read_placed(said: Utterance, start: int, goal: Draft) -> int:
     if covered or is_maker(said, start, phrase.relations[0].place):
         goal.add(Attribute(kind="feature", value=said.said(phrase.begin, phrase.end)))
         return phrase.end
+    for index in range(start, phrase.end):
+        if said.word(index) in COVERED:  # "That isn't soaked in oil".
+            denied = phrase.relations[0].negated
+            value = said.said(index, phrase.end)
+            goal.add(Attribute(kind="feature", value=value, negated=denied))
+            return phrase.end
     crossed = said.words(max(0, start - _NEAR), phrase.end)
     if "over" in said.words(start, phrase.end) and _CROSSING & set(crossed):
         goal.note(said.said(phrase.begin, phrase.end))

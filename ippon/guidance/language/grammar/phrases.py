@@ -144,7 +144,8 @@ LOOKED: Final = re.compile(
 )
 _TELLER = (
     rf"(?:i|we|he|she|they|i've|we've|i have|somebody|someone|{_PERSON}|"
-    r"must have|may have|might have|(?!that|which|who|what|where|when|if|find|get)\w+"
+    r"must have|may have|might have|"
+    r"(?!that|which|who|what|where|when|if|find|get|every|each|all)\w+"
     r"(?= (?:\w+ ){1,3}(?:the|my|our|his|her|their|an?|some) ))"
 )
 _MEANWHILE = (
@@ -218,7 +219,9 @@ CODE: Final = re.compile(
 )
 """What no sentence holds, and code does."""
 SAYS: Final = re.compile(
-    r"(?:(?:i|we|he|she|they|(?:my |the |our )?\w+)(?: just| also)? (?:told (?:me|us)|said|swore|"
+    r"(?:(?:i|we|he|she|they|"
+    r"(?:(?:my|the|our|mrs?|ms|dr|doctor|uncle|aunt|auntie) )?\w+)(?: just| also)? "
+    r"(?:told (?:me|us)|said|swore|"
     r"(?:say|think|believe|claim|swear|reckon|bet|guess|suppose|suspect|assume|expect|imagine|hope)"
     r"(?:e?s)?|thought|believed|reckoned)|rumou?r has it|according to (?:my |the |our )?\w+,?|"
     r"maybe|perhaps|possibly|probably|apparently|chances are|my (?:guess|bet) is|"

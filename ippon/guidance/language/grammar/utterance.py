@@ -100,7 +100,13 @@ _SOUND = (
         ),
         "",
     ),
-    (re.compile(r"['’]s (?=(?:taken|moved|stolen|hidden|borrowed|got)\b)", re.IGNORECASE), " has "),
+    (
+        re.compile(
+            r"['’]s (?=(?:taken|moved|stolen|hidden|borrowed|got|vanished|disappeared|escaped)\b)",
+            re.IGNORECASE,
+        ),
+        " has ",
+    ),
     (re.compile(r"(?<=\d)\s?[x×]\s+(?=[^\W\d])", re.IGNORECASE), " "),
     (re.compile(r"(?<=\w) or so\b", re.IGNORECASE), ""),
     (

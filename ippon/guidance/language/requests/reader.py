@@ -10,7 +10,7 @@ from ippon.guidance.language.goals.goal import Goal, Relation
 from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import listed_kind
-from ippon.guidance.language.grammar.determiners import is_person_at
+from ippon.guidance.language.grammar.determiners import NUMBERS, count_again, is_person_at
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PRONOUNS
 from ippon.guidance.language.grammar.places import is_room
@@ -212,6 +212,10 @@ class RequestReader:
         if length and said.ends(index + length):
             self.reading.drafts[-1].count = "all"
             return index + length
+        counted = count_again(said, index + 1) if said.word(index) == "all" else 0
+        if counted:
+            self.reading.drafts[-1].count = NUMBERS[said.word(index + 1)]
+            return index + 1 + counted  # "All four of them".
         subject = said.word(index) in ("they", "they're", "both", "these")
         relation = read_relation(said, index)
         listed = self.reading.drafts[self.reading.list_start :]
