@@ -10,7 +10,7 @@ from ippon.guidance.language.goals.goal import Relation
 from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
-from ippon.guidance.language.grammar.places import is_room
+from ippon.guidance.language.grammar.places import holds_things, is_room
 from ippon.guidance.language.grammar.relation_phrase import read_relation, relation_to
 from ippon.guidance.language.grammar.utterance import Utterance, hear
 from ippon.guidance.language.languages import ENGLISH
@@ -237,12 +237,17 @@ def _skip_place(reading: Reading, index: int) -> int:
             return index
         before = said.word(start - 1)
         relation = phrases.PREPOSITIONS[before] if before in _DECLINED_AT else "in"
-        sought = bool(_SOUGHT & set(said.words(index, start)))
+        heard = set(said.words(index, start))
         named = not phrase.known or relation != "in" or said.word(phrase.end) == "for"
-        if not (is_room(phrase.head) or (sought and named)):
+        named = named or (holds_things(phrase.head) and "bother" not in heard)
+        if not (is_room(phrase.head) or (_SOUGHT & heard and named)):
             return index
         place = relation_to(said, start, phrase, relation, negated=True)
         end = phrase.end
+        other = read_noun_phrase(said, end + 1) if said.word(end) in ("or", "nor", "and") else None
+        if other is not None and holds_things(other.head):
+            decline_place(reading, relation_to(said, end + 1, other, relation, negated=True))
+            end = other.end
     decline_place(reading, place)
     return end + (said.word(end) == "for" and not reading.drafts)
 

@@ -8,12 +8,13 @@ from ippon.guidance.language.goals.drafts import Draft
 from ippon.guidance.language.goals.goal import Attribute, Relation
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import UNITS, is_part, listed_kind
-from ippon.guidance.language.grammar.determiners import NUMBERS, may_be_noun
+from ippon.guidance.language.grammar.determiners import NUMBERS, count_again, may_be_noun
+from ippon.guidance.language.grammar.guesses import is_guessed_before
 from ippon.guidance.language.grammar.heads import CODE
 from ippon.guidance.language.grammar.noun_phrase import STANDS, NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS, STOP
 from ippon.guidance.language.grammar.places import is_searched_inside
-from ippon.guidance.language.grammar.relation_phrase import ENTERING, is_guessed_before
+from ippon.guidance.language.grammar.relation_phrase import ENTERING
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
@@ -301,6 +302,18 @@ def read_side(said: Utterance, start: int, goal: Draft) -> int:
     else:
         goal.add(side)
     return start + length
+
+
+def read_until(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "until you have found six"."""
+    if said.word(start) not in ("until", "till"):
+        return start
+    for index in range(start + 1, min(start + 6, len(said))):
+        length = count_again(said, index)
+        if length:
+            goal.count = NUMBERS[said.word(index)]
+            return index + length
+    return start
 
 
 def is_maker(said: Utterance, start: int, name: str) -> bool:

@@ -16,13 +16,13 @@ from ippon.guidance.language.goals.features import (
     read_purpose,
     read_side,
     read_topic,
+    read_until,
     without_article,
 )
 from ippon.guidance.language.goals.goal import Attribute, Relation
 from ippon.guidance.language.goals.placed import read_placed, read_spot
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import is_intensity, is_part, is_shade, listed_kind
-from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
 from ippon.guidance.language.grammar.noun_phrase import CONTAINERS, NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS
 from ippon.guidance.language.grammar.places import holds_things, is_room
@@ -45,7 +45,7 @@ def read_modifier(said: Utterance, index: int, goal: Draft) -> int:
     """Read one thing that is said of a goal; returns the index after it, the same for none."""
     for read in (
         _exclusion,
-        _until,
+        read_until,
         read_absence,
         _predicate,
         read_feature,
@@ -168,18 +168,6 @@ def _other_name(said: Utterance, start: int, phrase: NounPhrase, goal: Draft) ->
     return phrase.end
 
 
-def _until(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "until you have found six"."""
-    if said.word(start) not in ("until", "till"):
-        return start
-    for index in range(start + 1, min(start + 6, len(said))):
-        length = count_again(said, index)
-        if length:
-            goal.count = NUMBERS[said.word(index)]
-            return index + length
-    return start
-
-
 def _predicate(said: Utterance, start: int, goal: Draft) -> int:
     """Read "which is blue and heavy", "it's the white one", "isn't broken"."""
     index, negated = start, False
@@ -294,6 +282,9 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
         kind = said.word(phrase.end - 1) == "ones" and goal.count == 1 and not goal.attributes
         if phrase.count not in (None, 1) or several or (stated and not kind):
             return start  # "The big box, the small one is empty".
+        more = read_noun_phrase(said, phrase.end + 1) if said.word(phrase.end) == "and" else None
+        if more is not None and not more.head and said.word(start) in ("a", "an"):
+            return start  # "A red pen, a blue one and a black one".
         for one in phrase.attributes:
             goal.add(one)
         return phrase.end

@@ -1,15 +1,11 @@
 """Phrases that say where a thing is: "next to the white fridge", "not in Anna's room"."""
 
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import (
     ABSTRACT,
-    BELIEFS,
-    DOUBTS,
-    HABITS,
     NEGATIONS,
     PARTS,
 )
@@ -24,7 +20,7 @@ from ippon.guidance.language.grammar.noun_phrase import (
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS
 from ippon.guidance.language.grammar.places import holds_things, is_room, named_place, room_spelt
 from ippon.guidance.language.grammar.utterance import Utterance
-from ippon.guidance.language.words import DETERMINERS, word_set
+from ippon.guidance.language.words import word_set
 
 _STANDING = word_set(
     "that which who is are was were it's its be been being lying sitting standing hanging located "
@@ -37,21 +33,10 @@ _STANDING = word_set(
     "off away dropped ran come came popped slid"
 )
 """Words that may stand before a preposition without changing where."""
-_SOFT = word_set(
+SOFT = word_set(
     "probably maybe perhaps possibly likely presumably usually normally often sometimes might "
     "could should supposedly apparently mostly prob probs i'd guess generally typically"
 )
-_GUESSES = (
-    HABITS
-    | (BELIEFS - word_set("should must seem seems"))
-    | word_set(
-        "maybe perhaps possibly swear sworn mistaken memory remember thought believed reckoned "
-        "rumour rumor"
-    )
-)
-"""Of a sentence before the object: "could" and "might" ask there."""
-_UNCERTAIN = (("possible", "that"), ("chance", "that"), ("chances", "are"), ("a", "chance"))
-_PERHAPS = word_set("could might may")
 _JOINTS: Final = ("or", "nor", "and")
 _STOREYS: Final = {
     "upstairs": "upstairs", "downstairs": "downstairs", "outdoors": "outdoors",
@@ -103,12 +88,13 @@ def read_relation(said: Utterance, start: int, *, verbs: bool = True) -> Relatio
             index, word = index + 1, said.word(index + 1)
         if word in _STOREYS:
             place = Relation(relation="at", place=_STOREYS[word], negated=negated)
-            return RelationPhrase((place,), soft, start, index + 1)
+            more, end = _also_denied(said, index + 1) if negated else ([], index + 1)
+            return RelationPhrase((place, *more), soft, start, end)
         if word in NEGATIONS or (word == "no" and said.word(index + 1) == "longer"):
             negated = True
         elif negated and word in ENTERING:
             pass
-        elif word in _SOFT:
+        elif word in SOFT:
             soft = soft or (word, said.word(index + 1)) != ("could", "not")
         elif word in ("longer", "but", "or", "and") or (verbs and _may_precede(said, index)):
             pass
@@ -136,44 +122,6 @@ def _may_precede(said: Utterance, index: int) -> bool:
     particle = said.word(index) in ("in", "on", "up", "out") and said.word(index - 1).endswith("ed")
     word = said.word(index)
     return particle or word in _STANDING or word in STANDS or stands_somewhere(said, index)
-
-
-def is_guessed(said: Utterance, phrase: RelationPhrase, object_end: int) -> bool:
-    """Tell whether the sentence around a relation of an object says that it is a guess or a habit.
-
-    Args:
-        said: The sentence.
-        phrase: The relation.
-        object_end: Index after the object.
-    """
-    last = phrase.end
-    first = _sentence_start(said, phrase.begin)
-    while not said.ends(last) and not (said.breaks(last) and said.word(last) in ("or", "and")):
-        if said.word(last) in _SOFT and read_relation(said, last) is not None:
-            break  # "In my room, probably under the bed".
-        last += 1
-    after = min(max(first, object_end), phrase.begin)
-    asked = said.word(first + 1) in DETERMINERS or said.word(first + 1) == "there"
-    if said.word(first) in _PERHAPS and asked:
-        return True  # "Could my wallet have fallen behind the sofa?"
-    doubts = BELIEFS | DOUBTS | HABITS
-    return bool(doubts & set(said.words(after, last))) or is_guessed_before(said, after)
-
-
-def is_guessed_before(said: Utterance, index: int) -> bool:
-    """Tell whether the sentence says up to a word that it is a guess: "I may have dropped"."""
-    words = said.words(_sentence_start(said, index), index)
-    supposed = any(
-        (word in _PERHAPS and following == "have") or (word, following) in _UNCERTAIN
-        for word, following in pairwise(words)
-    )
-    return supposed or bool(_GUESSES & set(words))
-
-
-def _sentence_start(said: Utterance, index: int) -> int:
-    while index > 0 and not said.ends(index):
-        index -= 1
-    return index
 
 
 def prepositions_at(said: Utterance, index: int) -> tuple[list[str], int]:

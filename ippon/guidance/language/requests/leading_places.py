@@ -7,14 +7,11 @@ from ippon.guidance.language.context_words import ABSTRACT, SEARCHED
 from ippon.guidance.language.goals.drafts import Reading
 from ippon.guidance.language.goals.goal import ALL, Relation
 from ippon.guidance.language.grammar import phrases
+from ippon.guidance.language.grammar.guesses import is_guessed_before
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS
 from ippon.guidance.language.grammar.places import holds_things, is_room, is_searched_inside
-from ippon.guidance.language.grammar.relation_phrase import (
-    is_guessed_before,
-    read_relation,
-    relation_to,
-)
+from ippon.guidance.language.grammar.relation_phrase import read_relation, relation_to
 from ippon.guidance.language.grammar.utterance import Utterance, hear
 from ippon.guidance.language.requests.courtesy import skip_asking
 from ippon.guidance.language.requests.lists import read_goals
