@@ -137,7 +137,8 @@ DOUBTS = word_set("maybe perhaps might could possibly sometimes whether if unles
 DOUBT_PHRASES = ("not sure", "not certain", "don't know", "do not know", "can be", "no idea")
 BELIEFS = word_set(
     "think believe guess suppose probably likely assume suspect presumably seem seems "
-    "apparently should must"
+    "apparently should must reckon bet imagine thinks believes guesses supposes assumes suspects "
+    "reckons bets imagines"
 )
 HABITS = word_set("usually normally often typically generally mostly regularly habitually commonly")
 HABIT_PHRASES = ("tend to", "tends to", "used to", "most of the time", "as a rule", "as usual")
@@ -214,10 +215,10 @@ ABSTRACT = word_set(
     "mine yours work school party usual weekend birthday christmas pile mess top side back "
     "front middle corner right left other same something someone that this which what where "
     "when who one two three next general particular order question plain sight view reach "
-    "line display loan use danger trouble love january february march april may june july "
+    "line display loan use charge danger trouble love january february march april may june july "
     "august september october november december spring summer autumn winter dark rain snow "
     "sun weather colour color size shape possible best new few some many years days months weeks "
-    "ago"
+    "ago percent"
 )
 """Nouns after a preposition that are not places in a home."""
 

@@ -10,7 +10,7 @@ from typing import Any, Final, cast
 import yaml
 
 from ippon.guidance.knowledge import load_knowledge
-from ippon.guidance.language.context_words import ABSTRACT, NEGATIONS, RELATIONS
+from ippon.guidance.language.context_words import ABSTRACT, BELIEFS, NEGATIONS, RELATIONS
 from ippon.guidance.language.words import ADJECTIVES, DETERMINERS, tokenize, word_set
 
 UNKNOWN: Final = "another language than English"
@@ -53,11 +53,12 @@ ENGLISH = (
         "anywhere somewhere nowhere everywhere missing gone take took taken hand pass show tell "
         "give gimme go come keep kept used use last first second kindly sorry excuse good well "
         "fine actually mean let let's lemme would could spot track hunt seek retrieve misplaced "
-        "forgot forgotten dropped went you'd you've who's that's there's ain't wanna gonna"
+        "forgot forgotten dropped went you'd you've who's that's there's ain't wanna gonna yo"
     )
     | ADJECTIVES
     | DETERMINERS
     | ABSTRACT
+    | BELIEFS
     | NEGATIONS
     | frozenset(" ".join(RELATIONS).split())
 )

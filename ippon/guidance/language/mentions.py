@@ -112,6 +112,8 @@ def _mention_at(
             return Mention(start=index, end=end, kind="room", places=(room,))
         if length == 1 and not _is_noun(words, index):
             continue
+        if end < len(words) and words[end] == "room":
+            continue  # "The server room" is no server.
         entry = knowledge.find(phrase)
         if entry is not None and entry.thing.spread != "broad":
             inside = knowledge.room(words[index]) if length > 1 else None

@@ -1,5 +1,6 @@
 """Clauses beside a request: where they end, and what they tell of the place of an object."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -9,8 +10,8 @@ from ippon.guidance.language.goals.goal import Relation
 from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
-from ippon.guidance.language.grammar.places import is_room
-from ippon.guidance.language.grammar.relation_phrase import read_relation
+from ippon.guidance.language.grammar.places import holds_things, is_room
+from ippon.guidance.language.grammar.relation_phrase import read_relation, relation_to
 from ippon.guidance.language.grammar.utterance import Utterance, hear
 from ippon.guidance.language.languages import ENGLISH
 from ippon.guidance.language.naming import resolve_object
@@ -24,6 +25,7 @@ _ABOUT = word_set(
 
 
 _SOUGHT = word_set("bother look looking search searching check checking go going try trying enter")
+_DECLINED_AT: Final = ("on", "under", "behind", "near", "beside", "above")
 _RELATIVE: Final = ("which", "that", "who", "whose")
 _PLACING = word_set("in on under at behind near inside upstairs downstairs outside above below")
 _TIMES = word_set(
@@ -79,7 +81,7 @@ def _names_late(reading: Reading, index: int) -> bool:
     phrase = read_noun_phrase(said, index) if said.breaks(index) else None
     if phrase is None or not phrase.head or is_room(phrase.head):
         return False
-    owned = said.word(index) in ("my", "our", "his", "her", "the", "a", "an", "some")
+    owned = said.word(index) in ("my", "our", "your", "his", "her", "the", "a", "an", "some")
     return (owned or ":" in said.gap(index)) and said.ends(phrase.end)
 
 
@@ -124,23 +126,40 @@ def state(reading: Reading, words: str, targets: list[Draft]) -> None:
     )
     for goal in targets:
         ooi = resolve_object(goal.head, ()).canonical if goal.head else None
-        claims = read_context(words, (), ooi=ooi).claims
+        claims = _joined(read_context(words, (), ooi=ooi).claims, words)
         about = _is_about_object(words, owned=goal.is_owned)
         soft = any(phrase in words.lower() for phrase in _SOFT)
         for claim in claims:
             told = True
             if claim.strength != "sure" or soft or not about:
                 continue
+            said_first = [one.place for one in reading.places if one.negated == claim.negated]
             for one in _relations_of(claim.text) or _named_place(claim):
-                goal.relate(replace(one, negated=claim.negated))
+                if not any(one.place in place for place in said_first):
+                    goal.relate(replace(one, negated=claim.negated))
         if not claims and not soft:
             for one in _relations_of(words):
                 told = True
                 goal.relate(one)
         if told or claims or kept:
             goal.note(words)
-    if not told and content:
+    placed = any(one.place.lower() in words.lower() for one in reading.places)
+    if not told and content and not placed:
         reading.unused.append(words.strip())
+
+
+def _joined(claims: Sequence[Claim], words: str) -> list[Claim]:
+    """Return the claims with two nouns beside each other as one place: "in the bread bin"."""
+    joined: list[Claim] = []
+    for claim in claims:
+        last = joined[-1] if joined else None
+        beside = last is not None and not words[last.end : claim.start].strip()
+        if last is not None and beside and hear(claim.text).word(0) not in phrases.PREPOSITIONS:
+            text = words[last.start : claim.end]
+            joined[-1] = replace(last, place=claim.place, end=claim.end, text=text)
+        else:
+            joined.append(claim)
+    return joined
 
 
 def _relations_of(words: str) -> list[Relation]:
@@ -188,12 +207,9 @@ def skip_declined(reading: Reading, index: int) -> int:
         Index after it; `index` where no such words stand.
     """
     said = reading.said
-    place = reading.match(phrases.PLACE_DECLINED, index)
-    room = read_noun_phrase(said, place) if place > index else None
-    sought = _SOUGHT & set(said.words(index, place)) and room is not None
-    if room is not None and (is_room(room.head) or (sought and not room.known)):
-        decline_place(reading, room.head)
-        return room.end
+    end = _skip_place(reading, index)
+    if end > index:
+        return end
     start = reading.match(phrases.DECLINED, index)
     phrase = read_noun_phrase(said, start) if start > index else None
     if phrase is None:
@@ -206,9 +222,38 @@ def skip_declined(reading: Reading, index: int) -> int:
     return end
 
 
-def decline_place(reading: Reading, room: str) -> None:
-    """Take a room as the place of no object: of the list before, else of those that follow."""
-    place = Relation(relation="in", place=room, negated=True)
+def _skip_place(reading: Reading, index: int) -> int:
+    """Skip a place not to be searched: "don't look under the bed for", "don't look upstairs"."""
+    said = reading.said
+    start = reading.match(phrases.PLACE_DECLINED, index)
+    if start == index:
+        return index
+    storey = read_relation(said, start, verbs=False)
+    if storey is not None and storey.end == start + 1:
+        place, end = replace(storey.relations[0], negated=True), storey.end
+    else:
+        phrase = read_noun_phrase(said, start)
+        if phrase is None:
+            return index
+        before = said.word(start - 1)
+        relation = phrases.PREPOSITIONS[before] if before in _DECLINED_AT else "in"
+        heard = set(said.words(index, start))
+        named = not phrase.known or relation != "in" or said.word(phrase.end) == "for"
+        named = named or (holds_things(phrase.head) and "bother" not in heard)
+        if not (is_room(phrase.head) or (_SOUGHT & heard and named)):
+            return index
+        place = relation_to(said, start, phrase, relation, negated=True)
+        end = phrase.end
+        other = read_noun_phrase(said, end + 1) if said.word(end) in ("or", "nor", "and") else None
+        if other is not None and holds_things(other.head):
+            decline_place(reading, relation_to(said, end + 1, other, relation, negated=True))
+            end = other.end
+    decline_place(reading, place)
+    return end + (said.word(end) == "for" and not reading.drafts)
+
+
+def decline_place(reading: Reading, place: Relation) -> None:
+    """Take a place as that of no object: of the list before, else of those that follow."""
     for goal in reading.drafts[reading.list_start :]:
         goal.relate(place)
         goal.note(place.text)

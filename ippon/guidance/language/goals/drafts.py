@@ -105,8 +105,11 @@ class Reading:
     """An object not to be searched for, which "the white one" may name."""
     subject: NounPhrase | None = None
     """What a clause before the first object tells of, which "another one" and "it" may name."""
+    begin: int = 0
+    """Index after what was said to others."""
     places: list[Relation] = field(default_factory=list)
     """Said before the object: "look in the kitchen for"."""
+    _matched: dict[tuple[int, int], int] = field(default_factory=dict)
 
     def after(self, position: int) -> int:
         """Return the index of the first word at or after an offset of the text."""
@@ -117,7 +120,10 @@ class Reading:
 
     def match(self, pattern: re.Pattern[str], index: int) -> int:
         """Return the index after a pattern that matches at a word; the same for none."""
-        match = None
-        if index < len(self.said):
+        if index >= len(self.said):
+            return index
+        key = (id(pattern), index)  # The hash of a pattern takes longer than most matches.
+        if key not in self._matched:
             match = pattern.match(self.said.text, self.said.tokens[index].start)
-        return index if match is None else self.after(match.end())
+            self._matched[key] = index if match is None else self.after(match.end())
+        return self._matched[key]

@@ -8,7 +8,8 @@ from ippon.guidance.language.goals.drafts import Draft
 from ippon.guidance.language.goals.goal import Attribute, Relation
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import UNITS, is_part, listed_kind
-from ippon.guidance.language.grammar.determiners import NUMBERS, may_be_noun
+from ippon.guidance.language.grammar.determiners import NUMBERS, count_again, may_be_noun
+from ippon.guidance.language.grammar.guesses import is_guessed_before
 from ippon.guidance.language.grammar.heads import CODE
 from ippon.guidance.language.grammar.noun_phrase import STANDS, NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS, STOP
@@ -22,7 +23,9 @@ SUBJECTS = word_set(
 )
 """What stands for the object in a clause about it."""
 BE = word_set("is are was were be looks look seems isn't aren't wasn't weren't")
-COVERED = word_set("wrapped covered dressed painted decorated printed")
+COVERED = word_set(
+    "wrapped covered dressed painted decorated printed soaked coated stained dipped smeared"
+)
 """After these, "in gold paper" tells what a thing looks like, not where it is."""
 _PEOPLE = word_set("me us him her them you my mine")
 _DIMENSIONS = word_set("long wide tall high deep thick")
@@ -32,6 +35,11 @@ _OWNING = word_set("has belongs")
 _STATES = word_set("missing broken torn off open gone loose")
 """After a part, they say in which state it is: "one ear missing"."""
 _IDIOMS = word_set("life sake goodness")
+_GOING_ON = (
+    "keeps", "keep", "kept", "keeps on", "won't stop", "will not stop", "doesn't stop",
+    "never stops", "started", "starts", "always", "is always",
+)  # fmt: skip
+"""Between "that" and what a thing does: "that keeps beeping"."""
 
 
 def read_feature(said: Utterance, start: int, goal: Draft) -> int:
@@ -198,9 +206,15 @@ def read_topic(said: Utterance, start: int, goal: Draft) -> int:
         return start
     if said.word(index) == "for":
         return start
+    if said.word(index) == "about" and word in NUMBERS and said.breaks(index + 2):
+        goal.count = NUMBERS[word]
+        return index + 2  # "Bibs, about ten".
     end = index + length
     while end < len(said) and not said.breaks(end) and end - index < 6:
-        if said.word(end) in ("and", "or", "then") or said.word(end) in PREPOSITIONS:
+        if (
+            said.word(end) in ("and", "or", "then", "that", "which")
+            or said.word(end) in PREPOSITIONS
+        ):
             break
         end += 1
     if end == index + length:
@@ -221,7 +235,8 @@ def read_purpose(said: Utterance, start: int, goal: Draft) -> int:
         return phrase.end  # "For the life of me".
     if to and goal.trigger == "told":
         relation = "in" if is_searched_inside(phrase.head) else "at"
-        goal.relate(Relation(relation=relation, place=phrase.head))
+        if not is_guessed_before(said, start):
+            goal.relate(Relation(relation=relation, place=phrase.head))
         goal.note(said.said(start, phrase.end))
         return phrase.end  # "Dad took the ladder to the garage".
     goal.add(Attribute(kind="feature", value=said.said(start, phrase.end)))
@@ -229,7 +244,12 @@ def read_purpose(said: Utterance, start: int, goal: Draft) -> int:
 
 
 def read_activity(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "that is ringing", "which fits this pot", "that doesn't work": what it does."""
+    """Read "that is ringing", "which fits this pot", "that keeps beeping": what it does."""
+    if (begin := _goes_on(said, start)) > start:
+        end = _clause_end(said, begin + 1)
+        end += end < len(said) and said.word(end) in PREPOSITIONS and said.breaks(end + 1)
+        goal.add(Attribute(kind="feature", value=said.said(begin, end)))
+        return end  # "That keeps going off".
     if said.word(start) not in ("that", "which") or said.breaks(start + 1):
         return start
     index = start + 1
@@ -244,14 +264,29 @@ def read_activity(said: Utterance, start: int, goal: Draft) -> int:
     )
     if not (acts or does or plain) or (said.breaks(index + 1) and not plain):
         return start
-    end = index + 1 + (acts or does)
-    while end < len(said) and not said.breaks(end):
-        if said.word(end) in ("and", "or", "then", "please") or said.word(end) in PREPOSITIONS:
-            break
-        end += 1
+    end = _clause_end(said, index + 1 + (acts or does))
     begin = index + 1 if acts else start + 1
     goal.add(Attribute(kind="feature", value=said.said(begin, end)))
     return end
+
+
+def _goes_on(said: Utterance, start: int) -> int:
+    """Return the index of what a thing keeps doing: "that won't stop beeping"; else the same."""
+    if said.word(start) not in ("that", "which", "that's"):
+        return start
+    index = start + 1 + said.starts(start + 1, _GOING_ON)
+    doing = said.word(index)
+    busy = index > start + 1 and doing.endswith("ing") and len(doing) > 4
+    return index if busy and not said.breaks(index) else start
+
+
+def _clause_end(said: Utterance, index: int) -> int:
+    """Return the index of the first word that ends what a thing does."""
+    while index < len(said) and not said.breaks(index):
+        if said.word(index) in ("and", "or", "then", "please") or said.word(index) in PREPOSITIONS:
+            break
+        index += 1
+    return index
 
 
 def read_side(said: Utterance, start: int, goal: Draft) -> int:
@@ -267,6 +302,18 @@ def read_side(said: Utterance, start: int, goal: Draft) -> int:
     else:
         goal.add(side)
     return start + length
+
+
+def read_until(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "until you have found six"."""
+    if said.word(start) not in ("until", "till"):
+        return start
+    for index in range(start + 1, min(start + 6, len(said))):
+        length = count_again(said, index)
+        if length:
+            goal.count = NUMBERS[said.word(index)]
+            return index + length
+    return start
 
 
 def is_maker(said: Utterance, start: int, name: str) -> bool:

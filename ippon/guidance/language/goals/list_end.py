@@ -13,7 +13,9 @@ def _replace_by_parts(reading: Reading) -> None:
         return
     parts = listed[1:]
     same = all(not one.phrase.head and isinstance(one.count, int) for one in parts)
-    if same and sum(int(one.count) for one in parts) == listed[0].count:
+    kinds = listed[0].phrase.count is None and listed[0].display.endswith("s")
+    kinds = kinds and all(one.phrase.count is not None and one.attributes for one in parts)
+    if same and (kinds or sum(int(one.count) for one in parts) == listed[0].count):
         reading.drafts.remove(listed[0])
 
 
@@ -54,7 +56,8 @@ def _share_place(reading: Reading) -> None:
     together = last.phrase.shared or last.trigger == "told"
     shared = [
         place for place in last.relations
-        if place not in reading.places and (together or _is_in_room(place))
+        if place not in reading.places
+        and (together or _is_in_room(place) or place.relation == "from")
     ]  # fmt: skip
     if not shared:
         return

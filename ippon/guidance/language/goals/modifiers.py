@@ -16,13 +16,13 @@ from ippon.guidance.language.goals.features import (
     read_purpose,
     read_side,
     read_topic,
+    read_until,
     without_article,
 )
 from ippon.guidance.language.goals.goal import Attribute, Relation
 from ippon.guidance.language.goals.placed import read_placed, read_spot
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import is_intensity, is_part, is_shade, listed_kind
-from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
 from ippon.guidance.language.grammar.noun_phrase import CONTAINERS, NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS
 from ippon.guidance.language.grammar.places import holds_things, is_room
@@ -45,7 +45,7 @@ def read_modifier(said: Utterance, index: int, goal: Draft) -> int:
     """Read one thing that is said of a goal; returns the index after it, the same for none."""
     for read in (
         _exclusion,
-        _until,
+        read_until,
         read_absence,
         _predicate,
         read_feature,
@@ -75,6 +75,8 @@ def _exclusion(said: Utterance, start: int, goal: Draft) -> int:
     if not length:
         return start
     index = start + length
+    if (end := _not_one_that(said, index, goal)) > index:
+        return end
     bare = index
     while listed_kind(said.word(bare)) is not None and not said.breaks(bare):
         bare += 1
@@ -114,6 +116,20 @@ def _exclusion(said: Utterance, start: int, goal: Draft) -> int:
     return _other_name(said, start, phrase, goal)
 
 
+def _not_one_that(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "one that's empty" after "but not"; returns the index after it, the same for none."""
+    index = start + (said.word(start) in ("one", "ones", "any", "those"))
+    if said.word(index) not in ("that", "that's", "which"):
+        return start
+    probe = goal.probe()
+    end = read_modifier(said, index, probe)
+    for one in probe.attributes:
+        goal.add(replace(one, negated=not one.negated))
+    for relation in probe.relations:
+        goal.relate(replace(relation, negated=not relation.negated))
+    return end if end > index else start
+
+
 def _or_other(said: Utterance, index: int, goal: Draft) -> int:
     """Read "or green one" after "no red", and "or the brown one"."""
     named = said.word(index + 1) == "the" or _adjective_at(said, index + 1)
@@ -150,18 +166,6 @@ def _other_name(said: Utterance, start: int, phrase: NounPhrase, goal: Draft) ->
     else:
         goal.add(Attribute(kind="other", value=phrase.display, negated=True))
     return phrase.end
-
-
-def _until(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "until you have found six"."""
-    if said.word(start) not in ("until", "till"):
-        return start
-    for index in range(start + 1, min(start + 6, len(said))):
-        length = count_again(said, index)
-        if length:
-            goal.count = NUMBERS[said.word(index)]
-            return index + length
-    return start
 
 
 def _predicate(said: Utterance, start: int, goal: Draft) -> int:
@@ -278,6 +282,9 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
         kind = said.word(phrase.end - 1) == "ones" and goal.count == 1 and not goal.attributes
         if phrase.count not in (None, 1) or several or (stated and not kind):
             return start  # "The big box, the small one is empty".
+        more = read_noun_phrase(said, phrase.end + 1) if said.word(phrase.end) == "and" else None
+        if more is not None and not more.head and said.word(start) in ("a", "an"):
+            return start  # "A red pen, a blue one and a black one".
         for one in phrase.attributes:
             goal.add(one)
         return phrase.end
@@ -291,7 +298,9 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
     if bare:
         for one in phrase.attributes:
             goal.add(one)
-        return phrase.end
+        last = said.word(phrase.end) == "and" and said.breaks(phrase.end + 2)
+        more = _adjectives(said, phrase.end + 1, goal, negated=False) if last else 0
+        return more or phrase.end  # "Markers: red, black and blue".
     contained = is_mass(goal.head) and phrase.head in _HOLDING and bool(phrase.attributes)
     if said.breaks(start) and said.word(start) == "the" and contained:
         goal.add(Attribute(kind="feature", value=without_article(phrase.display)))

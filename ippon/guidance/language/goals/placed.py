@@ -3,14 +3,10 @@
 from ippon.guidance.language.goals.drafts import Draft
 from ippon.guidance.language.goals.features import BE, COVERED, SUBJECTS, is_maker
 from ippon.guidance.language.goals.goal import Attribute
+from ippon.guidance.language.grammar.guesses import is_guessed
 from ippon.guidance.language.grammar.noun_phrase import STANDS, read_noun_phrase
 from ippon.guidance.language.grammar.places import is_room
-from ippon.guidance.language.grammar.relation_phrase import (
-    SPOTS,
-    is_guessed,
-    prepositions_at,
-    read_relation,
-)
+from ippon.guidance.language.grammar.relation_phrase import SPOTS, prepositions_at, read_relation
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
@@ -32,15 +28,23 @@ def read_placed(said: Utterance, start: int, goal: Draft) -> int:
     if covered or is_maker(said, start, phrase.relations[0].place):
         goal.add(Attribute(kind="feature", value=said.said(phrase.begin, phrase.end)))
         return phrase.end
+    for index in range(start, phrase.end):
+        if said.word(index) in COVERED:  # "That isn't soaked in oil".
+            denied = phrase.relations[0].negated
+            value = said.said(index, phrase.end)
+            goal.add(Attribute(kind="feature", value=value, negated=denied))
+            return phrase.end
     crossed = said.words(max(0, start - _NEAR), phrase.end)
     if "over" in said.words(start, phrase.end) and _CROSSING & set(crossed):
         goal.note(said.said(phrase.begin, phrase.end))
         return phrase.end  # "It flew over the fence".
-    doing = said.word(start + 2)
+    contracted = said.word(start) == "that's"
+    doing = said.word(start + 2 - contracted)
     relative = said.word(start) in ("that", "which") and said.word(start + 1) in BE
+    relative = relative or contracted
     if relative and doing.endswith("ing") and doing not in _POSTURES:
         goal.add(Attribute(kind="feature", value=doing))  # "That is dripping in the kitchen".
-    of = goal.is_owned and "of" in said.words(max(0, start - 4), start)
+    of = goal.is_owned and " of " in goal.phrase.display
     if of and start == goal.phrase.end and _is_of_person(phrase.relations[0].place):
         goal.note(said.said(phrase.begin, phrase.end))
         return phrase.end  # "The glasses of the lady in room 2".

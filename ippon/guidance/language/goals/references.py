@@ -36,6 +36,8 @@ def complained(reading: Reading, asked: str) -> bool:
     if asked in _UNASKED or len(reading.drafts) != 1:
         return False
     last = reading.drafts[0]
+    if any(word in last.trigger.lower() for word in ("fancy", "kill for", "love")):
+        return True  # "I fancy a cup of tea, find the teapot".
     if last.trigger.strip().lower() in _IS and not last.relations:
         heard = set(reading.said.words(last.phrase.end, last.phrase.end + 3))
         return not _SOMEWHERE & heard  # "Is the kettle on? Find a cup".

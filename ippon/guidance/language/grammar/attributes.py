@@ -119,7 +119,8 @@ def attribute_kind(word: str) -> AttributeKind | None:
     kind = listed_kind(word)
     if kind is not None or "-" in word:
         return kind or "other"
-    if word in _words("noun") or load_knowledge().find(word) is not None:
+    knowledge = load_knowledge()
+    if word in _words("noun") or knowledge.find(word) or knowledge.room(word):
         return None
     return "other" if _ENDING.match(word) else None
 

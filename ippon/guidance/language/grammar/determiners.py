@@ -43,7 +43,8 @@ COUNTS: Final[dict[str, int | Literal["all"]]] = {
     "every single": ALL, "each and every": ALL, "every one of": ALL, "each of": ALL, "every": ALL,
     "each": ALL, "all of": ALL, "all": ALL, "as many": ALL, "half a dozen": 6, "a dozen": 12,
     "two dozen": 24, "dozen": 12, "a couple of": 2, "a couple": 2, "couple of": 2, "couple": 2,
-    "both of": 2, "both": 2, "a few": 3, "few": 3, "several": 3, "a handful of": 3,
+    "both of": 2, "both": 2, "a few": 3, "a good few": 3, "quite a few": 3, "few": 3, "several": 3,
+    "a handful of": 3,
 }  # fmt: skip
 MEASURES = word_set(
     "pair bunch set piece bit stack pile kind type sort pack packet roll heap pairs bunches sets "
@@ -85,7 +86,9 @@ _LEADING = [
 ]
 _KINDS: Final = ("colour", "color", "coloured", "colored", "size", "sized", "shape", "shaped")
 _AT_LEAST = (["at", "least"], ["at", "most"], ["up", "to"], ["more", "than"])
+_DID = word_set("had has bought gave used lent made sent wore took borrowed brought wants needs")
 _OWNERS = word_set("his her their")
+_ORDINALS = word_set("first last top bottom")
 NO_OWNERS = word_set(
     "it's that's what's where's there's here's who's let's he's she's how's when's one's"
 )
@@ -126,6 +129,10 @@ def read_determiners(said: Utterance, start: int) -> Determiners:
             begun.index += 1
         elif word in MEASURES and following == "of" and not said.breaks(index + 1):
             begun.index += 2
+        elif word in _ORDINALS and begun.determined and (_number(said, index + 1) or 1) > 1:
+            owners.append(Attribute(kind="which", value=word))
+            begun.count = _number(said, index + 1)
+            begun.index += 2  # "The last three bottles".
         elif (
             (word in ("another", "other") and (word == "another" or begun.determined))
             or (word == "different" and begun.determined)
@@ -221,3 +228,10 @@ def count_again(said: Utterance, index: int) -> int:
     if said.words(index + 1, index + 3) == ["of", "them"]:
         return 3
     return 1 if said.ends(index + 1) else 0
+
+
+def is_person_at(said: Utterance, index: int) -> bool:
+    """Tell whether somebody is named who did something with a thing: "the mug Dave had"."""
+    named = said.said(index, index + 1)[0].isupper() and not said.breaks(index)
+    did = said.word(index + 1)
+    return named and (did in _DID or (did.endswith("ed") and len(did) > 4))

@@ -76,7 +76,7 @@ def name_head(
     head, known, corrected = "", True, False
     if start is None:
         start, head = _respelt(words)
-        corrected = bool(head)
+        corrected = bool(head) and head != f"{' '.join(words[start:])}s"  # "Airpod".
         if not head:
             start, known = _unknown_start(words), False
     head = head or _single(words[start:], count, knowledge)

@@ -1,5 +1,6 @@
 """One noun phrase: how many, whose, which, and what."""
 
+import re
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
@@ -11,6 +12,7 @@ from ippon.guidance.language.grammar.determiners import (
     MEASURES,
     NO_OWNERS,
     NUMBERS,
+    is_person_at,
     may_be_noun,
     read_determiners,
 )
@@ -26,13 +28,14 @@ _BEFORE_PLACED = word_set("the my a his her your our their other for with")
 STANDS = word_set(
     "hangs hung lies lay sits sat stands stood lives lived stays stayed sleeps slept came comes "
     "went goes ran runs flew slid slipped fallen rolls crawled climbed jumped landed ended blew "
-    "hides walked broke burst spilled flown blown flew climbs jumps always"
+    "stuck hides walked broke burst spilled flown blown flew climbs jumps always"
 )
 """Verbs and adverbs that stand between a thing and its place."""
 _PARTICIPLES = word_set("left hidden fallen forgotten hanging standing")
 """They end a noun phrase but where they begin it: "the hidden egg"."""
 _NEAR: Final = 4
 """So many words stand between a preposition and the last noun of a compound place."""
+_TIMES: Final = re.compile(r"x([1-9]\d?)$")
 _STAY = word_set("live lives belong belongs")
 _AWAY = word_set("away off down up out back")
 _PARTICLES = word_set(
@@ -92,11 +95,15 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
         return None
     if begun.reference and words in (["thing"], ["object"], ["item"], ["things"]):
         words = ["one"]  # "The same thing".
-    named = name_head(said.words(index, end) or words, words, begun.count, knowledge)
+    times = _TIMES.match(words[-1]) if len(words) > 1 and begun.count is None else None
+    if times is not None:
+        begun.count, words = int(times[1]), words[:-1]  # "Hat x2".
+    spoken = said.words(index, end - (times is not None)) or words
+    named = name_head(spoken, words, begun.count, knowledge)
     if said.word(start) == "both" and not singular_candidates(said.word(end - 1)):
         begun.count = None  # "Both my mug and yours".
     attributes = [*(begun.owners or []), *named.attributes]
-    display = said.said(index, end)
+    display = said.said(index, end - (times is not None))
     several = read_noun_phrase(said, end + 1) if of and said.word(end) == "of" else None
     chosen = (not named.head and named.attributes) or named.head in MEASURES
     if chosen and several is not None and several.head:
@@ -197,7 +204,12 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             break  # "One towel more".
         if word in _PARTICLES and index > start and not may_be_noun(said, index + 1):
             break
-        if word in ("first", "next") and index > start and said.breaks(index + 1):
+        over = said.breaks(index + 1) or said.word(index + 1) in ("and", "then")
+        if word in ("first", "next", "last") and index > start and over:
+            break
+        if index > start and is_person_at(said, index):
+            break
+        if word == "end" and index > start and said.word(index + 1) == "up":
             break
         if word in ("and", "or"):
             if not _joins_adjectives(said, index):
@@ -225,6 +237,8 @@ def _end_of_nouns(said: Utterance, start: int, knowledge: Knowledge) -> int:
             pass
         elif word in _PLACED and index == start and _determined(said, index):
             pass  # "The inside pocket".
+        elif word in ("really", "rather") and index == start and listed_kind(said.word(index + 1)):
+            pass  # "A really big box".
         elif (word in STOP or _is_preposition(said, index) or word in NEGATIONS) and not (
             word in ("over", "off") and index == start and said.word(index + 1) == "white"
         ):
@@ -252,6 +266,8 @@ def stands_somewhere(said: Utterance, index: int) -> bool:
 def _names_room_of(said: Utterance, index: int, knowledge: Knowledge) -> bool:
     """Tell whether a room is named right after a thing: "green bag hallway"."""
     word, before = said.word(index), said.word(index - 1)
+    if {"the", "my", "our"} & set(said.words(max(0, index - _NEAR), index)):
+        return False  # "The roof terrace".
     begin = index - 1
     while begin > 0 and said.word(begin) not in PREPOSITIONS and not said.breaks(begin):
         begin -= 1

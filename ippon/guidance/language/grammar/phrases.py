@@ -35,8 +35,11 @@ _END: Final = r"(?=$|[\s,.!?;:'\"…)\]–—”]|-(?!\w))"
 
 
 _PERSON: Final = (
-    r"(?:(?:my|our|the|a|an|his|her|their|one of (?:my|our|the)) \w+(?: \w+)??"
-    r"(?: (?:in|at|from|on|of|by|with) (?:(?:the|a|my|our) )?\w+(?: \d+\w?)?"
+    r"(?:(?:(?:my|our|the|a|an|his|her|their|one of (?:my|our|the)|mrs?|ms|miss|dr|doctor|"
+    r"aunt|uncle) \w+"
+    r"(?: (?!(?:you|i|we|he|she|they)\b)\w+)??|guest|patient|customer|visitor|client|resident)"
+    r"(?: (?:in|at|from|on|of|by|with) (?:(?:the|a|my|our) )?\w+"
+    r"(?: (?:\d+\w?|one|two|three|four|five|six|seven|eight|nine|ten))?"
     r"| next door| upstairs| downstairs| over (?:there|here))?)"
 )
 """Who does something, and where: "the lady in room 7"."""
@@ -74,21 +77,24 @@ DECLINED: Final = re.compile(
     r" (?:look(?:ing)?|search(?:ing)?|find(?:ing)?|fetch(?:ing)?|bring(?:ing)?|get|locate)"
     r"|(?:i|we) (?:don't|dont|do not|didn't|did not) (?:want|need|mean|ask for|require)"
     r"|never mind|nevermind|forget(?: about)?|skip|ignore|leave out)"
-    r"(?: for| me)*\s+(?=the |a |an |my |our |any |his |her |their |that |this )",
+    r"(?: for| me)*\s+"
+    r"(?:(?=the |a |an |my |our |any |his |her |their |that |this )|(?<=\bme )(?=\w))",
     re.IGNORECASE,
 )
 """What says which object not to search for."""
 PLACE_DECLINED: Final = re.compile(
-    r"(?:don't|dont|do not|no need to|you needn't|no point in|no use|skip|never mind|forget|avoid|"
+    r"(?:don't|dont|do not|no need to|you needn't|no (?:point|use)(?: in)?|skip|never mind|forget|"
+    r"avoid|"
     r"(?:stay|keep|steer)(?: away| clear)?(?: out)?(?= of| from))"
     r"(?: (?:bother|look|search|check|go|try|about|of|from|enter)(?:ing)?)*"
-    r"(?: (?:with|in|into|on|at|to|inside|around|through))* +(?=(?:the|my|our|your|his|her) )",
+    r"(?: (?:with|in|into|on|at|to|inside|around|through|under|behind|near|beside|above))* +"
+    r"(?=(?:the|my|our|your|his|her|upstairs|downstairs|outside|outdoors)\b)",
     re.IGNORECASE,
 )
 """What says which room not to search."""
 _LOOKING: Final = (
     r"(?:(?:bring|get|take|move|drive) yourself|make your way|go|drive|navigate|walk|head|move|run|"
-    r"pop|nip|look|check|search|try|inspect|scan|explore|comb|patrol|come|proceed|return|"
+    r"pop|nip|dash|hurry|rush|hop|step|look|check|search|try|inspect|scan|explore|comb|patrol|come|proceed|return|"
     r"(?:take|have|do) (?:a|an|another)(?: \w+)? (?:look|peek|peep|search|rummage|glance|hunt|dig|"
     r"root|check))"
 )
@@ -97,14 +103,34 @@ _THERE: Final = (
     r" should be| must be| might be| may be| will be)|you(?:['’]ll| will| should| can| might)"
     r"(?: probably)? (?:find|see)))"
 )
+ONCE_FOUND: Final = re.compile(
+    r"(?:after|once|when|as soon as) (?:you(?:'ve| have)?|having) "
+    r"(?:found|find|got|get|fetched|fetch|located|locate|picked up|collected)"
+    r"\s+(?=(?:the|my|our|his|her|a|an) )",
+    re.IGNORECASE,
+)
+"""What says which object comes first."""
+UNLESS_FOUND: Final = re.compile(
+    r"if (?:you|we) (?:can't|cannot|can not|don't|do not|couldn't) (?:find|see|get|locate)"
+    r"\s+(?=(?:the|my|our|his|her|a|an|any) )",
+    re.IGNORECASE,
+)
+"""What says in place of which object another will do."""
 GO: Final = re.compile(
     rf"\b(?P<look>{_LOOKING})(?: over| down| up| straight| out| through| around| round| back)*"
     r"(?: (?:in|to|into|on|at|inside|under|of))? "
-    r"(?P<place>[^.,;!?]{2,60}?)"
+    r"(?P<place>(?:between [^.,;!?]{2,40}? and (?!then |find |get |bring |look |see |take ))?"
+    r"[^.,;!?]{2,60}?)"
     rf"(?:,? (?P<end>and(?: then)?|for)\b |(?P<there>,? (?={_THERE} )))",
     re.IGNORECASE,
 )
 """A place to go to before the object: "go to the kitchen and", "search the shelf for"."""
+LOOK: Final = re.compile(
+    r"(?:(?:please|just|so|then|and|but|better) )*(?:look|check|try|search|(?:have|take) a look)"
+    r"(?: again| over| down| up)*\s+(?=\S)",
+    re.IGNORECASE,
+)
+"""What says after an object where to look for it."""
 SEVERAL: Final = re.compile(
     r"\b(?:look|check|search|try|inspect|explore|comb)(?: in| into| through| around)* "
     r"(?P<places>(?!for )[^.;!?]{2,90}?),? for ",
@@ -118,8 +144,9 @@ LOOKED: Final = re.compile(
 )
 _TELLER = (
     rf"(?:i|we|he|she|they|i've|we've|i have|somebody|someone|{_PERSON}|"
-    r"must have|may have|might have|(?!that|which|who|what|where|when|if|find|get)\w+"
-    r"(?= (?:\w+ ){1,2}(?:the|my|our|his|her|their|an?|some) ))"
+    r"must have|may have|might have|"
+    r"(?!that|which|who|what|where|when|if|find|get|every|each|all)\w+"
+    r"(?= (?:\w+ ){1,3}(?:the|my|our|his|her|their|an?|some) ))"
 )
 _MEANWHILE = (
     r"(?: must have| may have| have| has| had| gone and| just| probably| also| last| always|"
@@ -129,12 +156,13 @@ TOLD: Final = re.compile(
     r"\b(?!\w+ (?:far|top|bottom|front|rear|back|upper|lower|middle) left\b)"
     r"(?!\w+ \w+ (?:is|are|was|were)\b)"
     rf"{_TELLER}{_MEANWHILE} (?:last had|ha[ds](?= (?:my|our|his|her|their) "
-    r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|used|wore|saw|"
+    r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|"
+    r"had(?= (?:the|my|our|his|her) \w+(?: \w+)? last\b)|used|wore|saw|"
     r"(?:keeps?|kept)(?! \w+ing\b)|was wearing|"
     r"leaves?|left|forgot|forgotten|put|placed|dropped|laid|stored|hid|took|taken|hidden|moved|"
     r"stole|stolen|borrowed|nicked|pinched|swiped|stashed|lost|misplaced|handed in|turned in|"
     r"dragged|threw|thrown|tossed|pushed|kicked|knocked|hung|parked|carried|chucked|stuck|shoved|"
-    r"stuffed|tucked|packed|rolled|brought|wheeled)\s+",
+    r"stuffed|tucked|packed|rolled|brought|wheeled|locked|tidied)\s+",
     re.IGNORECASE,
 )
 """Who did what with the object that follows: "my sister borrowed"."""
@@ -151,7 +179,7 @@ GONE: Final = re.compile(
 )
 GONE_SENTENCE: Final = re.compile(
     rf"\b(?:my|our|the|his|her|their)(?: \w+){{1,4}}?(?:(?:'s| is| are| was| has| have)"
-    rf"(?: been| now)* (?:{_GONE}|not there)| (?:isn't|aren't|wasn't|weren't) there"
+    rf"(?: been| now)* (?:{_GONE}|not there)| (?:isn't|aren't|wasn't|weren't) (?:there|here)\b"
     r"| (?:ought to|should|must|has to|have to) be (?:there|here|somewhere)\b)",
     re.IGNORECASE,
 )
@@ -191,10 +219,17 @@ CODE: Final = re.compile(
 )
 """What no sentence holds, and code does."""
 SAYS: Final = re.compile(
-    r"(?:(?:i|we|he|she|they|(?:my |the |our )?\w+)(?: just| also)? (?:told (?:me|us)|said|swore|"
+    r"(?:(?:i|we|he|she|they|"
+    r"(?:(?:my|the|our|mrs?|ms|dr|doctor|uncle|aunt|auntie) )?\w+)(?: just| also)? "
+    r"(?:told (?:me|us)|said|swore|"
     r"(?:say|think|believe|claim|swear|reckon|bet|guess|suppose|suspect|assume|expect|imagine|hope)"
-    r"(?:e?s)?)|according to (?:my |the |our )?\w+,?|"
-    r"(?:i'm|i am|we're|we are)(?: \w+)? (?:sure|certain|convinced|positive))(?: that)? "
+    r"(?:e?s)?|thought|believed|reckoned)|rumou?r has it|according to (?:my |the |our )?\w+,?|"
+    r"maybe|perhaps|possibly|probably|apparently|chances are|my (?:guess|bet) is|"
+    r"(?:i )?could(?:'ve| have)? (?:swear|sworn)|"
+    r"(?:pretty|fairly|quite) (?:sure|certain)|it(?:'s| is) (?:quite )?(?:possible|likely)|"
+    r"there(?:'s| is) a (?:good )?chance|"
+    r"(?:i'm|i am|we're|we are|(?:(?:my|the|our) )?\w+(?:['’]s| is))(?: \w+)?? "
+    r"(?:sure|certain|convinced|positive))(?: that)? "
     r"(?=(?:i|you|he|she|we|they|her|his|my|our|their|the|a|an|some|there|there's) )",
     re.IGNORECASE,
 )

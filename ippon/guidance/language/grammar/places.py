@@ -1,10 +1,12 @@
 """Kinds of places: rooms, furniture, and what is searched inside."""
 
+from collections.abc import Sequence
 from functools import cache, lru_cache
 
 from rapidfuzz.distance import OSA
 
 from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.goals.goal import Attribute
 from ippon.guidance.language.words import word_set
 
 _OPENED = word_set(
@@ -12,6 +14,10 @@ _OPENED = word_set(
     "toolbox backpack suitcase basket bin car bathtub sink shed safe"
 )
 """Places that are searched inside."""
+_STOREYS = word_set("floor storey level deck")
+_STORES = word_set("closet cupboard cabinet press basket")
+_SITED = word_set("front back rear main")
+"""Before a place they belong to its name: the front desk is another place than a desk."""
 
 
 def is_room(head: str) -> bool:
@@ -19,6 +25,24 @@ def is_room(head: str) -> bool:
     knowledge = load_knowledge()
     named = knowledge.room(head) is not None or head.endswith(" room")
     return named and knowledge.find(head) is None
+
+
+def named_place(head: str, attributes: Sequence[Attribute]) -> tuple[str, tuple[Attribute, ...]]:
+    """Return the name of a place and its other attributes: "third floor", "linen cupboard"."""
+    kept = list(attributes)
+    while kept and _is_of_name(kept[-1], head):
+        head = f"{kept.pop().value} {head}"
+    return head, tuple(kept)
+
+
+def _is_of_name(attribute: Attribute, head: str) -> bool:
+    if attribute.negated or attribute.kind in ("owner", "content", "feature"):
+        return False
+    last = head.rpartition(" ")[2]
+    if last in _STOREYS:
+        return attribute.kind == "which"
+    linen = attribute.kind == "material" and last in _STORES
+    return last in ("room", "store") or attribute.value in _SITED or linen
 
 
 def is_searched_inside(head: str) -> bool:

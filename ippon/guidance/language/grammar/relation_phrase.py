@@ -6,9 +6,6 @@ from typing import Final
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import (
     ABSTRACT,
-    BELIEFS,
-    DOUBTS,
-    HABITS,
     NEGATIONS,
     PARTS,
 )
@@ -21,9 +18,9 @@ from ippon.guidance.language.grammar.noun_phrase import (
     stands_somewhere,
 )
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS
-from ippon.guidance.language.grammar.places import holds_things, is_room, room_spelt
+from ippon.guidance.language.grammar.places import holds_things, is_room, named_place, room_spelt
 from ippon.guidance.language.grammar.utterance import Utterance
-from ippon.guidance.language.words import DETERMINERS, word_set
+from ippon.guidance.language.words import word_set
 
 _STANDING = word_set(
     "that which who is are was were it's its be been being lying sitting standing hanging located "
@@ -36,12 +33,10 @@ _STANDING = word_set(
     "off away dropped ran come came popped slid"
 )
 """Words that may stand before a preposition without changing where."""
-_SOFT = word_set(
+SOFT = word_set(
     "probably maybe perhaps possibly likely presumably usually normally often sometimes might "
     "could should supposedly apparently mostly prob probs i'd guess generally typically"
 )
-_GUESSES = HABITS | word_set("think believe guess suppose probably likely maybe perhaps possibly")
-"""Of a sentence before the object: "could" and "might" ask there."""
 _JOINTS: Final = ("or", "nor", "and")
 _STOREYS: Final = {
     "upstairs": "upstairs", "downstairs": "downstairs", "outdoors": "outdoors",
@@ -87,17 +82,19 @@ def read_relation(said: Utterance, start: int, *, verbs: bool = True) -> Relatio
         if prepositions:
             relations, end = _read_places(said, prepositions, at, negated=negated)
             if relations:
-                return RelationPhrase(tuple(relations), soft, start, end)
+                more, end = _also_denied(said, end) if negated else ([], end)
+                return RelationPhrase((*relations, *more), soft, start, end)
         if word in ("from", "at") and said.word(index + 1) in _STOREYS:
             index, word = index + 1, said.word(index + 1)
         if word in _STOREYS:
             place = Relation(relation="at", place=_STOREYS[word], negated=negated)
-            return RelationPhrase((place,), soft, start, index + 1)
+            more, end = _also_denied(said, index + 1) if negated else ([], index + 1)
+            return RelationPhrase((place, *more), soft, start, end)
         if word in NEGATIONS or (word == "no" and said.word(index + 1) == "longer"):
             negated = True
         elif negated and word in ENTERING:
             pass
-        elif word in _SOFT:
+        elif word in SOFT:
             soft = soft or (word, said.word(index + 1)) != ("could", "not")
         elif word in ("longer", "but", "or", "and") or (verbs and _may_precede(said, index)):
             pass
@@ -107,36 +104,24 @@ def read_relation(said: Utterance, start: int, *, verbs: bool = True) -> Relatio
     return None
 
 
+def _also_denied(said: Utterance, index: int) -> tuple[list[Relation], int]:
+    """Read ", or in the hall" after a place that is denied: it is denied, too."""
+    relations: list[Relation] = []
+    while said.word(index) in ("or", "nor") and not said.ends(index):
+        skipped = said.word(index + 1) in ("anywhere", "even", "still", "somewhere")
+        prepositions, at = prepositions_at(said, index + 1 + skipped)
+        more, end = _read_places(said, prepositions, at, negated=True) if prepositions else ([], 0)
+        if not more:
+            break
+        relations, index = [*relations, *more], end
+    return relations, index
+
+
 def _may_precede(said: Utterance, index: int) -> bool:
     """Tell whether a word may stand before a preposition without changing where."""
     particle = said.word(index) in ("in", "on", "up", "out") and said.word(index - 1).endswith("ed")
     word = said.word(index)
     return particle or word in _STANDING or word in STANDS or stands_somewhere(said, index)
-
-
-def is_guessed(said: Utterance, phrase: RelationPhrase, object_end: int) -> bool:
-    """Tell whether the sentence around a relation of an object says that it is a guess or a habit.
-
-    Args:
-        said: The sentence.
-        phrase: The relation.
-        object_end: Index after the object.
-    """
-    first, last = phrase.begin, phrase.end
-    while first > 0 and not said.ends(first):
-        first -= 1
-    while not said.ends(last) and not (said.breaks(last) and said.word(last) in ("or", "and")):
-        if said.word(last) in _SOFT and read_relation(said, last) is not None:
-            break  # "In my room, probably under the bed".
-        last += 1
-    after = min(max(first, object_end), phrase.begin)
-    asked = said.word(first + 1) in DETERMINERS or said.word(first + 1) == "there"
-    if said.word(first) in ("could", "might", "may") and asked:
-        return True  # "Could my wallet have fallen behind the sofa?"
-    doubts = BELIEFS | DOUBTS | HABITS
-    return bool(doubts & set(said.words(after, last))) or bool(
-        (doubts & _GUESSES) & set(said.words(first, after))
-    )
 
 
 def prepositions_at(said: Utterance, index: int) -> tuple[list[str], int]:
@@ -177,7 +162,8 @@ def _side(said: Utterance, relation: str, index: int) -> tuple[str, int]:
     at = index
     while said.word(at) in _SIDED:
         at += 1
-    at += said.word(at) in PARTS and said.word(at) != "shelf"
+    chosen = at > index + 1 and said.word(at) in ("drawer", "compartment")  # "The top drawer of".
+    at += said.word(at) in PARTS and said.word(at) != "shelf" and not chosen
     if at == index or said.word(at) != "of" or at > index + 4:
         return relation, index
     words = set(said.words(index, at))
@@ -199,7 +185,7 @@ def _read_places(
             break
         for preposition in prepositions:
             relation, denied = _stated(preposition, phrase.head, negated=negated)
-            relations.append(_relation(said, index, phrase, relation, denied))
+            relations.append(relation_to(said, index, phrase, relation, negated=denied))
         index = phrase.end
         joint = said.word(index)
         again = index + 1
@@ -218,7 +204,7 @@ def _read_places(
     for begin, phrase in _listed_places(said, index, denied=negated) if relations else []:
         for preposition in prepositions:
             relation, denied = _stated(preposition, phrase.head, negated=negated)
-            relations.append(_relation(said, begin, phrase, relation, denied))
+            relations.append(relation_to(said, begin, phrase, relation, negated=denied))
         index = phrase.end
     return relations, index
 
@@ -292,14 +278,16 @@ def _stated(preposition: str, place: str, *, negated: bool) -> tuple[str, bool]:
     return preposition, negated
 
 
-def _relation(
-    said: Utterance, start: int, phrase: NounPhrase, relation: str, negated: bool
+def relation_to(
+    said: Utterance, start: int, phrase: NounPhrase, relation: str, *, negated: bool = False
 ) -> Relation:
-    place, attributes = room_spelt(phrase.head), phrase.attributes
+    """Return the relation to the place that a noun phrase at a word names."""
+    place, attributes = named_place(room_spelt(phrase.head), phrase.attributes)
     if _is_own_room(phrase):
         # The name of a room: the operator may have given it to one.
         place = said.said(start, phrase.end)
         place = place[4:] if place.lower().startswith("the ") else place
+        place = place.replace("s's ", "s' ")
         attributes = tuple(one for one in attributes if one.kind != "owner")
     elif phrase.head in _OWN_ROOMS and said.word(start) in ("my", "our", "your"):
         place = said.said(start, phrase.end)

@@ -27,7 +27,10 @@ _SHORT = (
     (re.compile(r"\bidk\b", re.IGNORECASE), "i don't know"),
     (re.compile(r"\b(?:cuz|coz|cos)\b", re.IGNORECASE), "because"),
     (re.compile(r"\bgonna\b", re.IGNORECASE), "going to"),
-    (re.compile(r"\bw/ ?(?=\w)", re.IGNORECASE), "with "),
+    (re.compile(r"\b(?:w/ ?(?=\w)|w (?=(?:a|an|the|my|no|some) ))", re.IGNORECASE), "with "),
+    (re.compile(r"\bhv\b", re.IGNORECASE), "have"),
+    (re.compile(r"\bb4\b", re.IGNORECASE), "before"),
+    (re.compile(r"(?<=\w\w) ['’]?n['’]? (?=\w\w)", re.IGNORECASE), " and "),
     (re.compile(r"\bright (?=(?:here|there|now)\b)", re.IGNORECASE), ""),
 )
 """What is typed short."""
@@ -48,6 +51,11 @@ _STATED = re.compile(
     re.IGNORECASE,
 )
 """A state of something: "the kettle's hot, get"."""
+_PLACED = re.compile(
+    r"\b(\w+)['’]s (\w{3,}ing)(?= (?:in|on|at|under|behind|by|near|next to|against|above|over)\b)",
+    re.IGNORECASE,
+)
+"""How a thing is placed: "the umbrella's leaning against"."""
 _ITS = re.compile(
     r"\bits (?=(?:in|on|at|under|behind|next to|near|by|not|a|an|the|my|probably|still|always|"
     r"usually|been|somewhere|dark|cold|hot|warm|late|raining|freezing)\b)",
@@ -60,6 +68,7 @@ def spelt_out(text: str) -> str:
     text = _UNMARKED.sub(_contracted, text)
     for short, said in _SHORT:
         text = short.sub(said, text)
+    text = _PLACED.sub(_placed, text)
     text = _STATED.sub(_state, _ITS.sub("it's ", text))
     return _CALLED.sub(",", _CHAT.sub("", text) or text)
 
@@ -70,6 +79,12 @@ def _state(match: re.Match[str]) -> str:
     known = load_knowledge().find(word) is not None
     busy = word.endswith("ing") and len(word) > 4
     return f"{match[1]} is {match[2]}" if (state or busy) and not known else said
+
+
+def _placed(match: re.Match[str]) -> str:
+    find = load_knowledge().find
+    thing = find(match[1].lower()) is not None and find(match[2].lower()) is None
+    return f"{match[1]} is {match[2]}" if thing else match.group()
 
 
 def _contracted(match: re.Match[str]) -> str:

@@ -53,6 +53,7 @@ _FAILING = re.compile(
     rf"|you (?:can't|cannot|can not|don't|couldn't) (?:find|see|get|locate) {_PRONOUN}"
     rf"|(?:it|that|they|those)(?:'s|'re| is| are)?(?:n't| not) (?:there|available))),?"
     r"(?= (?:the|a|an|my|some|another|any|his|her|our)\b| \w+[.!?]*$)"
+    rf"|\bor,? if (?:we|you|i)(?:'re| are|'ve| have) (?:all )?(?:out|run out|got none|none left),"
     rf"|(?<=\S )(?:\b(?:or|and),? )?\bif (?:it|that|this|they|those|{_SOMEBODY})"
     r"(?:'s|'re| is| are| has) (?!on |under |at |near |by |behind |next |not |there)"
     r"(?:in )?(?:\w+),?(?= (?:(?:the|a|an|my|some|another|his|her|our)\b"
@@ -78,7 +79,34 @@ _SOUND = (
     (re.compile(r"\bcan (?:find|see) neither\b", re.IGNORECASE), "can't find"),
     (re.compile(r"\b(it|he|she|they|that|there)['’]ll\b", re.IGNORECASE), r"\1 will"),
     (re.compile(r"\bout(?:t?a|ta)\b", re.IGNORECASE), "out of"),
-    (re.compile(r"['’]s (?=(?:taken|moved|stolen|hidden|borrowed|got)\b)", re.IGNORECASE), " has "),
+    (re.compile(r"\bor, (?:even )?better(?: still| yet)?,", re.IGNORECASE), "or"),
+    (
+        re.compile(
+            r"(?<=\bwhere) (?:on earth|in the world|in \w+'s name|the (?:hell|heck)|exactly)\b",
+            re.IGNORECASE,
+        ),
+        "",
+    ),
+    (re.compile(r"\bmind (look|check|search)ing\b", re.IGNORECASE), r"please \1"),
+    (re.compile(r"\bno (?:idea|clue)(?= (?:where|which|who)\b)", re.IGNORECASE), "i don't know"),
+    (re.compile(r",? no (?:luck|hurry|rush|worries)(?: there)?(?=[,.;!?]|$)", re.IGNORECASE), ""),
+    (re.compile(r"\bwhere['’]d\b", re.IGNORECASE), "where did"),
+    (re.compile(r"(?<=\w),? for the life of me\b,?", re.IGNORECASE), ""),
+    (
+        re.compile(
+            r"\b(?:literally|honestly|seriously|basically|absolutely|simply|truly),? "
+            r"(?=(?:just )?(?:any|every|all|the|my|a|an)\b)",
+            re.IGNORECASE,
+        ),
+        "",
+    ),
+    (
+        re.compile(
+            r"['’]s (?=(?:taken|moved|stolen|hidden|borrowed|got|vanished|disappeared|escaped)\b)",
+            re.IGNORECASE,
+        ),
+        " has ",
+    ),
     (re.compile(r"(?<=\d)\s?[x×]\s+(?=[^\W\d])", re.IGNORECASE), " "),
     (re.compile(r"(?<=\w) or so\b", re.IGNORECASE), ""),
     (
@@ -98,7 +126,8 @@ _SOUND = (
     (re.compile(r"(?<=\d)(?=(?:l|ml|cm|mm|m|kg|g|inch|litres?|liters?)\b)", re.IGNORECASE), " "),
     (
         re.compile(
-            r"\b(\w+)['’]s (?=(?:been|not|in|on|at|under|upstairs|probably|gone|missing|lost)\b)",
+            r"\b(\w+)['’]s (?=(?:been|not|in|on|at|under|behind|near|next to|beside|above|"
+            r"upstairs|downstairs|probably|gone|missing|lost)\b)",
             re.IGNORECASE,
         ),
         r"\1 is ",
@@ -160,12 +189,14 @@ class Utterance:
 
     def starts(self, index: int, phrases: Iterable[str]) -> int:
         """Return the number of words of the longest phrase that stands at an index; 0 for none."""
-        best = 0
-        for phrase in phrases:
-            parts = phrase.split()
-            if len(parts) > best and self.words(index, index + len(parts)) == parts:
-                best = len(parts)
-        return best
+        return next(
+            (
+                len(parts)
+                for parts in _by_first_word(tuple(phrases)).get(self.word(index), ())
+                if self.words(index, index + len(parts)) == parts
+            ),
+            0,
+        )
 
     def corrected(self, index: int, corrections: Iterable[str]) -> int:
         """Return the index after what takes back the words before: "and no, never mind"."""
@@ -174,6 +205,16 @@ class Utterance:
         while length := self.starts(end, corrections):
             end += length
         return index if end - index <= joined + (joined and self.word(end - 1) != "no") else end
+
+
+@cache
+def _by_first_word(phrases: tuple[str, ...]) -> dict[str, list[list[str]]]:
+    """Return the words of phrases by the first of them, the longest phrases first."""
+    found: dict[str, list[list[str]]] = {}
+    for phrase in sorted(phrases, key=lambda phrase: -len(phrase.split())):
+        parts = phrase.split()
+        found.setdefault(parts[0], []).append(parts)
+    return found
 
 
 def hear(sentence: str) -> Utterance:

@@ -5,6 +5,7 @@ from dataclasses import replace
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import NEGATIONS
 from ippon.guidance.language.goals.drafts import Reading, draft
+from ippon.guidance.language.goals.placed import read_placed
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import listed_kind
 from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
@@ -15,7 +16,7 @@ from ippon.guidance.language.words import word_set
 
 _REPEATING = ("it", "them", "him", "her", "some", "any", "one")
 _MISSED = word_set("find see seen found remember know")
-_LACKING = ("there", "i ", "we ", "i've", "we've")
+_LACKING = ("no ", "there", "i ", "we ", "i've", "we've")
 """Beginnings of "there is no" and "we have no"."""
 
 
@@ -75,7 +76,9 @@ def _read_again(reading: Reading, index: int, end: int, start: int) -> int | Non
     said, word = reading.said, reading.said.word(start)
     subject = reading.subject
     if subject is not None and not reading.drafts and word in ("it", "them"):
-        reading.drafts.append(draft(subject, "and", said.said(index, end)))
+        goal = draft(subject, "and", said.said(index, end))
+        read_placed(said, subject.end, goal)
+        reading.drafts.append(goal)
         return start + 1  # "The phone is ringing, find it".
     again = read_noun_phrase(said, start) if word in _REPEATING else None
     named = again is not None and bool(again.head)  # "Some paper".
@@ -101,10 +104,15 @@ def _describe(reading: Reading, start: int, asked: str, heard: set[str]) -> None
     if NEGATIONS & heard and asked.lower().startswith(_LACKING) and placed is not None:
         # "There is no soap in the bathroom", "I couldn't find it on the shelf".
         absent = not _MISSED & heard or "couldn't" in heard
+        absent_from = list(placed.relations)
+        while said.word(placed.end) in ("or", "nor"):
+            further = read_relation(said, placed.end)
+            if further is None:
+                break
+            absent_from, placed = [*absent_from, *further.relations], further
         for goal in goals if absent else ():
             goal.relations = [
-                replace(one, negated=True) if one in placed.relations else one
-                for one in goal.relations
+                replace(one, negated=True) if one in absent_from else one for one in goal.relations
             ]
     if asked.lower().startswith(("how many", "count")):
         reading.drafts[-1].count = "all"

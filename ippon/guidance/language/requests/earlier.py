@@ -1,6 +1,7 @@
 """Objects that come after others which are said later: "before the keys, find my wallet"."""
 
 from ippon.guidance.language.goals.drafts import Reading, draft
+from ippon.guidance.language.goals.goal import Order
 from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
@@ -33,6 +34,22 @@ def read_before(reading: Reading, index: int) -> int:
         reading.drafts.append(later)
     else:
         reading.later.append(later)
+    return end
+
+
+def read_after(reading: Reading, index: int) -> int:
+    """Read "after you find the mug," and "if you can't find the mug," as the first of two."""
+    start = reading.match(phrases.ONCE_FOUND, index)
+    order: Order = "then" if start > index else "or"
+    start = start if start > index else reading.match(phrases.UNLESS_FOUND, index)
+    phrase = read_noun_phrase(reading.said, start) if start > index else None
+    if reading.drafts or phrase is None or not phrase.head or is_room(phrase.head):
+        return index
+    end = read_goals(reading, start, "listed")
+    if len(reading.drafts) > 1:
+        reading.drafts[1].order = order
+    else:
+        reading.order = order
     return end
 
 

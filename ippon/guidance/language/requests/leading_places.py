@@ -3,17 +3,22 @@
 import re
 from dataclasses import replace
 
+from ippon.guidance.language.context_words import ABSTRACT, SEARCHED
 from ippon.guidance.language.goals.drafts import Reading
 from ippon.guidance.language.goals.goal import ALL, Relation
 from ippon.guidance.language.grammar import phrases
+from ippon.guidance.language.grammar.guesses import is_guessed_before
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
-from ippon.guidance.language.grammar.places import is_room, is_searched_inside
-from ippon.guidance.language.grammar.relation_phrase import read_relation
-from ippon.guidance.language.grammar.utterance import hear
+from ippon.guidance.language.grammar.phrases import PREPOSITIONS
+from ippon.guidance.language.grammar.places import holds_things, is_room, is_searched_inside
+from ippon.guidance.language.grammar.relation_phrase import read_relation, relation_to
+from ippon.guidance.language.grammar.utterance import Utterance, hear
 from ippon.guidance.language.requests.courtesy import skip_asking
 from ippon.guidance.language.requests.lists import read_goals
 from ippon.guidance.language.words import word_set
 
+_SEARCHED = word_set("check search try inspect explore comb scan")
+"""What stands behind these without a preposition is a place."""
 _GUESSED = word_set("think believe guess bet suppose might may maybe perhaps probably")
 
 
@@ -46,13 +51,22 @@ def read_place_first(reading: Reading, index: int) -> int:
         relations += found.relations if found else ()
         at = found.end if found else at + 1
     everywhere = False
+    begin = reading.after(match.start("place")) if match is not None else index
+    place = read_noun_phrase(said, begin, of=False) if match is not None else None
+    searched = said.word(begin - 1) in _SEARCHED or said.word(begin - 2) in _SEARCHED
+    searched = searched and said.word(begin - 1) not in PREPOSITIONS
+    if relations and place is not None and place.head and place.count != ALL and searched:
+        relations.insert(0, _at(said, begin, place))  # "Check the fridge in the basement for".
+    if looked is not None and not relations:
+        verb = next(n for n in range(index, last) if said.word(n) in SEARCHED)
+        place = read_noun_phrase(said, verb + 1, of=False)
+        relations = [_at(said, verb + 1, place)] if place is not None and place.head else []
     if not relations and match is not None:
-        place = read_noun_phrase(said, reading.after(match.start("place")), of=False)
         place_end = reading.after(match.end("place"))
         if place is None or place.end < place_end or _is_adverb(place):
             return index
         everywhere = place.count == ALL or said.word(place_end - 1) in ("house", "flat")
-        relations = [] if everywhere else [_at(place)]
+        relations = [] if everywhere else [_at(said, begin, place)]
     if not relations and not everywhere:
         return index
     denied = [one for one in reading.places if one.negated]
@@ -64,22 +78,55 @@ def read_place_first(reading: Reading, index: int) -> int:
     return read_goals(reading, after, said.said(index, after))
 
 
+def _is_place(phrase: NounPhrase, *, first: bool) -> bool:
+    """Tell whether a noun phrase alone says where: "second floor, room 210, top cupboard:"."""
+    part = not first and holds_things(phrase.head) and bool(phrase.attributes) and phrase.shared
+    numbered = phrase.head.startswith("room ") or phrase.head.endswith("floor")
+    named = is_room(phrase.head) or (numbered and bool(phrase.attributes or " " in phrase.head))
+    return named or part
+
+
 def _is_adverb(place: NounPhrase) -> bool:
     """Tell whether a place is none: "up" of "look up, there is"."""
     return place.head in ("up", "down", "out", "away", "back", "off")
 
 
-def _at(place: NounPhrase) -> Relation:
-    """Return the relation to a place that is named without a preposition."""
-    relation = "in" if is_searched_inside(place.head) else "at"
-    return Relation(relation=relation, place=place.head, attributes=place.attributes)
+def _at(said: Utterance, start: int, place: NounPhrase) -> Relation:
+    """Return the relation to a place that is named at a word without a preposition."""
+    one = relation_to(said, start, place, "at")
+    return replace(one, relation="in") if is_searched_inside(one.place) else one
 
 
-def _whole_place(name: str) -> NounPhrase | None:
+def read_hint(reading: Reading, index: int) -> int:
+    """Read "look behind the door" after an object: where to look for it."""
+    said = reading.said
+    begun = said.breaks(index) or said.word(index - 1) in ("so", "and", "then", "but")
+    at = reading.match(phrases.LOOK, index) if reading.drafts and begun else index
+    if at == index:
+        return index
+    first = read_noun_phrase(said, at, of=False)
+    relations, end = list[Relation](), at
+    placed = first is not None and first.head not in ABSTRACT
+    if first is not None and placed and (holds_things(first.head) or not first.known):
+        relations, end = [_at(said, at, first)], first.end
+    while (place := read_relation(said, end, verbs=False)) is not None and not place.soft:
+        relations, end = [*relations, *place.relations], place.end
+    after = end + said.starts(end, ("first", "instead", "please", "again", "for it", "for them"))
+    if not relations or not said.breaks(after):
+        return index
+    for goal in reading.drafts[reading.list_start :]:
+        goal.note(said.said(index, end))
+        for one in relations if not is_guessed_before(said, index) else ():
+            goal.relate(one)
+    return after
+
+
+def _whole_place(name: str) -> tuple[Utterance, NounPhrase] | None:
     """Return the place that a text names and nothing else; None for other texts."""
     said = hear(name)
     place = read_noun_phrase(said, 0)
-    return place if place is not None and place.head and place.end == len(said) else None
+    whole = place is not None and place.head and place.end == len(said)
+    return (said, place) if place is not None and whole else None
 
 
 def _read_several_places(reading: Reading, index: int) -> int:
@@ -92,10 +139,10 @@ def _read_several_places(reading: Reading, index: int) -> int:
     known = [place for place in places if place is not None]
     after = reading.after(match.end())
     phrase = read_noun_phrase(reading.said, after)
-    sure = any(place.known or is_room(place.head) for place in known)
+    sure = any(place.known or is_room(place.head) for _, place in known)
     if len(names) < 2 or len(known) < len(names) or not sure or phrase is None:
         return index
-    reading.places = [_at(place) for place in known]
+    reading.places = [_at(named, 0, place) for named, place in known]
     reading.before.append(reading.said.said(index, after - 1))
     return read_goals(reading, after, "bare")
 
@@ -110,8 +157,13 @@ def _read_leading_place(reading: Reading, index: int) -> int:
         end, relations = place.end, [*relations, *place.relations]
         end += said.starts(end, phrases.SIDES)
     room = None if relations else read_noun_phrase(said, index)
-    if room is not None and is_room(room.head) and ":" in said.gap(room.end):
-        end, relations = room.end, [Relation(relation="in", place=room.head)]
+    while room is not None and _is_place(room, first=not relations) and said.breaks(room.end):
+        if said.ends(room.end):
+            break
+        on = room.head == "shelf" or room.head.endswith("floor")
+        relations.append(relation_to(said, end, room, "on" if on else "in"))
+        end = room.end
+        room = read_noun_phrase(said, end)
     verb = said.word(end) in ("is", "are", "lies", "there", "there's")
     if not relations or not (verb or said.breaks(end)) or end >= len(said):
         return index

@@ -1,22 +1,22 @@
 """Lists of objects: what separates them, what belongs to them, and what they share."""
 
-from dataclasses import replace
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
-from ippon.guidance.language.goals.clauses import decline_place, state
-from ippon.guidance.language.goals.drafts import Reading, draft
+from ippon.guidance.language.goals.clauses import state
+from ippon.guidance.language.goals.drafts import Draft, Reading, draft
 from ippon.guidance.language.goals.features import next_part
-from ippon.guidance.language.goals.goal import Attribute, Order, Relation
+from ippon.guidance.language.goals.goal import Order
 from ippon.guidance.language.goals.list_end import settle
 from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.goals.pronouns import read_place_named
 from ippon.guidance.language.goals.references import complained, refer, replaced, selects
 from ippon.guidance.language.grammar import phrases
+from ippon.guidance.language.grammar.determiners import is_person_at
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PRONOUNS
 from ippon.guidance.language.grammar.places import is_room
-from ippon.guidance.language.grammar.relation_phrase import read_relation
+from ippon.guidance.language.grammar.relation_phrase import read_relation, relation_to
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
@@ -33,10 +33,23 @@ _FOLLOWING = word_set(
 """Words that may follow an object which stands without a verb."""
 
 
+_UNASKED: Final = ("bare", "listed", "named", "told")
+_SUITING: Final = (
+    "will do",
+    "would do",
+    "is fine",
+    "are fine",
+    "is ok",
+    "is okay",
+    "would be fine",
+)
+
+
 def separator(reading: Reading, index: int) -> tuple[Order, int, NounPhrase] | None:
     """Return order, place and noun phrase of the next object of a list."""
     said = reading.said
-    if index >= len(said) or (said.ends(index) and ";" not in said.gap(index)):
+    goes_on = ";" in said.gap(index) or said.word(index) in ("and", "plus")
+    if index >= len(said) or (said.ends(index) and not goes_on):
         return None
     order: Order = "and"
     length = 0
@@ -77,6 +90,7 @@ def _is_item(reading: Reading, start: int, phrase: NounPhrase, *, lone: bool) ->
     if not phrase.head and not phrase.determined:
         return False
     verb = following in BE and not said.breaks(phrase.end)
+    verb = verb and not said.starts(phrase.end, _SUITING)
     if verb and reading.match(phrases.GONE, phrase.end) == phrase.end:
         relation = read_relation(said, phrase.end)
         if relation is None:
@@ -84,7 +98,8 @@ def _is_item(reading: Reading, start: int, phrase: NounPhrase, *, lone: bool) ->
     if lone:
         # "Hat, pepper, and oil": what stands within a list belongs to it.
         within = said.word(phrase.end) in ("and", "or") and phrase.end - start <= 2
-        listed = len(reading.drafts) - reading.list_start > 1 and said.ends(phrase.end)
+        listed = len(reading.drafts) - reading.list_start > 1 and said.breaks(phrase.end)
+        listed = listed or _goes_on(reading, phrase.end)
         return phrase.determined or phrase.known or within or listed
     return (
         phrase.known
@@ -92,6 +107,18 @@ def _is_item(reading: Reading, start: int, phrase: NounPhrase, *, lone: bool) ->
         or phrase.corrected
         or not said.word(start).endswith("ing")
     )
+
+
+def _goes_on(reading: Reading, index: int) -> bool:
+    """Tell whether a comma and one more object follow: ", box cutter, tape gun"."""
+    said = reading.said
+    if said.gap(index).strip() != ",":
+        return False
+    if any(reading.match(known, index) > index for known in (phrases.PADDING, phrases.TAIL)):
+        return False
+    phrase = read_noun_phrase(said, index)
+    named = phrase is not None and bool(phrase.head) and not is_room(phrase.head)
+    return phrase is not None and named and said.breaks(phrase.end)
 
 
 def read_goals(reading: Reading, start: int, asked: str) -> int:
@@ -102,7 +129,7 @@ def read_goals(reading: Reading, start: int, asked: str) -> int:
     if phrase is None:
         return start
     reading.list_start = len(reading.drafts)
-    apposed = False
+    apposed, commas = False, True
     while True:
         _take(reading, phrase, order, asked, apposed=apposed)
         index = read_modifiers(reading, phrase.end)
@@ -110,7 +137,11 @@ def read_goals(reading: Reading, start: int, asked: str) -> int:
         apposed = said.breaks(index) and said.word(index) in ("the", "my", "our", "his", "her")
         if following is None or len(reading.drafts) >= MAX_DRAFTS:
             break
+        commas = commas and (following[1] == index or following[0] == "or")
         order, index, phrase = following
+    if commas and order == "or":
+        for one in reading.drafts[reading.list_start + 1 :]:
+            one.order = "or"  # "Tea, coffee or juice".
     reading.order = None
     settle(reading)
     if said.word(index) == "instead":
@@ -138,6 +169,10 @@ def _take(
         reading.drafts.remove(told)
         reading.drafts.append(told)
         return
+    if asked not in _UNASKED:
+        # "The rings! Has anyone seen the rings?"
+        named = [one for one in reading.drafts if one.head == goal.head and _is_only_named(one)]
+        reading.drafts = [one for one in reading.drafts if one not in named]
     last = reading.drafts[-1] if reading.drafts else None
     if last is not None and not phrase.head and not last.attributes and selects(last, asked):
         # "There are two umbrellas, I need the black one."
@@ -153,10 +188,15 @@ def _take(
     elif complained(reading, asked):
         reading.drafts.pop()
     reading.list_start = min(reading.list_start, len(reading.drafts))
-    for words in reading.before:
-        state(reading, words, [goal])
     for place in reading.places:
         goal.relate(place)
+    for words in reading.before:
+        state(reading, words, [goal])
+    only_denied = last is not None and apposed and all(one.negated for one in last.attributes)
+    if last is not None and only_denied and last.attributes and last.head == goal.head:
+        for one in goal.attributes:
+            last.add(one)  # "The jacket, not the leather one, the denim jacket".
+        return
     if last is not None and not last.head and goal.head:
         last.head = goal.head
         last.display = " ".join([*(one.value for one in last.attributes), goal.head])
@@ -168,6 +208,10 @@ def _take(
     reading.drafts.append(goal)
     # The next object of a list shares a place that was said first; what was told is used up.
     reading.before = []
+
+
+def _is_only_named(goal: Draft) -> bool:
+    return goal.trigger == "bare" and not (goal.attributes or goal.relations or goal.context)
 
 
 def read_modifiers(reading: Reading, index: int) -> int:
@@ -223,6 +267,8 @@ def _bare_room(reading: Reading, index: int) -> int:
     if said.ends(index):
         return index
     phrase = read_noun_phrase(said, index, of=False)
+    if phrase is not None and phrase.head in _PARTS and said.word(phrase.end) == "of":
+        phrase = read_noun_phrase(said, index)  # "Top shelf of the cupboard".
     if phrase is None:
         return index
     end = phrase.end + (said.word(phrase.end) in ("down", "up"))
@@ -232,7 +278,7 @@ def _bare_room(reading: Reading, index: int) -> int:
         return index
     level = phrase.head in ("shelf", *_LEVELS) or phrase.head.endswith(" floor")
     relation = "on" if level else "in"
-    place = Relation(relation=relation, place=phrase.head, attributes=phrase.attributes)
+    place = relation_to(said, index, phrase, relation)
     reading.drafts[-1].relate(place)
     reading.drafts[-1].note(place.text)
     return end
@@ -255,6 +301,7 @@ def stands_alone(reading: Reading, index: int, phrase: NounPhrase) -> bool:
         return True
     if (
         said.word(end) in _FOLLOWING
+        or is_person_at(said, end)
         or _is_room_at(said, end)
         or (phrase.known and said.word(end) in ("my", "our", "you"))
         or said.corrected(end, phrases.CORRECTIONS) > end
@@ -268,51 +315,6 @@ def stands_alone(reading: Reading, index: int, phrase: NounPhrase) -> bool:
         return True
     probe = draft(phrase)
     return read_modifier(said, end, probe) > end
-
-
-def not_this(reading: Reading, index: int) -> int:
-    """Read "not the red mug but the blue one"."""
-    said = reading.said
-    phrase = read_noun_phrase(said, index + 1)
-    if phrase is None or reading.drafts:
-        return index
-    if is_room(phrase.head) and said.breaks(phrase.end):
-        decline_place(reading, phrase.head)
-        return phrase.end
-    at = phrase.end + (said.word(phrase.end) in ("but", "just", "only"))
-    at = said.corrected(at, phrases.CORRECTIONS)
-    other = read_noun_phrase(said, at)
-    if other is None or (at == phrase.end and not said.breaks(at)):
-        return index
-    if not other.head:
-        goal = draft(replace(phrase, attributes=()), "and", "bare")
-        first, _, last = phrase.head.rpartition(" ")
-        if first and not phrase.attributes and load_knowledge().find(last) is not None:
-            goal.head = last  # "Not the kitchen scissors, the small ones".
-            goal.add(Attribute(kind="other", value=first, negated=True))
-        for one in phrase.attributes:
-            goal.add(replace(one, negated=True))
-        for one in other.attributes:
-            goal.add(one)
-        goal.display = " ".join([*(one.value for one in other.attributes), goal.head])
-        reading.drafts.append(goal)
-        return read_modifiers(reading, other.end)
-    return read_goals(reading, at, "bare")
-
-
-def drop_rooms(reading: Reading) -> None:
-    """Take a room to go to as the place of the object that follows it."""
-    for number, room in enumerate(reading.drafts[:-1]):
-        goal = reading.drafts[number + 1]
-        going = room.trigger.lower().startswith(("go", "drive", "walk", "navigate", "head", "move"))
-        if going and is_room(room.head) and not is_room(goal.head):
-            for one in reading.drafts[number + 1 :]:
-                if one.order == "and":
-                    one.relate(Relation(relation="in", place=room.head))
-                    one.note(f"in the {room.head}")
-            goal.order = room.order
-            reading.drafts.remove(room)
-            return
 
 
 def continues(reading: Reading, index: int) -> bool:

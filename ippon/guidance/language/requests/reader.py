@@ -3,17 +3,20 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ippon.guidance.language.context_words import RELATIONS
+from ippon.guidance.language.context_words import ABSTRACT, RELATIONS
 from ippon.guidance.language.goals import clauses
 from ippon.guidance.language.goals.drafts import Reading
 from ippon.guidance.language.goals.goal import Goal, Relation
 from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.grammar import phrases
-from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
+from ippon.guidance.language.grammar.attributes import listed_kind
+from ippon.guidance.language.grammar.determiners import NUMBERS, count_again, is_person_at
+from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PRONOUNS
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import read_relation
 from ippon.guidance.language.grammar.utterance import Utterance
+from ippon.guidance.language.requests.asides import skip_aside
 from ippon.guidance.language.requests.asked import read_asked
 from ippon.guidance.language.requests.corrections import read_correction
 from ippon.guidance.language.requests.courtesy import (
@@ -21,18 +24,17 @@ from ippon.guidance.language.requests.courtesy import (
     skip_asking,
     skip_courtesy,
 )
-from ippon.guidance.language.requests.earlier import read_before
-from ippon.guidance.language.requests.leading_places import read_place_first
+from ippon.guidance.language.requests.declined import drop_rooms, not_this
+from ippon.guidance.language.requests.earlier import read_after, read_before
+from ippon.guidance.language.requests.leading_places import read_hint, read_place_first
 from ippon.guidance.language.requests.lists import (
     MAX_DRAFTS,
-    drop_rooms,
-    not_this,
     read_goals,
     read_modifiers,
     separator,
     stands_alone,
 )
-from ippon.guidance.language.words import word_set
+from ippon.guidance.language.words import is_mass, word_set
 
 _SUBJECTS = word_set(
     "it its it's they they're them he she he's she's i i'm i've we we've you somebody someone mum "
@@ -42,6 +44,20 @@ _SUBJECTS = word_set(
     "left put fell was were must had took"
 )
 """Words that begin what is told beside a request."""
+_UNNAMED = word_set("i we he she they i've we've somebody someone must may might you")
+"""Of these it need not be told that they had the object."""
+
+
+def _is_event(said: Utterance, phrase: NounPhrase) -> bool:
+    """Tell whether no thing is named: "lunch is at one", "happy Friday", "the cat is cute"."""
+    if any(one.kind == "owner" for one in phrase.attributes):
+        return False
+    stated = said.word(phrase.end) in ("is", "are") and not said.breaks(phrase.end)
+    if phrase.head.rpartition(" ")[2] in ABSTRACT and (stated or not phrase.known):
+        return True
+    kind = listed_kind(said.word(phrase.end + 1))
+    ready = kind in ("condition", "feel") and not phrase.determined and is_mass(phrase.head)
+    return stated and phrase.end + 2 == len(said) and (ready or kind == "quality")
 
 
 class RequestReader:
@@ -68,7 +84,7 @@ class RequestReader:
         """Fall back on the first thing of the table that a sentence names."""
         said = self._said
         self.reading.stray += self.reading.before[:1]
-        if said.word(0) in phrases.OTHER_TASKS:
+        if said.word(0) in phrases.OTHER_TASKS or self.reading.declined is not None:
             return
         for index in range(len(said)):
             if said.word(index - 1) in RELATIONS:
@@ -85,12 +101,14 @@ class RequestReader:
 
     def _step(self, index: int) -> int:
         for read in (
+            self._aside,
             self._corrected,
             self._declined,
             self._ordering,
             self._before,
             self._announced,
             self._placed_first,
+            self._hinted,
             self._asked,
             self._told,
             self._courtesy,
@@ -103,6 +121,9 @@ class RequestReader:
             if end > index:
                 return end
         return self._context(index)
+
+    def _aside(self, index: int) -> int:
+        return skip_aside(self.reading, index)
 
     def _corrected(self, index: int) -> int:
         after = self._said.corrected(index, phrases.CORRECTIONS)
@@ -146,8 +167,11 @@ class RequestReader:
     def _placed_first(self, index: int) -> int:
         return read_place_first(self.reading, index)
 
+    def _hinted(self, index: int) -> int:
+        return read_hint(self.reading, index)
+
     def _before(self, index: int) -> int:
-        return read_before(self.reading, index)
+        return max(read_before(self.reading, index), read_after(self.reading, index))
 
     def _announced(self, index: int) -> int:
         return skip_announcement(self.reading, index)
@@ -169,8 +193,8 @@ class RequestReader:
         after = read_goals(self.reading, end, "told")
         if after == end:
             return index
-        if said.word(index) in ("my", "our", "the"):
-            self.reading.drafts[0].note(said.said(index, end))  # "My sister borrowed".
+        if said.word(index) not in _UNNAMED:
+            self.reading.drafts[0].note(said.said(index, end))  # "Priya borrowed".
         return after
 
     def _described(self, index: int) -> int:
@@ -188,6 +212,10 @@ class RequestReader:
         if length and said.ends(index + length):
             self.reading.drafts[-1].count = "all"
             return index + length
+        counted = count_again(said, index + 1) if said.word(index) == "all" else 0
+        if counted:
+            self.reading.drafts[-1].count = NUMBERS[said.word(index + 1)]
+            return index + 1 + counted  # "All four of them".
         subject = said.word(index) in ("they", "they're", "both", "these")
         relation = read_relation(said, index)
         listed = self.reading.drafts[self.reading.list_start :]
@@ -224,7 +252,7 @@ class RequestReader:
             return not_this(self.reading, index)
         if word in phrases.OTHER_TASKS:
             return index
-        if word == "no" and index == 0 and not said.breaks(1):
+        if word == "no" and index == 0 and not said.breaks(1) and said.word(2) != "than":
             return self._lacking(index)
         gone = self.reading.match(phrases.GONE_SENTENCE, index) > index
         first = not self.reading.drafts
@@ -232,6 +260,9 @@ class RequestReader:
         phrase = read_noun_phrase(said, index)
         if phrase is None or not (phrase.head or phrase.determined or self.reading.drafts):
             return index
+        able = said.words(index - 2, index) in (["can", "you"], ["do", "you"], ["will", "you"])
+        if _is_event(said, phrase) or (able and phrase.shared and not phrase.known):
+            return index  # "Can you swim?"
         called = index == 0 and not phrase.known and phrase.end == 1 and said.breaks(1)
         if called and self.reading.match(phrases.ASKED, 1) > 1:
             return 1  # "Nurse, where are my glasses?"
@@ -267,7 +298,9 @@ class RequestReader:
             clauses.note_subject(self.reading, index, end)
             return end
         told = said.breaks(index) or said.word(index) in _SUBJECTS or index == 0
-        if said.breaks(index) and self.reading.match(phrases.ASKED, index) > index + 1:
+        told = told or is_person_at(said, index)
+        asks = said.breaks(index) and self.reading.match(phrases.ASKED, index) > index + 1
+        if asks and not any(read_relation(said, n, verbs=False) for n in range(index, end)):
             self.reading.stray.append(words)  # It asks for what no object was read of.
         if not told:
             end = next((n for n in range(index + 1, end) if said.breaks(n)), end)

@@ -44,7 +44,7 @@ def lost_words(reading: Reading) -> tuple[list[str], list[str]]:
     kept = {token.word for token in tokenize(told)}
     kept |= {single for word in kept for single in singular_candidates(word)}
     values = _values(goals)
-    start = _after_corrections(reading)
+    start = max(_after_corrections(reading), reading.begin)
     changing: list[str] = []
     names: list[str] = []
     for index in sorted(set(range(start, len(said))) - _covered(reading, start)):
@@ -146,9 +146,12 @@ def _is_denied(goals: list[Goal]) -> bool:
 
 def _is_offered(reading: Reading, index: int, goals: list[Goal]) -> bool:
     around = (reading.said.word(index - 1), reading.said.word(index + 1))
+    said_after = reading.said.word(index + 2) or around[1]
     named = all(word in NUMBERS or word.isdigit() for word in around)
     adjectives = any(listed_kind(word) is not None for word in around)
-    return named or adjectives or any(goal.order == "or" for goal in goals)
+    places = " ".join(one.place for goal in goals for one in goal.relations).split()
+    placed = around[0] in places and said_after in places
+    return named or adjectives or placed or any(goal.order == "or" for goal in goals)
 
 
 def _is_counted(reading: Reading, index: int, goals: list[Goal]) -> bool:

@@ -1,9 +1,11 @@
 import pytest
 
+from ippon.guidance.language.goals.goal import Attribute
 from ippon.guidance.language.grammar.places import (
     holds_things,
     is_room,
     is_searched_inside,
+    named_place,
     room_spelt,
 )
 
@@ -29,3 +31,22 @@ def test_what_is_searched_inside() -> None:
 def test_a_misspelt_room_is_corrected() -> None:
     assert room_spelt("kichen") == "kitchen"
     assert room_spelt("table") == "table"
+
+
+@pytest.mark.parametrize(
+    ("head", "attribute", "name"),
+    [
+        ("floor", Attribute(kind="which", value="third"), "third floor"),
+        ("room", Attribute(kind="feel", value="cold"), "cold room"),
+        ("desk", Attribute(kind="which", value="front"), "front desk"),
+        ("closet", Attribute(kind="material", value="linen"), "linen closet"),
+        ("drawer", Attribute(kind="which", value="top"), "drawer"),
+        ("desk", Attribute(kind="colour", value="white"), "desk"),
+    ],
+)
+def test_the_whole_name_where_the_last_word_is_another_place(
+    head: str, attribute: Attribute, name: str
+) -> None:
+    place, rest = named_place(head, [attribute])
+    assert place == name
+    assert rest == (() if name != head else (attribute,))

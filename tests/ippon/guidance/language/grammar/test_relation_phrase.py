@@ -21,6 +21,10 @@ def relations(text):
         ("isn't on the table", [("on", "table", True, [])]),
         ("anywhere but in the bedroom", [("in", "bedroom", True, [])]),
         ("in Anna's room", [("in", "Anna's room", False, [])]),
+        (
+            "isn't in the car or in the hall",
+            [("in", "car", True, []), ("in", "hall", True, [])],
+        ),
         ("not upstairs", [("at", "upstairs", True, [])]),
         ("on or under the bed", [("on", "bed", False, []), ("under", "bed", False, [])]),
         ("to the left of the desk", [("next to", "desk", False, [])]),
