@@ -1,5 +1,6 @@
 """The console served: its gateway on a socket, its process, and a browser's scene without one."""
 
+import asyncio
 import json
 import socket
 import struct
@@ -38,11 +39,19 @@ CAMERA = msgspec.msgpack.encode(
 """A client is one for viser once it has said where it looks from."""
 
 
+class _Server(uvicorn.Server):
+    """Looks every 10 ms whether it should end, where uvicorn's own looks ten times a second."""
+
+    async def main_loop(self):
+        while not await self.on_tick(0):
+            await asyncio.sleep(0.01)
+
+
 class Served:
     """The gateway on a real socket, and a browser's requests to it."""
 
     def __init__(self, gateway):
-        self._server = uvicorn.Server(server_settings(gateway.app(), port=0))
+        self._server = _Server(server_settings(gateway.app(), port=0))
         self._thread = threading.Thread(target=self._server.run, daemon=True)
         self._thread.start()
         deadline = time.monotonic() + 20.0
