@@ -127,6 +127,7 @@ def test_depth_in_centimetres_or_tenths_of_a_millimetre_is_told_by_the_floor(
         assert f"depth is 10 times too {wrong} for a floor 1.20 m below" in line.detail
 
 
+@pytest.mark.slow
 def test_depth_of_a_wall_right_ahead_is_no_wrong_unit(samples, change):
     change(
         keys.DEPTH,
@@ -270,6 +271,7 @@ def test_stamps_a_day_apart(samples, change):
     assert (line.verdict, "1.0 days behind this machine's" in line.detail) == ("warning", True)
 
 
+@pytest.mark.slow
 def test_stamps_that_stand_still_or_lie_in_the_future(samples):
     for one in samples.arrivals[keys.COLOR]:
         one.at_ns -= 300_000_000
