@@ -1,6 +1,3 @@
-import subprocess
-import sys
-
 import pytest
 
 from ippon.rooms.room_names import is_same_name, kind_of_name, known_rooms, plain_name
@@ -24,10 +21,3 @@ def test_the_names_of_rooms_are_neither_types_nor_things():
 )
 def test_a_name_is_that_of_the_place_that_was_said(given, place, same):
     assert is_same_name(plain_name(given), place, kind_of_name(place)) is same
-
-
-def test_names_are_read_without_what_infers_rooms():
-    heavy = "numba", "scipy", "skimage"
-    code = f"import sys, ippon.rooms.room_names; print([n for n in {heavy} if n in sys.modules])"
-    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert ran.stdout == "[]\n"
