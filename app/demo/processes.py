@@ -253,10 +253,11 @@ class DemoProcesses:
     def _await_page(self, port: int) -> None:
         assert self._console is not None, "begin_console() comes first"
         deadline = time.monotonic() + PAGE_S
-        while time.monotonic() < deadline:
-            self._check_running(self._console, port)
-            if _page_is_of(self.robot, port):
-                return
+        with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=1.0) as client:
+            while time.monotonic() < deadline:
+                self._check_running(self._console, port)
+                if _page_is_of(self.robot, client):
+                    return
         raise DemoError(f"the console did not answer at port {port} within {PAGE_S:g} s")
 
     def _check_running(self, child: Child, port: int) -> None:
@@ -273,10 +274,10 @@ def prefix_part(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9_.-]+", "_", name)[:LONGEST_NAME] or "home"
 
 
-def _page_is_of(robot: str, port: int) -> bool:
+def _page_is_of(robot: str, client: httpx.Client) -> bool:
     """Return whether the page shows this robot; another demo's console may have the port."""
     try:
-        answer = httpx.get(f"http://127.0.0.1:{port}/health", timeout=1.0)
+        answer = client.get("/health")
         return answer.is_success and answer.json()["state"].get("robot") == robot
     except (httpx.HTTPError, ValueError, KeyError, AttributeError, TypeError):
         return False

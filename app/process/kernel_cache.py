@@ -16,6 +16,8 @@ import platformdirs
 LIBRARY: Final = Path(__file__).parents[2] / "ippon"
 KEPT: Final = 4
 """Number of earlier states to keep, for switching between versions."""
+COMPLETE: Final = "complete"
+"""File in the folder that marks that it holds every kernel of the navigator."""
 _MARKS: Final = (b"njit", b"Final", b"NamedTuple")
 
 

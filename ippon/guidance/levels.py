@@ -8,7 +8,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ippon.mapping.config import LEVEL_PROBABILITIES
+from ippon.mapping.level_probabilities import LEVEL_PROBABILITIES
 
 BY_OPERATOR: Final = "set by the operator"
 """Reason of a level that the operator set; later answers do not change it."""

@@ -10,10 +10,6 @@ SURFACE_VOXELS_PER_BLOCK: Final = 64
 """Surface voxels per block, on average, that fit within the memory limit."""
 BYTES_PER_SURFACE_VOXEL: Final = 76
 
-
-LEVEL_PROBABILITIES: Final = (0.02, 0.1, 0.25, 0.6)
-"""Default l(O | C) of the proximity levels far, average, near and certain."""
-
 Fusion = Literal["places", "paper", "max"]
 
 

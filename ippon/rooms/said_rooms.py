@@ -5,7 +5,6 @@ room"). The weight of a room is the ratio of its probability to be the one that 
 probability of any room, within bounds: no room is excluded.
 """
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -13,15 +12,13 @@ from typing import Final
 import numpy as np
 
 from ippon.geometry import Float64Array
-from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context import Claim, read_context
 from ippon.guidance.language.mentions import room_phrases
-from ippon.guidance.language.words import tokenize
 from ippon.guidance.rating import words
 from ippon.rooms.named_rooms import RoomName, names_by_part
 from ippon.rooms.room_inference import Rooms
+from ippon.rooms.room_names import is_same_name, kind_of_name, plain_name
 
-_ZIMMER_OF: Final = re.compile(r"^(\w+)s zimmer$")
 _BESIDE: Final = frozenset(
     {"near", "next to", "between", "behind", "in front of", "under", "above"}
 )
@@ -105,7 +102,7 @@ def read_said_rooms(
         names: Names that people have given to rooms.
         ooi: Canonical label of the goal; its own mentions are not places.
     """
-    phrases = {_plain(name) for name in names} | set(room_phrases(context))
+    phrases = {plain_name(name) for name in names} | set(room_phrases(context))
     claims = read_context(context, (), ooi=ooi, rooms=phrases - {""}).claims
     found: dict[str, SaidRoom] = {}
     for claim in claims:
@@ -115,29 +112,9 @@ def read_said_rooms(
         said = words(place)
         found.setdefault(
             said,
-            SaidRoom(place=said, kind=_kind_of(said), negated=claim.negated, firm=claim.firm),
+            SaidRoom(place=said, kind=kind_of_name(said), negated=claim.negated, firm=claim.firm),
         )
     return tuple(found.values())
-
-
-def known_rooms(context: str, names: Iterable[str]) -> frozenset[str]:
-    """Return the words that name rooms of the map, and neither a type nor a thing, in lower case.
-
-    Args:
-        context: Free text.
-        names: Names that people have given to rooms.
-    """
-    given = frozenset(filter(None, map(_plain, names)))
-    said = frozenset(
-        phrase
-        for phrase in room_phrases(context)
-        if any(_same_name(name, phrase, _kind_of(phrase)) for name in given)
-    )
-    knowledge = load_knowledge()
-    names_only = given | said
-    return frozenset(
-        name for name in names_only if not (knowledge.room(name) or knowledge.find(name))
-    )
 
 
 def weigh_rooms(
@@ -193,7 +170,7 @@ def said_parts(said: Iterable[SaidRoom], rooms: Rooms, names: Iterable[RoomName]
             continue
         same = {part: name for part, name in called.items() if _is_same(name, one)}
         if not same and one.kind in rooms.types and one.place == words(one.kind):
-            kinds = {part: _kind_of(_plain(name)) for part, name in called.items()}
+            kinds = {part: kind_of_name(plain_name(name)) for part, name in called.items()}
             inferred = np.flatnonzero(rooms.room == rooms.types.index(one.kind)).tolist()
             same = {
                 part: called.get(part, one.place)
@@ -242,7 +219,7 @@ def _ratio(
     ratio = rooms.probability[:, column] * certain
     known: list[str] = []
     for part, name in called.items():
-        kind = _kind_of(_plain(name))
+        kind = kind_of_name(plain_name(name))
         if kind == one.kind and one.place == said:
             ratio[part] = certain
             known.append(f"{name} (named by you)")
@@ -257,40 +234,4 @@ def _ratio(
 
 def _is_same(name: str, said: SaidRoom) -> bool:
     """Tell whether a given name is that of a room that was said."""
-    return _same_name(_plain(name), said.place, said.kind)
-
-
-def _same_name(given: str, place: str, kind: str) -> bool:
-    if _key(given) == _key(place) or _key(_in_english(given)) == _key(_in_english(place)):
-        return True
-    # "Anna's bedroom" may have been named "Anna".
-    owner = _owner(place)
-    return bool(owner) and owner == _owner(given) and "" in (_kind_of(given), kind)
-
-
-def _in_english(name: str) -> str:
-    """Return a German name of a room as it is said in English: "annas zimmer", "zimmer 12"."""
-    return _ZIMMER_OF.sub(r"\1's room", name).replace("zimmer ", "room ")
-
-
-def _plain(name: str) -> str:
-    """Return the words of a name in lower case, without article."""
-    return " ".join(token.word for token in tokenize(name)).removeprefix("the ")
-
-
-def _key(name: str) -> tuple[str, ...]:
-    kept = [word.removesuffix("'s") for word in name.split()]
-    return tuple(word for word in kept if word not in ("room", "the")) or tuple(kept)
-
-
-def _owner(name: str) -> str:
-    """Return whose room it is: "anna" of "anna's bedroom" and of "anna"."""
-    first = name.split(" ", maxsplit=1)[0]
-    return first.removesuffix("'s") if first.endswith("'s") or " " not in name else ""
-
-
-def _kind_of(name: str) -> str:
-    """Return the room type that a name is or ends with; empty for none."""
-    knowledge, parts = load_knowledge(), name.split()
-    kinds = (knowledge.room(" ".join(parts[start:])) for start in range(len(parts)))
-    return next(filter(None, kinds), "")
+    return is_same_name(plain_name(name), said.place, said.kind)

@@ -6,7 +6,7 @@ from app.links.language_model.interface import SentenceAnswer
 from app.messages.control import SearchRequest, SentenceReading
 from ippon.guidance.language.goals.goal import Goal, unchecked
 from ippon.guidance.language.requests.sentence import search_name
-from ippon.rooms.said_rooms import known_rooms
+from ippon.rooms.room_names import known_rooms
 
 
 def as_reading(

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from app.nodes.navigator.config import NavigatorConfig
+from app.process.kernel_cache import COMPLETE
 from ippon.camera import PinholeCamera
 from ippon.command import Command
 from ippon.compiling import compile_in_second_process
@@ -30,12 +31,12 @@ from ippon.robot import RobotProfile
 from ippon.simulation.homes.generator import generate_home
 from ippon.simulation.world import SimulatedWorld
 
-STEPS: Final = 45
+STEPS: Final = 20
 """Long enough to look around, drive, and connect viewpoints by local paths."""
+STEPS_OF_A_LONG_BODY: Final = 45
+"""Long enough to come to a door that it can pass only straight."""
 HOME_SEED: Final = 4
 MAP_STEPS: Final = 4
-COMPLETE: Final = "complete"
-"""File in the kernel cache that marks it as complete."""
 
 
 def warm_up(config: NavigatorConfig, progress: Callable[[float], None]) -> None:
@@ -54,9 +55,10 @@ def warm_up(config: NavigatorConfig, progress: Callable[[float], None]) -> None:
     mission.goals.set_goal(Goal(goal_id=0, object="hat", display="hat"), guidance)
     tracker = SurfaceTracker(mission.voxel_map)
     world = _small_home(config.profile)
-    for k, _ in enumerate(run_episode(world, mission, EpisodeLimits(max_time_s=0.2 * STEPS))):
+    steps = STEPS if config.profile.is_round else STEPS_OF_A_LONG_BODY
+    for k, _ in enumerate(run_episode(world, mission, EpisodeLimits(max_time_s=0.2 * steps))):
         tracker.update()
-        progress(before + (1.0 - before) * (k + 1) / STEPS)
+        progress(before + (1.0 - before) * (k + 1) / steps)
     tracker.keyframe()
     _use_the_rest(mission, world.observe(), guidance)
     if complete is not None:

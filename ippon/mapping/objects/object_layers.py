@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from ippon.camera import PinholeCamera
 from ippon.mapping.arrays import read_only
 from ippon.mapping.blocks import N_ROWS, BlockDirectory, Pools
-from ippon.mapping.config import LEVEL_PROBABILITIES, SURFACE_VOXELS_PER_BLOCK, MapConfig
+from ippon.mapping.config import SURFACE_VOXELS_PER_BLOCK, MapConfig
+from ippon.mapping.level_probabilities import LEVEL_PROBABILITIES
 from ippon.mapping.objects.layer_kernels import give_prior_share, relevel_kernel, reset_ooi_kernel
 from ippon.mapping.objects.likelihood_tables import LikelihoodTables
 from ippon.mapping.objects.ooi_suppression import SuppressedRegion, restore, suppress

@@ -204,6 +204,17 @@ def test_ctrl_c_while_waiting_says_nothing_odd(launch, free_endpoint):
     assert "Exception ignored" not in robot.log()
 
 
+@pytest.mark.slow
+def test_what_needs_no_map_loads_no_kernels():
+    modules = (
+        "cli.tools.ask", "cli.tools.follow", "cli.tools.read", "cli.questions.control",
+        "demo.processes", "nodes.console.node", "nodes.recorder", "nodes.segment",
+    )  # fmt: skip
+    code = f"import sys, app.{', app.'.join(modules)}; print('numba' in sys.modules)"
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert ran.stdout == "False\n"
+
+
 @pytest.mark.parametrize("arguments", [["--help"], ["eval", "run", "--help"]])
 def test_a_reader_that_has_read_enough_is_no_error(arguments):
     read, write = os.pipe()

@@ -60,6 +60,7 @@ def test_the_first_far_evidence_finds_its_kernels_compiled():
     assert _printed_by(code).strip() == "1 [1, 1, 1, 1] [1, 1, 1, 1]"
 
 
+@pytest.mark.slow
 def test_the_block_waits_for_the_process_beside():
     start = time.monotonic()
     with compile_in_second_process("tests.ippon.mapping.test_warm_up", "take_a_second"):
@@ -77,6 +78,7 @@ def test_an_error_in_the_block_does_not_wait():
     assert time.monotonic() - start < 20.0
 
 
+@pytest.mark.slow
 def test_a_process_beside_that_fails_is_no_error():
     with compile_in_second_process("tests.ippon.mapping.test_warm_up", "fail"):
         pass

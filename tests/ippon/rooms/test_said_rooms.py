@@ -7,7 +7,6 @@ from ippon.rooms.said_rooms import (
     SaidRoom,
     SaidRoomConfig,
     is_elsewhere,
-    known_rooms,
     read_said_rooms,
     said_parts,
     weigh_rooms,
@@ -166,8 +165,3 @@ def test_a_german_name_is_that_of_the_room_that_was_said_in_english():
     assert weights.first == ("Zimmer 12 (named by you)",)
     _, weights = _weigh("in Anna's room", _named(UNCLEAR, "Bens Zimmer"))
     assert weights.first == ()
-
-
-def test_the_names_of_rooms_are_neither_types_nor_things():
-    names = ["Lager", "Annas Zimmer", "Kitchen", "Sofa"]
-    assert known_rooms("in Anna's room", names) == {"lager", "annas zimmer", "anna's room"}

@@ -39,7 +39,7 @@ from ippon.mapping.objects.object_layers import MAX_LABELS
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
 from ippon.rooms.named_rooms import RoomName
-from ippon.rooms.said_rooms import known_rooms
+from ippon.rooms.room_names import known_rooms
 from ippon.vocabulary import canonical_label
 
 logger = logging.getLogger(__name__)

@@ -127,6 +127,7 @@ def test_depth_in_centimetres_or_tenths_of_a_millimetre_is_told_by_the_floor(
         assert f"depth is 10 times too {wrong} for a floor 1.20 m below" in line.detail
 
 
+@pytest.mark.slow
 def test_depth_of_a_wall_right_ahead_is_no_wrong_unit(samples, change):
     change(
         keys.DEPTH,
@@ -286,6 +287,7 @@ def test_clocks_that_the_profile_brings_together_agree(samples, profile, change)
     assert lines["profile"].verdict == "ok"
 
 
+@pytest.mark.slow
 def test_stamps_that_stand_still_or_lie_in_the_future(samples):
     for one in samples.arrivals[keys.COLOR]:
         one.at_ns -= 300_000_000

@@ -40,6 +40,7 @@ def _gradient(height, width):
     ).astype(np.uint8)
 
 
+@pytest.mark.slow
 def test_an_image_of_4k_becomes_small_and_keeps_its_content():
     whole = _gradient(2160, 3840)
     small = scaled_picture(_jpeg(whole), 640)

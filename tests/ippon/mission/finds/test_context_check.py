@@ -12,8 +12,8 @@ from tests.ippon.mission.conftest import Searcher, boxed_room
 
 TABLE = ("table", "table", (3.0, 2.6, 0.0), (4.2, 3.4, 0.7))
 ON_TABLE = ("hat", "objects", (3.2, 2.7, 0.7), (3.5, 3.0, 0.85))
-BED = ("bed", "bed", (7.0, 1.0, 0.0), (9.0, 2.6, 0.5))
-ON_BED = ("hat", "objects", (7.3, 1.5, 0.5), (7.6, 1.8, 0.65))
+BED = ("bed", "bed", (5.4, 1.0, 0.0), (7.4, 2.6, 0.5))
+ON_BED = ("hat", "objects", (5.7, 1.5, 0.5), (6.0, 1.8, 0.65))
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def searching(searcher, room):
     def search(boxes, context, seconds=200.0):
         # At outlines pixels mix: no find looks like itself in all of its voxels.
         config = MissionConfig(image_check=ImageCheckConfig(elsewhere_share=1.0))
-        robot = searcher([*room(10.0, 4.0), *boxes], 1.0, 2.0, config=config)
+        robot = searcher([*room(8.0, 4.0), *boxes], 1.0, 2.0, config=config)
         robot.ask("hat", context=context)
         results = robot.search(seconds)
         return robot, [event for r in results for event in r.snapshot.events]
@@ -47,7 +47,7 @@ def test_what_is_where_the_operator_said_is_found_as_ever(searching, context):
 @pytest.mark.slow
 def test_what_is_elsewhere_is_passed_by_for_what_is_where_the_operator_said(searching):
     robot, events = searching([TABLE, ON_TABLE, BED, ON_BED], "I left it on the bed.")
-    assert _at(robot) == pytest.approx([7.45, 1.65], abs=0.2)
+    assert _at(robot) == pytest.approx([5.85, 1.65], abs=0.2)
     doubts = [event.text for event in events if event.kind == "doubted"]
     assert doubts == ["what seemed to be hat is not where you said: going on"]
 
@@ -63,10 +63,10 @@ def test_an_operator_who_errs_gets_it_when_nothing_better_is_left(searching):
 
 @pytest.fixture(scope="module")
 def mapped():
-    """A room whose table at x = 3 m and bed at x = 8 m the robot has seen."""
-    robot = Searcher([*boxed_room(10.0, 4.0), TABLE, BED], 1.0, 2.0)
+    """A room whose table at x = 3.6 m and bed at x = 6.4 m the robot has seen."""
+    robot = Searcher([*boxed_room(8.0, 4.0), TABLE, BED], 4.6, 1.2)
     robot.ask("umbrella")
-    robot.search(120.0)
+    robot.search(12.0)
     return robot.mission.voxel_map
 
 

@@ -133,6 +133,7 @@ def test_detections_lie_in_the_image_and_carry_the_labels(segmenter, image_by_fo
     assert found > 0
 
 
+@pytest.mark.slow
 def test_labels_that_one_text_does_not_hold_take_several(segmenter, image_by_formula):
     many = (*(f"coffee_table_{'lamp_' * k}cup" for k in range(12)), *LABELS)
     texts = segmenter._texts(many)

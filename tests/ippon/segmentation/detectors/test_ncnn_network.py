@@ -130,6 +130,7 @@ def test_images_of_any_shape_are_taken(nanodet, shape):
     assert nanodet.segment(color, LABELS, "cup").image_size == shape
 
 
+@pytest.mark.slow
 @here
 def test_a_detector_gets_no_second_pass():
     detector = load(NANODET, small_objects=True)
@@ -224,6 +225,7 @@ def test_bytes_in_place_of_structure_are_refused(copied):
     refused(copied, "net.param is not an ncnn .param file: it is not text")
 
 
+@pytest.mark.slow
 @here
 def test_classes_that_the_output_lacks_are_refused(tmp_path):
     labels = tmp_path / "labels.txt"

@@ -37,6 +37,9 @@ def succeed(search):
     return search.wait_for(lambda s: s.frames > 3 and s.goal is not None)
 
 
+# In pieces: test_persistence.py (the next start), test_goal_service.py (the judgement), and
+# test_counts.py of the mission (what was rejected is not found again).
+@pytest.mark.large
 def test_a_counted_find_counts_and_a_rejected_one_stays_rejected_after_a_crash(search):
     status = search.wait_for(lambda s: s.goal is not None and len(s.goal.counted) == 1, FOUND_S)
     (found,) = status.goal.counted

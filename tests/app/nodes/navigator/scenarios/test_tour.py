@@ -23,6 +23,9 @@ def operator(launch, free_endpoint):
     operator.session.close()
 
 
+# In pieces: test_ask.py asks, test_goal_service.py judges and cancels, and test_tour.py of the
+# mission finds both.
+@pytest.mark.large
 def test_two_objects_asked_for_with_and_are_found_in_one_tour(operator, launch, free_endpoint):
     where = ("--connect", free_endpoint, "--robot", "r")
     home = ("--home", "8", "--start", "1", "--width", "240")

@@ -355,6 +355,7 @@ def _odometry(base, child):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_the_doctor_says_that_images_cannot_have_a_pose(tmp_path, capsys):
     assert run(["doctor", str(_bag(tmp_path / "a", camera=False))]) == 1
     out = capsys.readouterr().out
