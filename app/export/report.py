@@ -30,7 +30,7 @@ from app.export.session_data import SessionData
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_color
-from app.messages.status import GoalStatus, name_of
+from app.messages.status import GoalStatus
 from app.recording.notes import read_notes
 from app.recording.session_goals import goals_of
 from app.recording.timeline import MARKS
@@ -132,7 +132,7 @@ def _title(session: SessionData, goals: Sequence[GoalStatus], say: Words) -> str
         return session.name
     if len(goals) == 1:
         (goal,) = goals
-        return say("report.search", name=name_of(goal), outcome=outcome_text(goal, say))
+        return say("report.search", name=say.goal(goal), outcome=outcome_text(goal, say))
     return say("report.searches", n=len(goals), found=sum(is_found(goal) for goal in goals))
 
 

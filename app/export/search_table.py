@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from html import escape
 
 from app.export.session_data import SessionData
-from app.messages.status import GoalStatus, name_of
+from app.messages.status import GoalStatus
 from app.recording.session_goals import outcome_of
 from app.view.words import Words
 
@@ -18,7 +18,7 @@ def search_table(session: SessionData, goals: Sequence[GoalStatus], say: Words) 
         seconds, way = effort_of(session, goal.goal_id)
         rows.append(
             table_row(
-                escape(name_of(goal)),
+                escape(say.goal(goal)),
                 escape(goal.context),
                 escape(_result(goal, say)),
                 f"{say.number(seconds, 1)} s",
