@@ -3,7 +3,7 @@
 import contextlib
 import logging
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from dataclasses import replace
 from pathlib import Path
 
@@ -86,7 +86,7 @@ def run_navigator(
 
 
 @contextlib.contextmanager
-def starting(session: zenoh.Session, robot: str) -> Iterator[None]:
+def starting(session: zenoh.Session, robot: str) -> Generator[None]:
     """Show that the navigator is not ready yet, for as long as it compiles."""
     token = session.liveliness().declare_token(f"{robot}/{keys.NAVIGATOR_STARTING}")
     try:

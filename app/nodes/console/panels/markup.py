@@ -65,10 +65,12 @@ def now(status: Status | None, say: Words) -> str:
     state = say(f"panel.state.{shown}")
     if status.find is not None and status.find.out_of_reach_m is not None:
         state = say("panel.state.unreachable") if shown in FINDS else state
-    goal = f" <b>{escape(say.goal(status.goal))}</b>" if status.goal is not None else ""
+    head = escape(state)
+    if status.goal is not None:
+        head = say("panel.now", state=head, goal=f"<b>{escape(say.goal(status.goal))}</b>")
     return (
         f'<div class="ip-now" data-state="{shown}">'
-        f'<p class="ip-state">{escape(state)}{goal}</p>'
+        f'<p class="ip-state">{head}</p>'
         f'<p class="ip-why">{escape(status.why)}</p></div>'
     )
 

@@ -201,7 +201,7 @@ class SceneThread:
             self._tabs.update(self.model, changed)
         self._browser_views.draw(self.model, self._limit_image_rate(changed))
         if changed & CAMERA_PARTS:
-            self._state_feed.camera.show_scene(camera_scene(self.model))
+            self._state_feed.camera.show_scene(camera_scene(self.model, self._link.say))
         self.follow.step(self._browser_views.bounds() if "voxels" in changed else None)
 
     def _limit_image_rate(self, changed: frozenset[Part]) -> frozenset[Part]:
