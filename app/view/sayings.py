@@ -147,7 +147,7 @@ class Sayings:
     - `parts`: several words, "white and it is not large"
     - `object`, `label`, `other`: the name of a thing, translated if the table has it
     - `labels`: such names with commas between them
-    - `value`: a colour or size, or another attribute
+    - `value`, `values`: a colour or size, or another attribute; several with commas between them
     - `room`: a type of room, or the name of one
     - `either`, `rooms`: alternatives, "the sofa or the bed", "the kitchen or the bathroom"
     - `subject`: "hats are", without the verb
@@ -296,8 +296,8 @@ class Sayings:
                 return _Told(self._goal(value), 0)
             case "labels":
                 return _Told(", ".join(map(self._words.name, value.split(", "))), 0)
-            case "value":
-                return _Told(self._words.attribute(value), 0)
+            case "value" | "values":
+                return _Told(", ".join(map(self._words.attribute, value.split(", "))), 0)
             case "room":
                 return _Told(self._words.room(value), 0)
             case "either":

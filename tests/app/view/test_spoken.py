@@ -59,7 +59,7 @@ def test_what_people_wrote_is_no_text_of_the_navigator():
 def test_english_messages_and_those_without_texts_are_the_same_objects():
     event = Event(stamp_ns=0, kind="found", text="found mug")
     assert spoken(event, ENGLISH) is event
-    assert spoken(event, GERMAN).text == "gefunden: Becher"
+    assert spoken(event, GERMAN).text == "„Becher“ gefunden"
     empty = FIND.attributes[0]
     assert spoken(b"bytes", GERMAN) == b"bytes"
     assert spoken(empty.verdict, ENGLISH) == "right"
