@@ -2,7 +2,7 @@
 
 import { BASE } from "./base.js";
 import { button, make, replaceRows } from "./side.js";
-import { LANGUAGE, say } from "./words.js";
+import { LANGUAGE, nameOf, say } from "./words.js";
 
 const at = (id) => document.getElementById(id);
 const MUTED = "ippon-muted";
@@ -163,11 +163,11 @@ export class Calls {
   acts({ kind, goal_id, object, position_world }) {
     const acts = make("span", "acts");
     if (position_world) {
-      const hint = say("goals.show.hint", { name: object });
+      const hint = say("goals.show.hint", { name: nameOf(object) });
       acts.append(button(say("goals.show"), hint, () => this.showPlace(position_world)));
     }
     if (kind === "not_found" && this.mayChange()) {
-      const hint = say("goals.repeat.hint", { name: object });
+      const hint = say("goals.repeat.hint", { name: nameOf(object) });
       const change = { goal_id, action: "repeat" };
       acts.append(button(say("goals.repeat"), hint, async () => {
         const reply = await this.send({ type: "queue", change });

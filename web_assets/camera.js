@@ -1,7 +1,7 @@
 // The live camera over the scene: small in a corner, or filling the scene. A worker draws the pictures.
 
 import { BASE } from "./base.js";
-import { decimal, say } from "./words.js";
+import { decimal, LANGUAGE, nameOf, say } from "./words.js";
 
 export const OLD_MS = 500; // A drive command needs an image that is at most this old.
 const LOST_MS = 2000;
@@ -168,15 +168,17 @@ export class Camera {
     if (key !== this.labels) {
       this.labels = key;
       const chosen = select.value;
+      const named = labels.map((label) => [nameOf(label), label]);
+      named.sort(([a], [b]) => a.localeCompare(b, LANGUAGE));
       select.replaceChildren(
         new Option(say("camera.object"), "="),
         new Option(say("camera.nothing"), "-"),
-        ...labels.map((label) => new Option(label, `=${label}`)),
+        ...named.map(([name, label]) => new Option(name, `=${label}`)),
       );
       select.value = chosen;
       if (select.selectedIndex < 0) select.value = "=";
     }
-    select.title = drawn ? say("camera.drawn", { label: drawn }) : say("camera.drawn.none");
+    select.title = drawn ? say("camera.drawn", { label: nameOf(drawn) }) : say("camera.drawn.none");
   }
 }
 

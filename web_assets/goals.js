@@ -1,13 +1,14 @@
 // The goals: what is searched for, what waits in which order, what has ended, and saved searches.
 
 import { BASE } from "./base.js";
-import { button, make, replaceRows, words } from "./side.js";
-import { has, say, sayCount } from "./words.js";
+import { button, make, replaceRows } from "./side.js";
+import { has, nameOf, say, sayCount } from "./words.js";
 
 const at = (id) => document.getElementById(id);
 const SECTIONS = ["active", "waiting", "ended", "saved"];
 
-const nameOf = (goal) => goal.display || words(goal.object);
+// What the requester typed, which is sent back, too; a label is shown by its name.
+const typed = (goal) => goal.display || goal.object.replaceAll("_", " ");
 
 export function clock(seconds) {
   const whole = Math.max(0, Math.floor(seconds));
@@ -128,7 +129,7 @@ export class Goals {
     const number = make("span", "number");
     const told = make("span", "told");
     const acts = make("span", "acts");
-    const name = section === "saved" ? goal.object : nameOf(goal);
+    const name = nameOf(typed(goal));
     told.append(make("b", "", name));
     if (goal.context) told.append(make("small", "context", goal.context));
     if (section !== "saved") told.append(make("small", "", stateOf(goal, section)));
@@ -152,9 +153,9 @@ export class Goals {
     const queue = (action, more = {}) => ({
       type: "queue", change: { goal_id: goal.goal_id, action, ...more },
     });
-    const { goal_id, saved_id, object, context } = goal;
+    const { goal_id, saved_id, context } = goal;
     const save = () => change(say("goals.save"), say("goals.save.hint", { name }), {
-      type: "saved", change: { action: "save", object: name, context: context ?? "", goal_id },
+      type: "saved", change: { action: "save", object: typed(goal), context: context ?? "", goal_id },
     });
     const found = [];
     if (goal.position_world) {
@@ -171,10 +172,10 @@ export class Goals {
     }
     if (section === "saved") {
       return [
-        change(say("goals.run"), say("goals.run.hint", { name: object }), {
+        change(say("goals.run"), say("goals.run.hint", { name }), {
           type: "saved", change: { action: "run", saved_id },
         }),
-        change(say("goals.delete"), say("goals.delete.hint", { name: object }), {
+        change(say("goals.delete"), say("goals.delete.hint", { name }), {
           type: "saved", change: { action: "delete", saved_id },
         }),
       ];
@@ -186,16 +187,16 @@ export class Goals {
     });
     if (above === undefined) up.hidden = true;
     if (below === undefined) down.hidden = true;
-    const edit = button(say("goals.edit"), say("goals.edit.hint", { name }), () => this.edit(row, goal, name));
+    const edit = button(say("goals.edit"), say("goals.edit.hint", { name }), () => this.edit(row, goal));
     edit.dataset.edits = "";
     edit.dataset.changes = "";
     const cancel = change(say("goals.cancel"), say("goals.cancel.waiting.hint", { name }), queue("remove"));
     return [up, down, edit, cancel, save()];
   }
 
-  edit(row, goal, name) {
+  edit(row, goal) {
     const form = make("form", "edit");
-    const fields = [["object", name, 80], ["context", goal.context, 2000]].map(([part, value, most]) => {
+    const fields = [["object", typed(goal), 80], ["context", goal.context, 2000]].map(([part, value, most]) => {
       const label = say(`goals.edit.${part}`);
       const field = make("input");
       field.value = value;

@@ -1,6 +1,6 @@
 // What became of the goals of a session: in the list of sessions and beside another session.
 
-import { has, say } from "/assets/words.js";
+import { has, nameOf, say } from "/assets/words.js";
 
 export const outcomeOf = (word) => (has(`outcome.${word}`) ? say(`outcome.${word}`) : word);
 
@@ -11,7 +11,7 @@ export function sumOf(goals) {
   const words = [...new Set(goals.map((goal) => goal.outcome))];
   const n = goals.filter(isFound).length;
   return {
-    objects: goals.map((goal) => goal.object).join(", "),
+    objects: goals.map((goal) => nameOf(goal.object)).join(", "),
     context: [...new Set(goals.map((goal) => goal.context).filter(Boolean))].join("; "),
     outcome: words.length > 1 ? say("outcome.several", { n, all: goals.length }) : words.map(outcomeOf).join(""),
     word: words.length > 1 ? "several" : (words[0] ?? ""),

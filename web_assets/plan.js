@@ -2,7 +2,7 @@
 // the camera fills the scene.
 
 import { BASE } from "./base.js";
-import { decimal, LANGUAGE, say } from "./words.js";
+import { decimal, LANGUAGE, roomOf, say } from "./words.js";
 import { cellImage, COLORS, drawPlan, scaleBar } from "./plan_drawing.js";
 
 const EVERY_MS = 500;
@@ -329,7 +329,7 @@ export class Plan {
 
   roomButton(room) {
     const button = document.createElement("button");
-    const shown = room.name || room.kind || say("plan.room.unnamed");
+    const shown = room.name || roomOf(room.kind) || say("plan.room.unnamed");
     button.type = "button";
     button.textContent = shown;
     button.dataset.named = String(room.name !== "" || room.kind !== "");
@@ -344,7 +344,7 @@ export class Plan {
     this.renamed = room;
     at("room-name").value = room.name;
     at("room-hint").textContent = room.kind
-      ? say("plan.room.kind", { kind: room.kind })
+      ? say("plan.room.kind", { kind: roomOf(room.kind) })
       : say("plan.room.unknown");
     at("room").returnValue = "";
     at("room").showModal();

@@ -1,5 +1,7 @@
 // Draws the plan: cells, painted floor, trail, path, robot, names and scale, in metres of the world.
 
+import { nameOf } from "./words.js";
+
 export const COLORS = {
   unknown: "#2a313b", floor: "#f2efe8", furniture: "#c9b89c", wall: "#151920",
   robot: "#1f7fb8", path: "#b58900", trail: "#56b4e9", find: "#00805d", text: "#1a2129",
@@ -93,7 +95,8 @@ function names(context, scene, place, scale) {
     return [u - 60, v - 18, u + 60, v + 18];
   });
   for (const thing of scene.things) {
-    const wide = context.measureText(thing.text).width / 2 + 3;
+    const text = nameOf(thing.text);
+    const wide = context.measureText(text).width / 2 + 3;
     const [u, v] = place(thing.x_m, thing.y_m);
     const box = [u - wide, v - 9, u + wide, v + 9];
     if (wide > 1.4 * Math.max(thing.size_x_m, thing.size_y_m, 0.6) * scale) continue;
@@ -101,9 +104,9 @@ function names(context, scene, place, scale) {
     taken.push(box);
     context.lineWidth = 3;
     context.strokeStyle = "rgb(255 255 255 / 80%)";
-    context.strokeText(thing.text, u, v);
+    context.strokeText(text, u, v);
     context.fillStyle = COLORS.text;
-    context.fillText(thing.text, u, v);
+    context.fillText(text, u, v);
   }
 }
 

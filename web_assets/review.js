@@ -1,6 +1,6 @@
 // The timeline of a recording: play, seek, marks and notes. The scene above it is the console's.
 
-import { decimal, has, percent, say } from "/assets/words.js";
+import { decimal, has, percent, say, LANGUAGE } from "/assets/words.js";
 import { sumOf } from "/review/outcomes.js";
 
 // In the order of the legend; review.css has their colours.
@@ -61,7 +61,7 @@ speed.setAttribute("aria-label", say("review.speed"));
 back.setAttribute("aria-label", say("review.back.hint"));
 forward.setAttribute("aria-label", say("review.forward.hint"));
 found.hidden = true;
-for (const s of SPEEDS) speed.append(new Option(`${s}×`, s, s === 1, s === 1));
+for (const s of SPEEDS) speed.append(new Option(`${s.toLocaleString(LANGUAGE)}×`, s, s === 1, s === 1));
 transport.append(sessions, back, play, forward, speed, time, said, wanted, text, note, mark, link);
 const done = make("div", "done");
 const head = make("div", "head");

@@ -2,8 +2,8 @@
 // A goal in plain words goes to the nearest free one, and each row says why it is not that one.
 
 import { BASE } from "./base.js";
-import { make, replaceRows, words } from "./side.js";
-import { say, sayCount } from "./words.js";
+import { make, replaceRows } from "./side.js";
+import { nameOf, say, sayCount } from "./words.js";
 
 const EVERY_MS = 2000;
 const at = (id) => document.getElementById(id);
@@ -125,7 +125,7 @@ export class Robots {
     row.node.dataset.link = robot.link;
     row.state.textContent = robot.state && robot.link !== "gone" ? this.nameOf(robot.state) : "";
     const parts = [
-      robot.object && say("robots.object", { object: words(robot.object) }),
+      robot.object && say("robots.object", { object: nameOf(robot.object) }),
       robot.waiting > 0 && say("robots.waiting", { n: robot.waiting }),
       robot.holder && say("robots.holder", { name: robot.holder }),
     ].filter(Boolean);

@@ -59,7 +59,8 @@ function render() {
   const outcome = at("outcome").value;
   const fit = all.filter((s) => {
     const sum = sumOf(s.goals);
-    const text = `${s.id} ${sum.objects} ${sum.context} ${s.robot} ${s.when} ${sum.outcome}`.toLowerCase();
+    const labels = s.goals.map((goal) => goal.object).join(" ");
+    const text = `${s.id} ${sum.objects} ${labels} ${sum.context} ${s.robot} ${s.when} ${sum.outcome}`.toLowerCase();
     return (outcome === "" || s.goals.some((goal) => goal.outcome === outcome)) && words.every((w) => text.includes(w));
   });
   at("cards").replaceChildren(...fit.slice(0, SHOWN).map(card));

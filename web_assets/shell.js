@@ -289,7 +289,9 @@ function renderVeil(shown) {
   const texts = {
     connecting: ["veil.connecting", say("veil.connecting.text"), ""],
     disconnected: ["veil.disconnected", say("veil.disconnected.text"), say("veil.disconnected.hint")],
-    waiting: ["veil.waiting", state?.link_text ?? "", say("veil.waiting.hint")],
+    waiting: state?.starting
+      ? ["veil.starting", say(`veil.starting.${state.starting}`), ""]
+      : ["veil.waiting", state?.link_text ?? "", say("veil.waiting.hint")],
   };
   const text = texts[shown];
   at("veil").hidden = text === undefined || (shown === "waiting" && state?.has_map);

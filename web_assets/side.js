@@ -66,8 +66,6 @@ export class Sides {
   }
 }
 
-export const words = (label) => label.replaceAll("_", " ");
-
 export function make(tag, name, text) {
   const node = document.createElement(tag);
   if (name) node.className = name;

@@ -1,8 +1,8 @@
 // The list of what the robot remembers: find, show, search for, name, and say what it is not.
 
 import { BASE } from "./base.js";
-import { button, make, replaceRows, words } from "./side.js";
-import { LANGUAGE, percent, say } from "./words.js";
+import { button, make, replaceRows } from "./side.js";
+import { LANGUAGE, nameOf, percent, roomOf, say } from "./words.js";
 
 const EVERY_MS = 4000;
 const MINUTE_S = 60;
@@ -10,16 +10,19 @@ const TOLD_MS = 8000;
 const CHUNK = 60;
 const AHEAD_PX = 900;
 const at = (id) => document.getElementById(id);
-const titleOf = (thing) => thing.name || words(thing.label) || say("things.unknown");
+const plain = (label) => label.replaceAll("_", " ");
+const titleOf = (thing) => thing.name || nameOf(thing.label) || say("things.unknown");
 
 function othersOf(thing) {
   return thing.alternatives
     .filter(([label]) => label !== thing.label)
-    .map(([label, share]) => `${words(label)} ${percent(share)}`);
+    .map(([label, share]) => `${nameOf(label)} ${percent(share)}`);
 }
 
 function textOf(thing) {
-  const parts = [titleOf(thing), words(thing.label), words(thing.room), ...othersOf(thing)];
+  const labels = [thing.label, thing.room];
+  const names = [nameOf(thing.label), roomOf(thing.room)];
+  const parts = [titleOf(thing), ...names, ...labels.map(plain), ...othersOf(thing)];
   return parts.join(" ").toLowerCase();
 }
 
@@ -29,8 +32,8 @@ function sureness({ name, label, probability }) {
 
 // With its article in English; other languages have the bare word, whose gender is not known.
 function a(label, article = "a") {
-  if (LANGUAGE !== "en") return words(label);
-  return `${article}${/^[aeiou]/.test(label) ? "n" : ""} ${words(label)}`;
+  if (LANGUAGE !== "en") return nameOf(label);
+  return `${article}${/^[aeiou]/.test(label) ? "n" : ""} ${nameOf(label)}`;
 }
 
 function age(nanoseconds, nowMs) {
@@ -101,8 +104,8 @@ export class Things {
   }
 
   stateOf(thing, newest) {
-    const kind = thing.name && thing.label && `${words(thing.label)} ${percent(thing.probability)}`;
-    const parts = [kind, thing.room && words(thing.room)];
+    const kind = thing.name && thing.label && `${nameOf(thing.label)} ${percent(thing.probability)}`;
+    const parts = [kind, thing.room && roomOf(thing.room)];
     if (thing.gone_ns > 0) parts.push(say("things.gone", { age: age(thing.gone_ns, newest) }));
     else parts.push(say("things.seen", { age: age(thing.last_seen_ns, newest) }));
     return parts.filter(Boolean).join(" · ");
@@ -250,7 +253,7 @@ export class Things {
   }
 
   async searchFor(thing) {
-    await this.ask({ type: "search", object: thing.name || words(thing.label) });
+    await this.ask({ type: "search", object: thing.name || plain(thing.label) });
   }
 
   // Sends a message; its answer is shown for a while in place of the number of things.

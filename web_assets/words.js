@@ -11,6 +11,19 @@ export function say(key, values = {}) {
   return table[key].replace(/\{(\w+)\}/g, (_, name) => String(values[name]));
 }
 
+// What people call a label, and a type of room; a text that is neither as it came. Messages have the
+// labels, which are English.
+export const nameOf = (label) => called("name", label, ["", "s", "es"]);
+export const roomOf = (name) => called("room_type", name, [""]);
+
+function called(kind, text, plurals) {
+  const label = text.trim().toLowerCase().replaceAll(/[\s_-]+/g, "_");
+  const keys = plurals.filter((end) => label.endsWith(end))
+    .map((end) => `${kind}.${label.slice(0, label.length - end.length)}`);
+  const known = keys.find(has);
+  return known === undefined ? text.replaceAll("_", " ") : table[known];
+}
+
 // The text for one or for several.
 export const sayCount = (key, n, values = {}) => say(`${key}.${n === 1 ? "one" : "other"}`, { n, ...values });
 

@@ -15,7 +15,13 @@ MOST_POINTS: Final = 600
 
 
 def line_plot(
-    x_s: NDArray[np.float64], y: NDArray[np.float64], name: str, unit: str, color: str
+    x_s: NDArray[np.float64],
+    y: NDArray[np.float64],
+    name: str,
+    unit: str,
+    color: str,
+    *,
+    decimal: str = ".",
 ) -> str:
     """Return an SVG of y over seconds, with the limits of the axes.
 
@@ -25,6 +31,7 @@ def line_plot(
         name: Name of the quantity.
         unit: Unit of the quantity, empty for none.
         color: CSS colour of the line.
+        decimal: Decimal mark of the language.
     """
     every = 1 + len(x_s) // MOST_POINTS
     x_s, y = x_s[::every], y[::every]
@@ -34,13 +41,14 @@ def line_plot(
     v = HEIGHT - BOTTOM - (y - low) / (high - low) * (HEIGHT - BOTTOM - TOP)
     points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(u.tolist(), v.tolist(), strict=True))
     floor = HEIGHT - BOTTOM
+    top, base = (f"{limit:.3g}".replace(".", decimal) for limit in (high, low))
     title = escape(f"{name}, {unit}" if unit else name)
     return (
         f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{title}">'
         f'<text x="{LEFT}" y="16" class="title">{title}</text>'
         f'<path d="M{LEFT} {TOP}V{floor}H{WIDTH - 8}" class="axis"/>'
-        f'<text x="{LEFT - 6}" y="{TOP + 6}" text-anchor="end">{high:.3g}</text>'
-        f'<text x="{LEFT - 6}" y="{floor}" text-anchor="end">{low:.3g}</text>'
+        f'<text x="{LEFT - 6}" y="{TOP + 6}" text-anchor="end">{top}</text>'
+        f'<text x="{LEFT - 6}" y="{floor}" text-anchor="end">{base}</text>'
         f'<text x="{LEFT}" y="{HEIGHT - 6}">{first:.0f} s</text>'
         f'<text x="{WIDTH - 8}" y="{HEIGHT - 6}" text-anchor="end">{last:.0f} s</text>'
         f'<polyline points="{points}" fill="none" stroke="{color}" stroke-width="2"/></svg>'

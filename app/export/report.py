@@ -31,7 +31,7 @@ from app.export.session_data import SessionData
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_color
-from app.messages.status import GoalStatus, name_of
+from app.messages.status import GoalStatus
 from app.recording.notes import read_notes
 from app.recording.session_goals import goals_of
 from app.recording.timeline import MARKS
@@ -81,7 +81,7 @@ def part_of(session: SessionData, say: Words = ENGLISH) -> ReportPart:
     goals = goals_of(session.timeline)
     title = _title(session, goals, say)
     sections = [
-        f"<p class=when>{escape(_when(session, goals))}</p>",
+        f"<p class=when>{escape(_when(session, goals, say))}</p>",
         _figures(session, goals, say),
         search_table(session, goals, say),
         _map(session, say),
@@ -133,7 +133,7 @@ def _title(session: SessionData, goals: Sequence[GoalStatus], say: Words) -> str
         return session.name
     if len(goals) == 1:
         (goal,) = goals
-        return say("report.search", name=name_of(goal), outcome=outcome_text(goal, say))
+        return say("report.search", name=say.goal(goal), outcome=outcome_text(goal, say))
     return say("report.searches", n=len(goals), found=sum(is_found(goal) for goal in goals))
 
 
@@ -142,9 +142,9 @@ def _started(session: SessionData) -> str:
     return time.strftime("%Y-%m-%d %H:%M:%S", start)
 
 
-def _when(session: SessionData, goals: Sequence[GoalStatus]) -> str:
+def _when(session: SessionData, goals: Sequence[GoalStatus], say: Words) -> str:
     context = goals[0].context if len(goals) == 1 else ""
-    said = f" · “{context}”" if context else ""
+    said = f" · {say('report.said', context=context)}" if context else ""
     return f"{_started(session)} · {session.name}{said}"
 
 
@@ -261,7 +261,8 @@ def _plots(session: SessionData, say: Words) -> str:
         np.float64,
     ).T
     body = "".join(
-        line_plot(rows[0], rows[k], say(name), unit, color) for k, name, unit, color in _PLOTS
+        line_plot(rows[0], rows[k], say(name), unit, color, decimal=say("number.decimal"))
+        for k, name, unit, color in _PLOTS
     )
     return f"<h2>{escape(say('report.plots'))}</h2><div class=plots>{body}</div>"
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from html import escape
 
 from app.export.session_data import SessionData
-from app.messages.status import GoalStatus, Status, name_of
+from app.messages.status import GoalStatus, Status
 from app.recording.session_goals import outcome_of
 from app.view.words import Words
 
@@ -29,7 +29,7 @@ def search_table(session: SessionData, goals: Sequence[GoalStatus], say: Words) 
         effort = effort_of(session, goal.goal_id)
         rows.append(
             table_row(
-                escape(name_of(goal)),
+                escape(say.goal(goal)),
                 escape(goal.context),
                 escape(_result(goal, say)),
                 f"{say.number(effort.seconds, 1)} s",

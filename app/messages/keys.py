@@ -112,6 +112,8 @@ SIM_TRUTH = "sim/truth"
 """Queryable of the simulated robot: ground truth for scoring."""
 NAVIGATOR_ALIVE = "alive/navigator"
 """Liveliness token of a navigator that is ready."""
+NAVIGATOR_STARTING = "alive/starting"
+"""Liveliness token of a navigator that compiles and takes no request yet."""
 
 SEEN = (HEATMAP, BOXES, MASKS, MASKS_COMPRESSED, LABEL_NAMES, DETECTOR_NAME)
 """Topics of segmentations and detectors."""

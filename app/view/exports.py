@@ -11,6 +11,10 @@ from app.view.model.scene_model import SceneModel
 from app.view.plan.plan_drawing import plan_svg
 from app.view.plan.plan_files import plan_cells_json, plan_json, plan_pgm, plan_yaml
 from app.view.plan.plan_picture import plan_png
+from app.view.words import Words
+
+Writer = Callable[[SceneModel, Words], bytes | None]
+"""Writes a file from the model; the words are for pictures, data has the labels."""
 
 _POINT: Final = np.dtype(
     [
@@ -64,16 +68,20 @@ def figures_csv(model: SceneModel) -> bytes | None:
     return _csv(_FIGURES, rows) if len(rows) else None
 
 
-FILES: Final[dict[str, tuple[str, Callable[[SceneModel], bytes | None]]]] = {
-    "map.ply": ("application/octet-stream", map_ply),
-    "trail.csv": ("text/csv", trail_csv),
-    "figures.csv": ("text/csv", figures_csv),
+def _wordless(write: Callable[[SceneModel], bytes | None]) -> Writer:
+    return lambda model, _: write(model)
+
+
+FILES: Final[dict[str, tuple[str, Writer]]] = {
+    "map.ply": ("application/octet-stream", _wordless(map_ply)),
+    "trail.csv": ("text/csv", _wordless(trail_csv)),
+    "figures.csv": ("text/csv", _wordless(figures_csv)),
     "plan.png": ("image/png", plan_png),
     "plan.svg": ("image/svg+xml", plan_svg),
-    "plan.pgm": ("image/x-portable-graymap", plan_pgm),
-    "plan.yaml": ("application/yaml", plan_yaml),
-    "plan.json": ("application/json", plan_json),
-    "plan-cells.json": ("application/json", plan_cells_json),
+    "plan.pgm": ("image/x-portable-graymap", _wordless(plan_pgm)),
+    "plan.yaml": ("application/yaml", _wordless(plan_yaml)),
+    "plan.json": ("application/json", _wordless(plan_json)),
+    "plan-cells.json": ("application/json", _wordless(plan_cells_json)),
 }
 """Media type and writer by file name."""
 

@@ -6,7 +6,7 @@ value is translated, see `Sayings`.
 """
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple, Protocol
 
@@ -22,6 +22,8 @@ MOST_DEPTH: Final = 5
 """A sentence may hold a sentence that holds another."""
 _KEPT: Final = 2048
 """Translations that are kept; a status repeats most of its texts."""
+_JOINED: Final = " and "
+"""Between the names of the goals of a tour."""
 _WORDS: Final = {"level": "panel.level", "mode": "mode", "outcome": "panel.outcome"}
 """Fields that are one of some words, and where those are in the table."""
 _NUMBER: Final = re.compile(r"-?[0-9]+(?:\.[0-9]+)?%?")
@@ -39,6 +41,18 @@ class Vocabulary(Protocol):
 
     def knows(self, key: str) -> bool:
         """Return whether there is a text of a key."""
+        ...
+
+    def name(self, label: str) -> str:
+        """Return what people call a label; a text that is none that is known as it came."""
+        ...
+
+    def room(self, name: str) -> str:
+        """Return what people call a type of room; the name of a room as it came."""
+        ...
+
+    def attribute(self, value: str) -> str:
+        """Return the word for a colour or a size; another attribute as it came."""
         ...
 
 
@@ -131,7 +145,11 @@ class Sayings:
     - `text`: a sentence or a part of one, translated
     - `by`: the name of a model or of somebody, or words for it
     - `parts`: several words, "white and it is not large"
-    - `either`: alternatives, "the kitchen or the bathroom"
+    - `object`, `label`, `other`: the name of a thing, translated if the table has it
+    - `labels`: such names with commas between them
+    - `value`, `values`: a colour or size, or another attribute; several with commas between them
+    - `room`: a type of room, or the name of one
+    - `either`, `rooms`: alternatives, "the sofa or the bed", "the kitchen or the bathroom"
     - `subject`: "hats are", without the verb
     - `thing`: "a hat", without the article
     - `list`: names with commas between them, "colour (1.2 s), depth"
@@ -265,7 +283,7 @@ class Sayings:
                 return self._found(value, work, depth) or _Told(value, 0)
             case "parts":
                 parts = [
-                    self._found(part, work, depth) or _Told(part, 0)
+                    self._found(part, work, depth) or _Told(self._words.attribute(part), 0)
                     for part in value.split(" and it is ")
                 ]
                 return _joined(parts, f" {self._words('panel.understood.and')} ")
@@ -274,12 +292,20 @@ class Sayings:
             case "when":
                 words = (self._exact.get(word, word) for word in value.split(" "))
                 return self._found(value, work, depth) or _Told(" ".join(words), 0)
+            case "object" | "label" | "other":
+                return _Told(self._goal(value), 0)
+            case "labels":
+                return _Told(", ".join(map(self._words.name, value.split(", "))), 0)
+            case "value" | "values":
+                return _Told(", ".join(map(self._words.attribute, value.split(", "))), 0)
+            case "room":
+                return _Told(self._words.room(value), 0)
             case "either":
-                return _Told(self._either(value), 0)
-            case "subject":
-                return _Told(_VERB.sub("", value), 0)
-            case "thing":
-                return _Told(_ARTICLE.sub("", value), 0)
+                return _Told(self._either(value, self._words.name), 0)
+            case "rooms":
+                return _Told(self._either(value, self._words.room), 0)
+            case "subject" | "thing":
+                return _Told(self._words.name(_VERB.sub("", _ARTICLE.sub("", value))), 0)
             case kind if kind in _WORDS:
                 key = f"{_WORDS[kind]}.{value}"
                 return _Told(self._words(key), len(value)) if self._words.knows(key) else None
@@ -292,7 +318,7 @@ class Sayings:
         seconds = rest.removesuffix(" s)")
         whole = self._found(one, work, depth)
         if whole is not None or not _NUMBER.fullmatch(seconds):
-            return whole or _Told(one, 0)
+            return whole or _Told(self._words.room(one), 0)
         told = self._found(name, work, depth) or _Told(name, 0)
         return told._replace(text=f"{told.text}{opened}{self._number(seconds)} s)")
 
@@ -301,10 +327,16 @@ class Sayings:
         number = value.removesuffix("%").replace(".", self._words("number.decimal"))
         return self._words("panel.percent", n=number) if value.endswith("%") else number
 
-    def _either(self, value: str) -> str:
+    def _goal(self, value: str) -> str:
+        """Return the name of an object, or those of the objects of a tour."""
+        name, joined = self._words.name(value), f" {self._words('panel.understood.and')} "
+        parts = value.split(_JOINED)
+        return name if name != value else joined.join(map(self._words.name, parts))
+
+    def _either(self, value: str, name: Callable[[str], str]) -> str:
         joined = f" {self._words('panel.understood.or')} "
         return joined.join(
-            ", ".join(_ARTICLE.sub("", one) for one in part.split(", "))
+            ", ".join(name(_ARTICLE.sub("", one)) for one in part.split(", "))
             for part in value.split(" or ")
         )
 

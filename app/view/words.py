@@ -1,22 +1,33 @@
 """The words of the console in one language: a table by key in `web_assets/words/`.
 
 Keys that begin with `said.` are the sentences of the navigator: in the English table as the code
-has them, with names for the values (see `Sayings`). A further language is one more file there,
-named by its tag (BCP 47).
+has them, with names for the values (see `Sayings`). Those that begin with `name.` and `room_type.`
+are what people call a label and a type of room, which are English everywhere else: only what is
+shown is translated. A further language is one more file there, named by its tag (BCP 47); what it
+has no name for is shown in English.
 """
 
 import functools
 import html
 import json
 import re
+from collections import Counter
+from collections.abc import Iterable
 from importlib import resources
 from typing import Final
 
 from app.errors import UsageError
+from app.messages.status import GoalStatus, name_of
 from app.view.sayings import Sayings
+from ippon.guidance.language.words import generic
+from ippon.vocabulary import canonical_label
 
 SAID: Final = "said."
 """Keys of the texts that come from the navigator."""
+NAME: Final = "name."
+"""Keys of the names of labels."""
+ROOM_TYPE: Final = "room_type."
+ATTRIBUTE: Final = "attribute."
 _MARK: Final = re.compile(r"\{\{([\w.]+)\}\}")
 
 
@@ -37,6 +48,10 @@ class Words:
     def __init__(self, language: str) -> None:
         self.language = language
         self._table = _table(language)
+        # In English a label is its own name, and what an operator has typed stays as it is.
+        is_named = language != "en"
+        self._names = self._table if is_named else {}
+        self._plurals = _plurals(self._table) if is_named else {}
         pairs = (
             (text, self._table[key]) for key, text in _table("en").items() if key.startswith(SAID)
         )
@@ -57,6 +72,36 @@ class Words:
     def count(self, key: str, n: int, /, **values: object) -> str:
         """Return the text for one or for several."""
         return self(f"{key}.{'one' if n == 1 else 'other'}", n=n, **values)
+
+    def name(self, label: str) -> str:
+        """Return what people call a label; a text that is none that is known as it came."""
+        key = canonical_label(label)
+        return self._names.get(NAME + self._plurals.get(key, key), label.replace("_", " "))
+
+    def room(self, name: str) -> str:
+        """Return what people call a type of room; the name of a room as it came."""
+        return self._names.get(ROOM_TYPE + canonical_label(name), name.replace("_", " "))
+
+    def attribute(self, value: str) -> str:
+        """Return the word for a colour or a size; another attribute as it came."""
+        return self._names.get(f"{ATTRIBUTE}{value}", value)
+
+    def goal(self, goal: GoalStatus) -> str:
+        """Return the name of what is searched for, or the requester's own words for it."""
+        return self.name(name_of(goal))
+
+    def choices(self, labels: Iterable[str]) -> dict[str, str]:
+        """Return labels by their names, in alphabetic order, for a list to choose from.
+
+        Labels of one name are told apart by the label itself.
+        """
+        names = {label: self.name(label) for label in labels}
+        count = Counter(names.values())
+        shown = {
+            name if count[name] == 1 else f"{name} ({label.replace('_', ' ')})": label
+            for label, name in names.items()
+        }
+        return dict(sorted(shown.items(), key=lambda one: one[0].casefold()))
 
     def number(self, value: float, digits: int = 0) -> str:
         """Return a number as the language writes it."""
@@ -79,7 +124,8 @@ class Words:
 
     def _script(self) -> str:
         """Return what the scripts of a page need of the table, as JSON inside HTML."""
-        apart = ("panel.", "report.", SAID)
+        names = () if self._names else (NAME, ROOM_TYPE, ATTRIBUTE)
+        apart = ("panel.", "report.", SAID, *names)
         table = {key: text for key, text in self._table.items() if not key.startswith(apart)}
         packed = json.dumps({"language": self.language, "table": table}, ensure_ascii=False)
         return packed.replace("<", "\\u003c")
@@ -100,6 +146,17 @@ def _table(language: str) -> dict[str, str]:
         )
     file = resources.files("web_assets") / "words" / f"{language}.json"
     return json.loads(file.read_text("utf-8"))
+
+
+def _plurals(table: dict[str, str]) -> dict[str, str]:
+    """Return the labels by the plurals of their English names, which the navigator uses, too."""
+    labels = [key.removeprefix(NAME) for key in table if key.startswith(NAME)]
+    return {
+        plural: label
+        for label in labels
+        if (plural := canonical_label(generic(label.replace("_", " ")).rpartition(" ")[0]))
+        not in labels
+    }
 
 
 ENGLISH: Final = Words("en")

@@ -8,5 +8,6 @@ from app.process.parent_watch import end_with_parent
 def run_console_command(command: Console) -> int:
     """Serve the page until the process is stopped."""
     end_with_parent(command.parent_pid)
-    run_console(command)
+    # Only `ippon demo` starts a console as its child, beside a navigator.
+    run_console(command, is_awaited=command.parent_pid is not None)
     return 0

@@ -3,7 +3,7 @@
 import logging
 import time
 from collections.abc import Callable, Iterable
-from typing import Final
+from typing import Any, Final
 
 import zenoh
 
@@ -34,6 +34,7 @@ SILENT_S: Final = 4.0
 """Silence after which the session is reopened."""
 CONNECT_S: Final = 1.5
 _QUERY_S: Final = 2.0
+_TOKEN_S: Final = 1.0
 
 
 class TopicListener:
@@ -72,6 +73,14 @@ class TopicListener:
     def silence_s(self) -> float:
         """Return how long ago the navigator was heard last, or the listener was made."""
         return time.monotonic() - self._heard_at
+
+    def has_token(self, token: str) -> bool:
+        """Return whether a liveliness token of the robot is there."""
+        session = self.session
+        if session is None:
+            return False
+        replies: Any = session.liveliness().get(self._key(token), timeout=_TOKEN_S)
+        return any(reply.ok is not None for reply in replies)
 
     def query(self, topic: str, timeout_s: float = _QUERY_S) -> bytes | None:
         """Ask for the last message of a topic; None when nobody answers."""

@@ -32,8 +32,12 @@ from app.view.words import Words
 logger = logging.getLogger(__name__)
 
 
-def run_console(config: ConsoleConfig) -> None:
+def run_console(config: ConsoleConfig, *, is_awaited: bool = False) -> None:
     """Serve the page until SIGINT or SIGTERM.
+
+    Args:
+        config: Of the page.
+        is_awaited: The command that started this process starts the navigator as well.
 
     Raises:
         ConsoleError: The port is taken, or a part of the console has failed.
@@ -49,7 +53,7 @@ def run_console(config: ConsoleConfig) -> None:
         failures.append(error)
         server.should_exit = True
 
-    console = RobotConsole(config.connect, config.robot, fail, calls, say)
+    console = RobotConsole(config.connect, config.robot, fail, calls, say, is_awaited=is_awaited)
     try:
         gateway = _gateway(config, console, accounts, say)
     except PackingError as error:

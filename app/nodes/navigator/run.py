@@ -1,8 +1,9 @@
 """The navigator's process: from compiling to the last message."""
 
+import contextlib
 import logging
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from app.links.language_model.interface import LanguageModelInterface
 from app.links.network.registry import RunningNavigator, register
 from app.links.network.session import open_router
 from app.links.rmw_zenoh.robot_link import RobotLink
+from app.messages import keys
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.localization.alignment import Alignment, said_registration
 from app.nodes.navigator.node import Navigator
@@ -57,7 +59,7 @@ def run_navigator(
     session = open_router(config.listen)
     link = None
     try:
-        with interruptible():
+        with interruptible(), starting(session, config.robot):
             warm_up(config, lambda fraction: progress(0.98 * fraction))
         stop = ProcessStopSignal()
         link = ros2 and RobotLink(session, config.robot, ros2)
@@ -81,6 +83,16 @@ def run_navigator(
         if link is not None:
             link.close()
         session.close()  # pyright: ignore[reportUnknownMemberType]
+
+
+@contextlib.contextmanager
+def starting(session: zenoh.Session, robot: str) -> Generator[None]:
+    """Show that the navigator is not ready yet, for as long as it compiles."""
+    token = session.liveliness().declare_token(f"{robot}/{keys.NAVIGATOR_STARTING}")
+    try:
+        yield
+    finally:
+        token.undeclare()  # pyright: ignore[reportUnknownMemberType]
 
 
 def _serve(

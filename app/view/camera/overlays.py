@@ -10,6 +10,7 @@ from scipy.spatial import ConvexHull, QhullError
 from app.messages.driving import DriveStatus
 from app.view.camera.picture_encoding import turned
 from app.view.camera.way_ahead import commanded_way, edges_of, limit_ahead, planned_way
+from app.view.words import ENGLISH, Words
 from ippon.camera import PinholeCamera
 from ippon.geometry import Float64Array, invert_transform, transform_points
 
@@ -58,6 +59,8 @@ class CameraScene:
     drive: DriveStatus = field(default_factory=DriveStatus)
     wanted: str = ""
     """Object of interest."""
+    say: Words = ENGLISH
+    """The words of the names."""
 
     def pose_at(self, stamp_ns: int) -> Float64Array | None:
         """Return T_world_camera at the time of an image, of the nearest known pose."""

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from app.messages.perception.detections import StampedBoxes
 from app.view.camera.overlays import ImageLine
 from app.view.camera.picture_encoding import turned
+from app.view.words import Words
 from ippon.camera import PinholeCamera
 from ippon.observation import Heatmap
 
@@ -39,7 +40,9 @@ def labels_of(heatmap: Heatmap) -> list[str]:
     return sorted({_plain(name) for name in heatmap.labels})
 
 
-def boxes_of(boxes: StampedBoxes, camera: PinholeCamera, label: str, turns: int) -> list[ImageLine]:
+def boxes_of(
+    boxes: StampedBoxes, camera: PinholeCamera, label: str, turns: int, say: Words
+) -> list[ImageLine]:
     """Return the outlines of a detector's boxes.
 
     Args:
@@ -47,6 +50,7 @@ def boxes_of(boxes: StampedBoxes, camera: PinholeCamera, label: str, turns: int)
         camera: Size of the image.
         label: Only boxes of this label; empty for all.
         turns: Quarter turns counterclockwise of the picture.
+        say: The words of the names.
     """
     lines: list[ImageLine] = []
     wanted = _plain(label)
@@ -61,7 +65,9 @@ def boxes_of(boxes: StampedBoxes, camera: PinholeCamera, label: str, turns: int)
         corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)]
         points = [turned(x, y, turns) for x, y in corners]
         lines.append(
-            ImageLine(kind="seen", points=points, text=f"{_plain(name)} {100 * score:.0f}%")
+            ImageLine(
+                kind="seen", points=points, text=f"{say.name(_plain(name))} {say.percent(score)}"
+            )
         )
         if len(lines) == BOXES:
             break

@@ -6,9 +6,10 @@ from typing import Any, Final
 import numpy as np
 
 from app.messages.scene import FoundObject
-from app.messages.status import FindReport, Status, name_of
+from app.messages.status import FindReport, Status
 from app.view.colors import FOUND, ORANGE, Rgb, linear
 from app.view.model.candidates import Candidate
+from app.view.words import ENGLISH, Words
 
 _MARGIN_M: Final = 0.08
 _LABEL_GAP_M: Final = 0.22
@@ -77,6 +78,7 @@ def marks_of(
     report: FindReport | None,
     detections: tuple[FoundObject, ...],
     rejected: tuple[FindReport, ...] = (),
+    say: Words = ENGLISH,
 ) -> tuple[ObjectMark, ...]:
     """Return marks of the find and the candidates, the most probable first.
 
@@ -85,18 +87,18 @@ def marks_of(
     marks: list[ObjectMark] = []
     detections = tuple(d for d in detections if not any(_is_ruled_out(d, r) for r in rejected))
     if report is not None:
-        name = report.object.replace("_", " ") + "?" * report.perhaps
+        name = say.name(report.object) + "?" * report.perhaps
         marks.append(
             ObjectMark(
                 center_world=report.position_world,
                 size_m=report.size_m,
-                text=f"{name} {report.probability:.0%}",
+                text=f"{name} {say.percent(report.probability)}",
                 found=True,
             )
         )
         detections = tuple(d for d in detections if not _is_part_of(d, report))
     for detection in sorted(detections, key=lambda d: -d.probability):
-        text = f"{detection.label.replace('_', ' ')}? {detection.probability:.0%}"
+        text = f"{say.name(detection.label)}? {say.percent(detection.probability)}"
         marks.append(
             ObjectMark(
                 center_world=detection.center_world,
@@ -108,20 +110,20 @@ def marks_of(
     return tuple(marks)
 
 
-def places_of(candidates: tuple[Candidate, ...]) -> tuple[ObjectMark, ...]:
+def places_of(candidates: tuple[Candidate, ...], say: Words = ENGLISH) -> tuple[ObjectMark, ...]:
     """Return marks of the listed candidates of a search without find, with their numbers."""
     return tuple(
         ObjectMark(
             center_world=candidate.point_world,
             size_m=(_PLACE_M, _PLACE_M, _PLACE_M),
-            text=f"{n}: {candidate.probability:.0%}",
+            text=f"{n}: {say.percent(candidate.probability)}",
             found=False,
         )
         for n, candidate in enumerate(candidates, start=1)
     )
 
 
-def found_before(status: Status) -> tuple[ObjectMark, ...]:
+def found_before(status: Status, say: Words = ENGLISH) -> tuple[ObjectMark, ...]:
     """Return marks of what the search or tour has found before its present find, by number."""
     goals = status.tour or [goal for goal in (status.goal,) if goal is not None]
     marks: list[ObjectMark] = []
@@ -130,7 +132,7 @@ def found_before(status: Status) -> tuple[ObjectMark, ...]:
         is_present = status.find is not None and status.find.goal_id == goal.goal_id
         if goal.outcome == "found" and goal.position_world is not None and not is_present:
             places[max(places, default=0) + 1] = goal.position_world
-        name = name_of(goal)
+        name = say.goal(goal)
         marks += [
             ObjectMark(
                 center_world=place,

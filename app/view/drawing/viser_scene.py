@@ -15,6 +15,7 @@ from app.view.drawing.tree_layer import TreeLayer
 from app.view.drawing.voxel_layer import LEAST_CONFIDENCE, VoxelLayer
 from app.view.model.scene_model import Part, SceneModel
 from app.view.view_options import ViewOptions
+from app.view.words import ENGLISH, Words
 from ippon.geometry import Float64Array
 
 GAINS_S: Final = 2.0
@@ -71,10 +72,12 @@ class ViserScene:
 
     Args:
         server: The server, the client, or a `Subtree` of either.
+        say: The words of the names.
     """
 
-    def __init__(self, server: Any) -> None:
+    def __init__(self, server: Any, say: Words = ENGLISH) -> None:
         self._server = server
+        self._words = say
         scene = server.scene
         self.voxels = VoxelLayer(scene)
         self._tree = TreeLayer(scene)
@@ -125,7 +128,7 @@ class ViserScene:
                 places = model.far_evidence.cells if "far_evidence" in layers else []
                 self.overlay.draw_far_evidence(places, model.far_evidence.cell_m)
             if changed & {"status", "detections"}:
-                self._finds.draw(_marks(model), "finds" in layers, "labels" in layers)
+                self._finds.draw(_marks(model, self._words), "finds" in layers, "labels" in layers)
 
     def _recolored(
         self, model: SceneModel, changed: frozenset[Part], options: ViewOptions
@@ -178,11 +181,11 @@ class ViserScene:
             self._robot.draw_image(model.image.encoded)
 
 
-def _marks(model: SceneModel) -> tuple[ObjectMark, ...]:
+def _marks(model: SceneModel, say: Words) -> tuple[ObjectMark, ...]:
     status = model.status
     if status is None:
         return marks_of(None, model.detections, model.rejected)
-    before = found_before(status)
+    before = found_before(status, say)
     if status.state == "exhausted":
-        return (*before, *places_of(model.candidates()))
-    return (*before, *marks_of(status.find, model.detections, model.rejected))
+        return (*before, *places_of(model.candidates(), say))
+    return (*before, *marks_of(status.find, model.detections, model.rejected, say))

@@ -39,7 +39,7 @@ class LabelColors:
         self.table: NDArray[np.uint8] = np.full((256, 3), UNMAPPED, np.uint8)
         """(256, 3) RGB by number of the label; a new array when anything changes."""
         self.entries: tuple[LegendEntry, ...] = ()
-        """Legend of the colours that are given."""
+        """Colours that are given, with the labels."""
 
     def update(self, labels: Sequence[str], counts: NDArray[np.int64]) -> bool:
         """Give free colours; return whether any colour has changed.
@@ -73,14 +73,15 @@ class LabelColors:
         entries: list[LegendEntry] = []
         for color, n in zip(KIND_COLORS, self._given, strict=False):
             table[n] = color
-            entries.append(LegendEntry(color=color, text=self._labels[n].replace("_", " ")))
+            entries.append(LegendEntry(color=color, text=self._labels[n]))
         self.table, self.entries = table, tuple(entries)
 
 
 def with_rest(kinds: tuple[LegendEntry, ...], say: Words) -> tuple[LegendEntry, ...]:
-    """Return a legend of kinds with the colours of what is none of them."""
+    """Return a legend of labels by their names, with the colours of what is none of them."""
     rest = [(STRUCTURE_COLORS["wall"], "structure"), (UNMAPPED, "unclassified")]
     if len(kinds) == len(KIND_COLORS):
         rest.insert(1, (OTHER, "others"))
     named = (LegendEntry(color=c, text=say(f"panel.legend.{key}")) for c, key in rest)
-    return (*kinds, *named)
+    known = (LegendEntry(color=kind.color, text=say.name(kind.text)) for kind in kinds)
+    return (*known, *named)

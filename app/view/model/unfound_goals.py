@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from app.messages.status import GoalStatus, Status, name_of
+from app.messages.status import GoalStatus, Status
 from app.view.model.candidates import Candidate
 
 
@@ -16,11 +16,6 @@ class UnfoundGoal:
     """Where its object may be, the likeliest first; None if it came too late."""
     start_ns: int
     """Robot time at which its search began."""
-
-    @property
-    def name(self) -> str:
-        """The object as the requester named it."""
-        return name_of(self.goal)
 
 
 class UnfoundGoals:

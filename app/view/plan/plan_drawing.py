@@ -21,9 +21,10 @@ from app.view.plan.sheet import (
     placed_texts,
     scale_bar_m,
 )
+from app.view.words import Words
 
 
-def plan_svg(model: SceneModel) -> bytes | None:
+def plan_svg(model: SceneModel, say: Words) -> bytes | None:
     """Return the plan as SVG; None without a map."""
     cells = cells_of(model)
     if cells is None:
@@ -35,7 +36,7 @@ def plan_svg(model: SceneModel) -> bytes | None:
         f'height="{high}cm" font-family="sans-serif">'
     )
     ground = f'<rect width="100%" height="100%" fill="{hex_of(CELL_COLORS[Cell.UNKNOWN])}"/>'
-    parts = [head, ground, *_cells(cells, sheet), *_scene(scene, sheet), *_texts(scene, sheet)]
+    parts = [head, ground, *_cells(cells, sheet), *_scene(scene, sheet), *_texts(scene, sheet, say)]
     return "\n".join([*parts, _bar(sheet), "</svg>"]).encode()
 
 
@@ -72,8 +73,8 @@ def _scene(scene: PlanScene, sheet: Sheet) -> Iterator[str]:
         yield _circle(sheet, x, y, 0.2, style)
 
 
-def _texts(scene: PlanScene, sheet: Sheet) -> Iterator[str]:
-    for name in placed_texts(scene):
+def _texts(scene: PlanScene, sheet: Sheet, say: Words) -> Iterator[str]:
+    for name in placed_texts(scene, say):
         u, v = sheet.place(name.x_m, name.y_m)
         place = f'x="{u:.3f}" y="{v + 0.35 * name.size_m:.3f}" font-size="{name.size_m}"'
         style = f'text-anchor="middle" fill="{hex_of(TEXT)}"'

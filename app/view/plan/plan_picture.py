@@ -23,12 +23,13 @@ from app.view.plan.sheet import (
     placed_texts,
     scale_bar_m,
 )
+from app.view.words import Words
 
 PIXELS: Final = 1600
 """Longer side of the picture."""
 
 
-def plan_png(model: SceneModel) -> bytes | None:
+def plan_png(model: SceneModel, say: Words) -> bytes | None:
     """Return the plan as PNG; None without a map."""
     cells = cells_of(model)
     if cells is None:
@@ -38,7 +39,7 @@ def plan_png(model: SceneModel) -> bytes | None:
     image = _ground(cells, sheet, scale)
     pen = _Pen(ImageDraw.Draw(image, "RGBA"), sheet, scale)
     pen.draw_scene(scene)
-    pen.draw_texts(scene)
+    pen.draw_texts(scene, say)
     pen.draw_bar(scale_bar_m(sheet.width_m))
     out = io.BytesIO()
     image.save(out, "PNG")
@@ -88,9 +89,9 @@ class _Pen:
             x, y, _ = scene.find
             draw.circle(self._at(x, y), 0.2 * scale, outline=FOUND, width=self._width(0.05))
 
-    def draw_texts(self, scene: PlanScene) -> None:
+    def draw_texts(self, scene: PlanScene, say: Words) -> None:
         """Write the names."""
-        for name in placed_texts(scene):
+        for name in placed_texts(scene, say):
             self._draw.text(
                 self._at(name.x_m, name.y_m),
                 name.text,

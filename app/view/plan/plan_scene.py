@@ -23,6 +23,7 @@ class PlanThing(msgspec.Struct, frozen=True, kw_only=True):
     """Name and box of a piece of furniture, metres in the world."""
 
     text: str
+    """The name that a person gave it, else its label."""
     x_m: float
     y_m: float
     size_x_m: float

@@ -8,6 +8,7 @@ from typing import Final
 from app.view.colors import PATH, ROBOT, Rgb
 from app.view.plan.plan_cells import Cell, PlanCells
 from app.view.plan.plan_scene import PlanScene
+from app.view.words import Words
 
 CELL_COLORS: Final[dict[Cell, Rgb]] = {
     Cell.UNKNOWN: (0x2A, 0x31, 0x3B),
@@ -60,17 +61,23 @@ def scale_bar_m(width_m: float) -> float:
     return next(step * power for step in (5.0, 2.0, 1.0) if step * power <= limit)
 
 
-def placed_texts(scene: PlanScene) -> list[PlacedText]:
+def placed_texts(scene: PlanScene, say: Words) -> list[PlacedText]:
     """Return the names that have room: rooms first, then furniture, the largest first."""
     wanted = [
         PlacedText(
-            text=room.name or room.kind, x_m=room.x_m, y_m=room.y_m, size_m=0.34, is_room=True
+            text=room.name or say.room(room.kind),
+            x_m=room.x_m,
+            y_m=room.y_m,
+            size_m=0.34,
+            is_room=True,
         )
         for room in scene.rooms
         if room.name or room.kind
     ]
     wanted += [
-        PlacedText(text=thing.text, x_m=thing.x_m, y_m=thing.y_m, size_m=0.2, is_room=False)
+        PlacedText(
+            text=say.name(thing.text), x_m=thing.x_m, y_m=thing.y_m, size_m=0.2, is_room=False
+        )
         for thing in scene.things
     ]
     placed: list[PlacedText] = []

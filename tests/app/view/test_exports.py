@@ -6,6 +6,7 @@ import trimesh
 
 from app.view.exports import FILES, figures_csv, map_ply, trail_csv
 from app.view.model.scene_model import SceneModel
+from app.view.words import ENGLISH
 from tests.app.nodes.console.drawn_home import (
     VOXEL_M,
     cloud_of,
@@ -55,4 +56,4 @@ def test_way_and_plots_are_tables(model):
 
 @pytest.mark.parametrize("name", FILES)
 def test_of_nothing_there_is_no_file(name):
-    assert FILES[name][1](SceneModel()) is None
+    assert FILES[name][1](SceneModel(), ENGLISH) is None

@@ -169,8 +169,10 @@ SAMPLES = {
     "text": "waiting for a goal",
     "by": "qwen",
     "parts": "waiting for a goal",
-    "list": "mug, bowl",
-    "either": "sofa",
+    "list": "gizmo, gadget",
+    "labels": "gizmo, gadget",
+    "either": "gizmo",
+    "rooms": "gazebo",
     "level": "near",
     "mode": "manual",
     "outcome": "found",
@@ -182,7 +184,7 @@ def test_each_text_is_told_from_the_others(key):
     """With values filled in, no other template takes it."""
     fields = {name for _, name, _, _ in string.Formatter().parse(said()[key]) if name}
     values = {
-        name: "7" if len(name) == 1 else SAMPLES.get(name.partition("_")[0], "mug")
+        name: "7" if len(name) == 1 else SAMPLES.get(name.partition("_")[0], "gizmo")
         for name in fields
     }
     words = {
@@ -211,8 +213,8 @@ def test_what_is_not_known_is_shown_as_it_came():
 
 
 def test_names_that_look_like_fields_or_sentences_stay_as_they_are():
-    assert GERMAN.said("searching for {object} {0}") == "sucht {object} {0}"
-    assert GERMAN.said("searching for waiting for a goal") == "sucht waiting for a goal"
+    assert GERMAN.said("searching for {object} {0}") == "sucht „{object} {0}“"
+    assert GERMAN.said("searching for waiting for a goal") == "sucht „waiting for a goal“"
 
 
 def test_english_is_what_came():

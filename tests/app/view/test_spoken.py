@@ -43,7 +43,7 @@ def test_texts_are_translated_inside_of_messages_too():
     )
     german = spoken(table, GERMAN)
     assert german.provider == "eingebaute Tabelle"
-    assert german.rows == [LevelRow(label="table", level="near", reason="mugs: oft auf table")]
+    assert german.rows == [LevelRow(label="table", level="near", reason="Becher: oft auf „Tisch“")]
     assert german.notes == ["alle Stufen sind mittel"]
     assert (german.object, german.context) == ("mug", "on the table")
     drive = spoken(DriveStatus(intervention="stopped: obstacle 0.20 m ahead"), GERMAN)
@@ -59,7 +59,7 @@ def test_what_people_wrote_is_no_text_of_the_navigator():
 def test_english_messages_and_those_without_texts_are_the_same_objects():
     event = Event(stamp_ns=0, kind="found", text="found mug")
     assert spoken(event, ENGLISH) is event
-    assert spoken(event, GERMAN).text == "gefunden: mug"
+    assert spoken(event, GERMAN).text == "„Becher“ gefunden"
     empty = FIND.attributes[0]
     assert spoken(b"bytes", GERMAN) == b"bytes"
     assert spoken(empty.verdict, ENGLISH) == "right"

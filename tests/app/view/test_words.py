@@ -7,9 +7,26 @@ import string
 from html.parser import HTMLParser
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from app.view.words import ENGLISH, LanguageError, Words, languages
+from app.messages.status import GoalStatus
+from app.view import words
+from app.view.words import (
+    ATTRIBUTE,
+    ENGLISH,
+    NAME,
+    ROOM_TYPE,
+    LanguageError,
+    Words,
+    languages,
+)
+from ippon.guidance.knowledge import load_knowledge
+from ippon.mission.finds.attributes.colour_regions import colour_name, lab_of
+from ippon.segmentation.detectors.coco import COCO_91, NO_CLASS
+from ippon.simulation.homes.furniture.small_objects import SMALL_THINGS
+from ippon.simulation.homes.generator import generate_home
+from ippon.vocabulary import LABORATORY_40, MATTERPORT_40, canonical_label
 
 ROOT = Path(__file__).parents[3]
 ASSETS = ROOT / "web_assets"
@@ -30,6 +47,8 @@ PAGES = sorted(ASSETS.glob("*.html"))
 
 TABLES = {name: json.loads((ASSETS / f"words/{name}.json").read_text()) for name in languages()}
 NAMES = {"IPPON", "ROS"}
+NAMES_OF = (NAME, ROOM_TYPE, ATTRIBUTE)
+"""Keys of which a language may lack some."""
 NOT_SHOWN = {
     # What viser's client says, to be replaced.
     "Collapse panel", "Expand panel",
@@ -44,8 +63,9 @@ def fields(text):
 
 @pytest.mark.parametrize("language", languages())
 def test_a_language_has_every_key_with_the_same_values(language):
-    table = TABLES[language]
-    assert list(table) == list(TABLES["en"]), "the same keys in the same order"
+    table = {key: text for key, text in TABLES[language].items() if not key.startswith(NAMES_OF)}
+    english = [key for key in TABLES["en"] if not key.startswith(NAMES_OF)]
+    assert list(table) == english, "the same keys in the same order"
     for key, text in table.items():
         assert fields(text) == fields(TABLES["en"][key]), key
         assert text.strip(), key
@@ -55,6 +75,72 @@ def test_there_are_english_and_german_and_the_error_names_them():
     assert {"de", "en"} <= set(languages())
     with pytest.raises(LanguageError, match="no words in 'tlh'; the languages are de, en"):
         Words("tlh")
+
+
+def _labels():
+    """Return every label that the project knows by itself."""
+    knowledge = load_knowledge()
+    homes = {one.label for seed in range(3) for one in generate_home(seed).instances}
+    known = {entry.label for entry in knowledge.phrases.values()} | set(knowledge.things)
+    shipped = {*MATTERPORT_40, *LABORATORY_40, *COCO_91, *SMALL_THINGS, *homes, *known}
+    return {canonical_label(label) for label in shipped - {NO_CLASS}}
+
+
+@pytest.mark.parametrize("language", ["de", "en"])
+def test_every_label_type_of_room_and_colour_has_a_name(language):
+    table = TABLES[language]
+    rooms = load_knowledge().room_types
+    keys = {f"{NAME}{label}" for label in _labels()} | {f"{ROOM_TYPE}{room}" for room in rooms}
+    colours = np.stack(np.meshgrid(*[np.arange(0, 256, 51)] * 3), axis=-1).reshape(-1, 1, 3)
+    seen = {colour_name(lab_of(one)) for one in colours.astype(np.uint8)} - {""}
+    assert len(seen) > 8
+    keys |= {f"{ATTRIBUTE}{value}" for value in {*seen, "large", "small"}}
+    assert keys - set(table) == set()
+    assert {key for key in table if key.startswith(ROOM_TYPE)} <= keys
+    if language == "en":
+        named = {key: text for key, text in table.items() if key.startswith(NAMES_OF)}
+        assert named == {key: key.partition(".")[2].replace("_", " ") for key in named}
+
+
+def test_a_label_is_called_by_its_name_and_other_words_stay_as_they_are():
+    german = Words("de")
+    assert [german.name(text) for text in ("chest_of_drawers", "dining table", "plants")] == [
+        "Kommode", "Esstisch", "Pflanze",
+    ]  # fmt: skip
+    for text in ("Anna's mug", "red mug", "floom"):
+        assert german.name(text) == text
+    assert (german.room("laundry"), german.name("laundry")) == ("Waschküche", "Wäsche")
+    assert german.room("Anna's room") == "Anna's room"
+    assert (german.attribute("red"), german.attribute("broken")) == ("rot", "broken")
+    assert ENGLISH.name("chest_of_drawers") == "chest of drawers"
+    assert ENGLISH.name("Hat") == "Hat"
+    goals = [
+        GoalStatus(goal_id=1, object="tv"),
+        GoalStatus(goal_id=2, object="tv", display="telly"),
+    ]
+    assert [german.goal(goal) for goal in goals] == ["Fernseher", "telly"]
+
+
+def test_labels_of_one_name_are_told_apart_in_a_list():
+    choices = Words("de").choices(["sink", "washbasin", "mirror", "coat_rack", "gizmo"])
+    assert choices == {
+        "Garderobe": "coat_rack",
+        "gizmo": "gizmo",
+        "Spiegel": "mirror",
+        "Waschbecken (sink)": "sink",
+        "Waschbecken (washbasin)": "washbasin",
+    }
+    assert list(choices)[:2] == ["Garderobe", "gizmo"]
+
+
+def test_a_language_without_names_shows_the_labels(monkeypatch):
+    bare = {key: text for key, text in TABLES["de"].items() if not key.startswith(NAMES_OF)}
+    monkeypatch.setattr(
+        words, "_table", lambda language: bare if language == "fr" else TABLES["en"]
+    )
+    french = Words("fr")
+    assert french.name("dining_table") == "dining table"
+    assert french.said("searching for plants") == "sucht „plants“"
 
 
 def test_numbers_are_written_as_the_language_does():
@@ -68,6 +154,8 @@ def test_numbers_are_written_as_the_language_does():
 def test_a_page_carries_its_language_and_its_table_and_no_markup_of_it():
     page = Words("de").page('<html lang="{{language}}"><b title="{{page.help.hint}}">{{words}}')
     assert page.startswith('<html lang="de"><b title="Hilfe (?)">{"language": "de"')
+    assert '"name.sofa": "Sofa"' in page
+    assert "name.sofa" not in ENGLISH.page("{{words}}"), "the label is its name"
     assert "panel." not in page
     assert "said." not in page
     assert "<" not in page.split(">", 2)[2]
@@ -88,7 +176,7 @@ def _used():
 def test_every_key_is_used():
     named, begun = _used()
     begun |= {"reply.looking", *(f"{key}." for key in ("calls.permission", "webhook"))}
-    begun.add("said.")  # See test_sayings.
+    begun |= {"said.", *NAMES_OF}  # See test_sayings, and the labels above.
     left = {
         key
         for key in TABLES["en"]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from app.messages.recording import RecordingStatus
-from app.messages.status import Event, Status, goal_of
+from app.messages.status import Event, Status, goal_of, name_of
 from app.nodes.console.calls.call import CallKind, Occasion
 from app.view.words import ENGLISH, Words
 
@@ -87,9 +87,10 @@ class CallDetection:
             found.append((find, (find.goal_id, find.position_world), 0.0))
         goal = status.goal
         if status.state == "exhausted" and goal is not None:
-            name = goal.display or _words(goal.object)
-            text = self._words("call.not_found.text", name=name)
-            ended = Occasion(kind="not_found", text=text, goal_id=goal.goal_id, object=name)
+            text = self._words("call.not_found.text", name=self._words.goal(goal))
+            ended = Occasion(
+                kind="not_found", text=text, goal_id=goal.goal_id, object=name_of(goal)
+            )
             found.append((ended, goal.goal_id, 0.0))
         recent = [at_s for at_s in self._contacts_s if now_s - at_s < STUCK_S]
         if len(recent) >= STUCK_TIMES:
@@ -111,7 +112,7 @@ def _find(status: Status, say: Words) -> Occasion | None:
     goal = goal_of(status, find.goal_id)
     if goal is None or goal.confirmed or goal.outcome not in ("found", "out_of_reach"):
         return None
-    name = goal.display or _words(find.object)
+    name = say.goal(goal)
     kind: CallKind = "perhaps" if find.perhaps else "found"
     text = say("call.found.text", name=name)
     if find.out_of_reach_m is not None:
@@ -123,10 +124,6 @@ def _find(status: Status, say: Words) -> Occasion | None:
         kind=kind,
         text=text,
         goal_id=find.goal_id,
-        object=name,
+        object=name_of(goal),
         position_world=find.position_world,
     )
-
-
-def _words(label: str) -> str:
-    return label.replace("_", " ")

@@ -159,7 +159,7 @@ class CameraFeed:
             labels = sorted({name.replace("_", " ") for name in seen.names})
             if label is not None:
                 drawn = label or scene.wanted
-                lines += boxes_of(seen, scene.camera, label, turns)
+                lines += boxes_of(seen, scene.camera, label, turns, scene.say)
         jpeg = self._jpeg(shown, rung, turns, label, heat)
         camera = scene.camera
         header = CameraHeader(

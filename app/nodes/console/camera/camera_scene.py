@@ -8,21 +8,22 @@ from app.view.camera.overlays import CameraScene, OutlinedObject
 from app.view.drawing.find_layer import ObjectMark, marks_of, places_of
 from app.view.model.picking import is_hidden
 from app.view.model.scene_model import Part, SceneModel
+from app.view.words import ENGLISH, Words
 
 CAMERA_PARTS: Final[frozenset[Part]] = frozenset({"camera", "pose", "path", "status", "detections"})
 """Parts of the model that change `camera_scene`."""
 _OBJECTS: Final = 8
 
 
-def camera_scene(model: SceneModel) -> CameraScene:
+def camera_scene(model: SceneModel, say: Words = ENGLISH) -> CameraScene:
     """Return a copy of what is drawn over the camera picture, for any thread."""
     status = model.status
     if status is None:
         return CameraScene(camera=model.camera, poses=tuple(model.camera_poses))
     if status.state == "exhausted":
-        marks = places_of(model.candidates())
+        marks = places_of(model.candidates(), say)
     else:
-        marks = marks_of(status.find, model.detections, model.rejected)
+        marks = marks_of(status.find, model.detections, model.rejected, say)
     objects = tuple(
         OutlinedObject(
             center_world=mark.center_world,
@@ -40,6 +41,7 @@ def camera_scene(model: SceneModel) -> CameraScene:
         objects=objects,
         drive=status.drive,
         wanted="" if status.goal is None else status.goal.object,
+        say=say,
     )
 
 

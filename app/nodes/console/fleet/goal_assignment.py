@@ -137,7 +137,7 @@ class GoalAssignment:
         if read.refers_to:
             raise _UnclearError(say("give.refers", object=read.display))
         if reading.doubtful and not goal.sure:
-            shown = ", ".join(filter(None, (search.object, search.context)))
+            shown = ", ".join(filter(None, (say.name(search.object), search.context)))
             because = as_sentence(reading.because)
             raise _UnclearError(say("give.doubtful", goal=shown, because=because), doubtful=True)
         return search
@@ -169,7 +169,7 @@ class GoalAssignment:
         best = result.given
         if best is not None and best.bid is not None:
             place = place_of(best.bid, say)
-            text = say("give.given", robot=best.name, object=search.object, place=place)
+            text = say("give.given", robot=best.name, object=say.name(search.object), place=place)
             notes: list[str] = []
             if result.accepted is not None:
                 notes = [as_sentence(note) for note in spoken(result.accepted, say).notes]

@@ -23,6 +23,7 @@ class RobotConsole:
         on_failure: Told when a part of it fails.
         calls: Where people are called.
         say: The words.
+        is_awaited: The command that started the console starts the navigator as well.
     """
 
     def __init__(
@@ -32,6 +33,8 @@ class RobotConsole:
         on_failure: OnFailure,
         calls: CallLog | None = None,
         say: Words = ENGLISH,
+        *,
+        is_awaited: bool = False,
     ) -> None:
         self.robot = robot
         self.browsers = Browsers()
@@ -39,7 +42,9 @@ class RobotConsole:
         self.state_feed = StateFeed()
         inbox = Inbox(EVERY, self.state_feed.camera.takers, CAMERA_ONLY)
         topics = (*SceneReader(SceneModel()).keys, *CAMERA_ONLY)
-        self.link = NavigatorLink(endpoint, robot, topics, inbox, on_failure, say)
+        self.link = NavigatorLink(
+            endpoint, robot, topics, inbox, on_failure, say, is_awaited=is_awaited
+        )
         self.viser_server = start_viser(self.browsers)
         self._scene_thread = SceneThread(
             self.viser_server, self.link, inbox, self.state_feed, on_failure, calls or CallLog(say)

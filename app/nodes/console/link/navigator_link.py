@@ -62,8 +62,14 @@ class NavigatorLink(PanelRequests):
         inbox: Inbox,
         on_failure: OnFailure,
         say: Words = ENGLISH,
+        *,
+        is_awaited: bool = False,
     ) -> None:
         self.say = say
+        self.is_awaited = is_awaited
+        """The command that started the console starts the navigator as well."""
+        self.is_compiling = False
+        """The navigator is there, and compiles before it takes requests."""
         self.endpoint = endpoint
         self.robot = robot
         self.problem = ""
@@ -235,6 +241,8 @@ class NavigatorLink(PanelRequests):
             if self._commanding is None or not _has_router(self._commanding):
                 self._open_commanding()
             self._listener.check()
+            is_silent = self.silence_s() > _RETRY_S
+            self.is_compiling = is_silent and self._listener.has_token(keys.NAVIGATOR_STARTING)
             self.problem = ""
         except (LinkError, zenoh.ZError) as error:
             self.problem = str(error)

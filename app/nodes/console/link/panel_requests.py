@@ -115,11 +115,11 @@ class PanelRequests(ABC):
     def note_thing(self, request: MemoryNoteRequest) -> str:
         """Say something of a remembered thing."""
         thing = self._request(keys.MEMORY_NOTE, request, RememberedThing)
-        kind = _words(thing.label) or self.say("reply.thing")
+        kind = self.say.name(thing.label) or self.say("reply.thing")
         if request.deny:
-            return self.say("reply.denied", label=_words(request.deny))
+            return self.say("reply.denied", label=self.say.name(request.deny))
         if request.allow:
-            return self.say("reply.allowed", label=_words(request.allow))
+            return self.say("reply.allowed", label=self.say.name(request.allow))
         return self.say(
             "reply.named" if thing.name else "reply.unnamed", kind=kind, name=thing.name
         )
@@ -165,7 +165,7 @@ class PanelRequests(ABC):
         )
         accepted = self._request(keys.SEARCH, request, SearchAccepted)
         self.last_goal = accepted.goal_id
-        name = accepted.object.replace("_", " ")
+        name = self.say.name(accepted.object)
         key = "reply.looking" + ".after" * (accepted.position > 0)
         key += ".joined" * (accepted.joined is not None)
         before = accepted.position
@@ -197,8 +197,6 @@ class PanelRequests(ABC):
     def set_level(self, label: str, level: LevelName) -> str:
         """Change the proximity level of one label."""
         self._request(keys.GUIDANCE, GuidanceRequest(label=label, level=level), Accepted)
-        return self.say("reply.level", label=_words(label), level=self.say(f"panel.level.{level}"))
-
-
-def _words(label: str) -> str:
-    return label.replace("_", " ")
+        return self.say(
+            "reply.level", label=self.say.name(label), level=self.say(f"panel.level.{level}")
+        )

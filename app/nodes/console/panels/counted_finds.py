@@ -4,9 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
-from app.messages.status import CountedFind, FindReport, GoalStatus, Status, name_of
+from app.messages.status import CountedFind, FindReport, GoalStatus, Status
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels.find_card import counted_find, counted_head
+from app.view.words import Words
 
 LISTED: Final = 6
 """Finds with buttons; a find that is confirmed makes room for the next one."""
@@ -44,7 +45,7 @@ class CountedFindsPanel:
 
     def show(self, status: Status) -> None:
         """List the finds that wait to be judged, the latest first, and name the confirmed ones."""
-        finds = judged_finds(status)
+        finds = judged_finds(status, self._words)
         waiting = [one for one in reversed(finds) if not one.find.confirmed]
         self._shown = waiting[:LISTED]
         self._head.visible = bool(finds)
@@ -68,21 +69,21 @@ class CountedFindsPanel:
         return judge(one.goal_id, one.find.number)
 
 
-def judged_finds(status: Status) -> list[JudgedFind]:
+def judged_finds(status: Status, say: Words) -> list[JudgedFind]:
     """Return what the present goals have found before their last finds, by goal and number."""
     return [
-        JudgedFind(goal_id=goal.goal_id, name=f"{name_of(goal)} {find.number}", find=find)
+        JudgedFind(goal_id=goal.goal_id, name=f"{say.goal(goal)} {find.number}", find=find)
         for goal in _present(status)
         for find in goal.counted
     ]
 
 
-def find_name(find: FindReport, status: Status) -> str:
+def find_name(find: FindReport, status: Status, say: Words) -> str:
     """Return the name of the find that waits, where there are several; empty for the only one."""
     goal = next((one for one in _present(status) if one.goal_id == find.goal_id), None)
     if goal is not None and goal.count != 1:
-        return f"{name_of(goal)} {find.number}"
-    return find.object.replace("_", " ") if status.tour else ""
+        return f"{say.goal(goal)} {find.number}"
+    return say.name(find.object) if status.tour else ""
 
 
 def _present(status: Status) -> list[GoalStatus]:

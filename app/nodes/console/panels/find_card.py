@@ -39,4 +39,4 @@ def counted_find(name: str, position_world: tuple[float, float, float], say: Wor
 def _attribute(one: FindAttribute, say: Words) -> str:
     is_other = one.verdict == "wrong" and bool(one.seen)
     key = f"panel.find.{one.verdict}{'.seen' if is_other else ''}"
-    return say(key, value=one.value, by=one.by, seen=one.seen)
+    return say(key, value=say.attribute(one.value), by=one.by, seen=say.attribute(one.seen))

@@ -19,11 +19,6 @@ _NO_CUT_M: Final = 4.0
 _NO_THING: Final = "–"
 
 
-def words(label: str) -> str:
-    """Return a label with spaces for underscores, as plain text, not escaped for HTML."""
-    return label.replace("_", " ")
-
-
 class MapPanel:
     """Builds the tab inside the current container; calls back with every new choice."""
 
@@ -42,6 +37,8 @@ class MapPanel:
         self._chosen: ColorMode = start.mode
         self._legend = gui.add_html("")
         self._things: tuple[str, ...] = ()
+        self._rows: dict[str, int] = {}
+        """Rows of the things by their names."""
         self._kinds: tuple[LegendEntry, ...] = ()
         self._thing = gui.add_dropdown(
             say("panel.map.thing.choice"), (_NO_THING,), hint=say("panel.map.thing.hint")
@@ -86,7 +83,7 @@ class MapPanel:
             mode=self._chosen,
             ceiling_m=None if cut >= _NO_CUT_M else cut,
             object_threshold=_value_of(self._threshold),
-            thing=self._row(str(self._thing.value)),
+            thing=self._rows.get(str(self._thing.value)),
             layers=frozenset(layer for layer, box in self._layers.items() if box.value),
         )
 
@@ -107,11 +104,9 @@ class MapPanel:
         things = tuple(row.label for row in model.proximity.rows)
         if things and things != self._things:
             self._things = things
-            self._thing.options = (_NO_THING, *sorted(words(thing) for thing in things))
-
-    def _row(self, thing: str) -> int | None:
-        rows = {words(label): n for n, label in enumerate(self._things)}
-        return rows.get(thing)
+            names = self._words.choices(things)
+            self._rows = {name: things.index(label) for name, label in names.items()}
+            self._thing.options = (_NO_THING, *names)
 
     def _choose(self, word: str) -> None:
         mode = self._modes.get(word)
@@ -124,7 +119,7 @@ class MapPanel:
         self._on_change(self.options())
 
     def _show_legend(self) -> None:
-        is_one = self._row(str(self._thing.value)) is not None
+        is_one = str(self._thing.value) in self._rows
         kinds = None if is_one else with_rest(self._kinds, self._words)
         self._legend.content = markup.legend(
             legend(self._chosen, _value_of(self._ceiling), self._words, kinds), self._chosen

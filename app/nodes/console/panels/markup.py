@@ -36,11 +36,6 @@ def escape(text: str, limit: int = 400) -> str:
     return _escape(clean, quote=True)
 
 
-def words(label: str) -> str:
-    """Return a label with spaces for underscores, escaped."""
-    return escape(label.replace("_", " "))
-
-
 def swatch(color: Rgb) -> str:
     """Return a small square of a colour."""
     return f'<i class="ip-swatch" style="background:{hex_of(color)}"></i>'
@@ -70,10 +65,12 @@ def now(status: Status | None, say: Words) -> str:
     state = say(f"panel.state.{shown}")
     if status.find is not None and status.find.out_of_reach_m is not None:
         state = say("panel.state.unreachable") if shown in FINDS else state
-    goal = f" <b>{_goal_name(status.goal)}</b>" if status.goal is not None else ""
+    head = escape(state)
+    if status.goal is not None:
+        head = say("panel.now", state=head, goal=f"<b>{escape(say.goal(status.goal))}</b>")
     return (
         f'<div class="ip-now" data-state="{shown}">'
-        f'<p class="ip-state">{escape(state)}{goal}</p>'
+        f'<p class="ip-state">{head}</p>'
         f'<p class="ip-why">{escape(status.why)}</p></div>'
     )
 
@@ -104,7 +101,7 @@ def understood(reading: SentenceReading, say: Words) -> str:
 
 def _line(goal: Goal, number: int, say: Words) -> str:
     order = escape(say(f"panel.understood.{goal.order if number else 'look'}"))
-    chips = [f"<b>{_chip(goal.object)}</b>"]
+    chips = [f"<b>{_chip(say.name(goal.object))}</b>"]
     if goal.count != 1:
         chips.append(_chip(f"× {goal.count}"))
     if goal.refers_to:
@@ -129,7 +126,7 @@ def choice(chosen: str, text: str) -> str:
 def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus], say: Words) -> str:
     """List the goals of a tour and the waiting ones, and the last four finished ones."""
     rows = [
-        f"<li><b>{_goal_name(goal)}</b> <span>{escape(outcome)}</span></li>"
+        f"<li><b>{escape(say.goal(goal))}</b> <span>{escape(outcome)}</span></li>"
         for goal in (*queue, *list(history)[::-1][:4])
         for outcome in (_outcome(goal, say),)
     ]
@@ -137,11 +134,6 @@ def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus], say: Words
         return ""
     hint = muted(escape(say("panel.goals.hint")))
     return f'<ul class="ip-goals">{"".join(rows)}</ul>{hint}'
-
-
-def _goal_name(goal: GoalStatus) -> str:
-    """Return what is searched for as the requester named it, escaped."""
-    return escape(goal.display) if goal.display else words(goal.object)
 
 
 def _outcome(goal: GoalStatus, say: Words) -> str:
@@ -163,13 +155,13 @@ def levels(table: LevelTable | None, say: Words) -> str:
         return f'<div class="ip-levels">{muted(escape(say("panel.levels.none")))}</div>'
     by_level: dict[str, list[str]] = defaultdict(list)
     for row in table.rows:
-        by_level[row.level].append(words(row.label))
+        by_level[row.level].append(escape(say.name(row.label)))
     rows = "".join(
         f"<tr><th>{swatch(LEVEL_COLORS[level])}{escape(say(f'panel.level.{level.text}'))}</th>"
         f"<td>{_some(by_level[level.text], say)}</td></tr>"
         for level in LEVEL_ORDER
     )
-    sought = table.object.replace("_", " ")
+    sought = say.name(table.object)
     sought = with_article(sought) if say.language == "en" else sought
     title = escape(say("panel.levels.title", object=sought))
     lines = list(table.notes[:3])
@@ -222,7 +214,7 @@ def reasons(table: LevelTable | None, say: Words) -> str:
     order = {level.text: n for n, level in enumerate(LEVEL_ORDER)}
     rows = "".join(
         f"<tr><td>{swatch(LEVEL_COLORS[Level.parse(row.level)])}</td>"
-        f"<th>{words(row.label)}</th><td>{escape(row.reason)}</td></tr>"
+        f"<th>{escape(say.name(row.label))}</th><td>{escape(row.reason)}</td></tr>"
         for row in sorted(table.rows, key=lambda row: order[row.level])
     )
     return f'<div class="ip-reasons"><table>{rows}</table></div>'

@@ -40,7 +40,7 @@ def candidate(
         key = "panel.places.before" if since_ns < 0 else "panel.places.seen"
         seen = say(key, time=clock(since_ns), m=say.number(place.picture.depth_m, 1))
     likely = escape(say("panel.places.likely", share=say.percent(place.probability)))
-    taken_for = say("panel.places.classified", label=label.replace("_", " "))
+    taken_for = say("panel.places.classified", label=say.name(label))
     line = f"{escape(taken_for)}<br>" if label else ""
     where = escape(say("panel.places.where", x=x, y=y, z=z))
     return (

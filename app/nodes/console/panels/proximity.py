@@ -21,7 +21,8 @@ class ProximityPanel:
 
     def __init__(self, gui: Any, actions: Actions) -> None:
         self._actions = actions
-        self._labels: tuple[str, ...] = ()
+        self._labels: dict[str, str] = {}
+        """By their names."""
         self._table: LevelTable | None = None
         say = self._words = actions.say
         self._levels = gui.add_html(markup.levels(None, say))
@@ -45,10 +46,10 @@ class ProximityPanel:
         self._levels.content = markup.levels(table, self._words)
         self._reasons.content = markup.reasons(table, self._words)
         self._question.visible = bool(table.prompt)
-        labels = tuple(sorted(row.label for row in table.rows))
+        labels = self._words.choices(row.label for row in table.rows)
         if labels and labels != self._labels and not self._actions.recorded:
             self._labels = labels
-            self._label.options = labels
+            self._label.options = tuple(labels)
 
     def _build_corrections(self, gui: Any) -> None:
         say = self._words
@@ -84,15 +85,18 @@ class ProximityPanel:
             self._answer.content = markup.answer(str(error), ok=False)
 
     def _change_level(self) -> str:
-        label, level = self._label.value, self._names[self._level.value]
-        if label == _NO_LABEL:
+        label, level = self._chosen(), self._names[self._level.value]
+        if label is None:
             raise CommandError(self._words("panel.levels.first"))
         return self._actions.set_level(label, level)
 
+    def _chosen(self) -> str | None:
+        return self._labels.get(self._label.value)
+
     def _what_if(self) -> str:
-        label, context = self._label.value, self._known.value.strip()
+        label, context = self._chosen(), self._known.value.strip()
         level = self._names[self._level.value]
-        levels: dict[str, LevelName] = {} if label == _NO_LABEL else {label: level}
+        levels: dict[str, LevelName] = {} if label is None else {label: level}
         if len(context) > MAX_CONTEXT:
             raise CommandError(self._words("panel.search.long", most=MAX_CONTEXT, n=len(context)))
         reply = self._actions.preview(context or None, levels)

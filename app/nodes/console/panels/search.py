@@ -9,7 +9,7 @@ import viser
 
 from app.messages.control import SearchRequest
 from app.messages.plain_text import as_sentence
-from app.messages.status import FindReport, MissionState, Status, awaited_find, name_of
+from app.messages.status import FindReport, MissionState, Status, awaited_find
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.candidates import CandidatesPanel
@@ -244,7 +244,7 @@ class SearchPanel:
         if self._last.is_outdated() and self._fields() == self._shown_question:
             # The words of a search that is over do not stand beside another one.
             self._wanted.value = self._context.value = self._understood.content = ""
-        self._next = _next_names(status)
+        self._next = _next_names(status, self._words)
         self._now.content = markup.now(status, self._words)
         self._goals.content = markup.goals(
             [*status.tour, *status.queue], status.history, self._words
@@ -267,7 +267,7 @@ class SearchPanel:
             return
         self._find, self._find_waits = find, waits
         self._judged = find.goal_id if find is not None and status.tour else None
-        name = "" if find is None else find_name(find, status)
+        name = "" if find is None else find_name(find, status, self._words)
         self._found.content = "" if find is None else find_card(find, self._words, name=name)
         if find is not None and model.image is not None:
             show_jpeg_in_panel(self._crop, outlined(model.image.encoded, find.box_px))
@@ -284,12 +284,12 @@ def _steering(state: MissionState) -> tuple[str, ...]:
     return {"paused": _HELD, "stopped": _STOPPED}.get(state, _GOING)
 
 
-def _next_names(status: Status) -> str:
+def _next_names(status: Status, say: Words) -> str:
     first = status.queue[0] if status.queue else None
     if first is None:
         return ""
     tour = [one for one in status.queue if one is first or (one.tour and one.tour == first.tour)]
-    return ", ".join(name_of(one) for one in tour)
+    return ", ".join(map(say.goal, tour))
 
 
 def _both(one: str, other: str) -> str:

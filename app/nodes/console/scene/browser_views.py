@@ -49,6 +49,7 @@ class BrowserView:
         self.wants_framing = False
         self.browser = browser
         self._on_change = on_change
+        self._words = say
         self._own: ViserScene | None = None
         self._is_new = True
         self._has_changed = False
@@ -92,7 +93,7 @@ class BrowserView:
         for name in ROOTS:
             # Only in this browser's scene: hides the node of the same name in the shared scene.
             self.client.scene.add_frame(name, show_axes=False, visible=False)
-        return ViserScene(Subtree(self.client, OWN))
+        return ViserScene(Subtree(self.client, OWN), self._words)
 
     def _choose(self, options: ViewOptions) -> None:
         self.options = options
@@ -125,7 +126,7 @@ class BrowserViews:
             say: The words of the controls.
         """
         self._words = say
-        self._common = ViserScene(server)
+        self._common = ViserScene(server, say)
         self._tab = tab
         self._follow = follow
         self._on_change = on_change

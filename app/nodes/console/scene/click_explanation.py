@@ -178,7 +178,7 @@ def of_thing(
         return explanation
     known = [] if share is None else [(thing, say.percent(share, 1))]
     return msgspec.structs.replace(
-        explanation, title=thing.capitalize(), thing=thing, rows=[*known, *explanation.rows]
+        explanation, title=_title(thing), thing=thing, rows=[*known, *explanation.rows]
     )
 
 
@@ -189,12 +189,10 @@ def with_labels(
     rows: list[tuple[str, str]] = []
     if reply.ooi is not None and wanted and wanted != explanation.thing:
         rows.append((wanted, say.percent(reply.ooi, 1)))
-    rows += [
-        (share.label.replace("_", " "), say.percent(share.probability, 1)) for share in reply.labels
-    ]
-    title = say("click.surface") if not reply.labels else reply.labels[0].label.replace("_", " ")
+    rows += [(say.name(share.label), say.percent(share.probability, 1)) for share in reply.labels]
+    title = say("click.surface") if not reply.labels else say.name(reply.labels[0].label)
     level = [] if reply.level is None else [(say("click.level"), say(f"panel.level.{reply.level}"))]
-    room = [(say("click.room"), reply.room)] if reply.room else []
+    room = [(say("click.room"), say.room(reply.room))] if reply.room else []
     unknown = [] if rows else [(say("click.labels"), say("click.unclassified"))]
     first: list[tuple[str, str]] = []
     if explanation.thing:
@@ -204,9 +202,13 @@ def with_labels(
         rows = [row for row in rows if row[0] != title]
     return msgspec.structs.replace(
         explanation,
-        title=title.capitalize(),
+        title=_title(title),
         rows=[*first, *rows, *unknown, *level, *room, *explanation.rows[len(first) :]],
     )
+
+
+def _title(name: str) -> str:
+    return name[:1].upper() + name[1:]
 
 
 def marked(picture: StoredPicture, u: int, v: int) -> bytes:

@@ -81,7 +81,7 @@ class Explanations:
         while not self._answers.empty():
             number, reply = self._answers.get()
             if number == self._asked and self.now is not None:
-                wanted = goal.object.replace("_", " ") if goal is not None else ""
+                wanted = self._link.say.name(goal.object) if goal is not None else ""
                 self.now = with_labels(self.now, reply, wanted, self._link.say)
 
     def _explain(self, question: Question, worker: ThreadPoolExecutor) -> None:

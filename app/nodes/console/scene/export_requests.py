@@ -10,6 +10,7 @@ from typing import Final
 
 from app.view.exports import FILES
 from app.view.model.scene_model import SceneModel
+from app.view.words import Words
 
 PATIENCE_S: Final = 10.0
 
@@ -48,9 +49,9 @@ class ExportRequests:
         self._stale.clear()
         return stale
 
-    def fill(self, model: SceneModel) -> None:
+    def fill(self, model: SceneModel, say: Words) -> None:
         """Write the requested files. Called by the scene thread."""
         while not self._orders.empty():
             name, future = self._orders.get()
             if future.set_running_or_notify_cancel():
-                future.set_result(FILES[name][1](model))
+                future.set_result(FILES[name][1](model, say))

@@ -11,6 +11,7 @@ from app.view.model.drag_region import view_ray
 from app.view.model.picking import SurfaceLookup, first_voxel
 from app.view.model.scene_model import SceneModel
 from app.view.model.voxel_store import LABEL
+from app.view.words import Words
 
 
 def ray_onto(look: Look, voxel_size_m: float) -> Ray:
@@ -20,16 +21,17 @@ def ray_onto(look: Look, voxel_size_m: float) -> Ray:
     return np.array([x, y, top]), np.array([0.0, 0.0, -1.0])
 
 
-def name_under(model: SceneModel, views: Iterable[BrowserView], hover: Hover) -> str:
+def name_under(model: SceneModel, views: Iterable[BrowserView], hover: Hover, say: Words) -> str:
     """Return the most probable kind of the surface under a pointer.
 
     Args:
         model: Has the map.
         views: Those of the browser; only one that shows all kinds of things is answered.
         hover: The point of the view.
+        say: The words.
 
     Returns:
-        The label in words; empty for none.
+        The name of the label; empty for none.
     """
     size, table = model.voxel_size_m, model.proximity
     shown = (v for v in views if v.options.mode == "thing" and v.options.thing is None)
@@ -43,4 +45,4 @@ def name_under(model: SceneModel, views: Iterable[BrowserView], hover: Hover) ->
     attributes = None if hit is None else lookup.attributes(hit[0])
     if attributes is None or int(attributes[LABEL]) >= len(table.rows):
         return ""
-    return table.rows[int(attributes[LABEL])].label.replace("_", " ")
+    return say.name(table.rows[int(attributes[LABEL])].label)

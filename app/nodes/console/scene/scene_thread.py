@@ -130,7 +130,7 @@ class SceneThread:
             pointed.answer_hovers(self._name)
             exports = self._state_feed.exports
             self._places.step(self.model, exports.plan_asked_s, again=exports.take_names_changed())
-            exports.fill(self.model)
+            exports.fill(self.model, self._link.say)
             now = time.monotonic()
             if now - self._drawn_at >= DRAW_S:
                 self._drawn_at = now
@@ -191,7 +191,8 @@ class SceneThread:
             self._fetching = False
 
     def _name(self, hover: Hover) -> str:
-        return name_under(self.model, self._browser_views.of(hover.browser), hover)
+        views = self._browser_views.of(hover.browser)
+        return name_under(self.model, views, hover, self._link.say)
 
     def _draw(self) -> None:
         changed = self.model.take_changes() | self._changed
@@ -200,7 +201,7 @@ class SceneThread:
             self._tabs.update(self.model, changed)
         self._browser_views.draw(self.model, self._limit_image_rate(changed))
         if changed & CAMERA_PARTS:
-            self._state_feed.camera.show_scene(camera_scene(self.model))
+            self._state_feed.camera.show_scene(camera_scene(self.model, self._link.say))
         self.follow.step(self._browser_views.bounds() if "voxels" in changed else None)
 
     def _limit_image_rate(self, changed: frozenset[Part]) -> frozenset[Part]:

@@ -6,12 +6,13 @@ import msgspec
 
 from app.messages.driving import DriveStatus, WalkStatus
 from app.messages.lease import LeaseStatus
-from app.messages.status import GoalStatus, Status, awaited_find, goal_of
+from app.messages.status import Status, awaited_find, goal_of
 from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.link.versions import difference
 from app.nodes.console.scene.click_explanation import ClickExplanation
 from app.view.model.unfound_goals import UnfoundGoal
 from app.view.shown_state import ShownState, shown_state
+from app.view.words import Words
 
 LIVE_S = 2.0
 
@@ -46,6 +47,8 @@ class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
     robot: str = ""
     link: Literal["waiting", "live", "silent"]
     link_text: str = ""
+    starting: Literal["", "loading", "compiling"] = ""
+    """What the navigator does before it takes requests; empty if nothing is known of it."""
     silent_s: float = 0.0
     state: ShownState | None = None
     why: str = ""
@@ -77,7 +80,15 @@ class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
 def waiting_state(instance: str, link: NavigatorLink, unread: str) -> ShellState:
     """Return the state without a status: why there is none."""
     nobody = link.say("link.nobody", endpoint=link.endpoint, robot=link.robot)
-    return ShellState(instance=instance, link="waiting", link_text=unread or nobody)
+    starting = "loading" if link.is_awaited else ""
+    if link.is_compiling:
+        starting = "compiling"
+    return ShellState(
+        instance=instance,
+        link="waiting",
+        link_text=unread or nobody,
+        starting="" if unread else starting,
+    )
 
 
 def shell_state(
@@ -111,14 +122,14 @@ def shell_state(
         silent_s=round(silence) if silence >= LIVE_S else 0.0,
         state=shown_state(status),
         why=status.why,
-        object=_name(goal) if goal is not None else "",
+        object=link.say.goal(goal) if goal is not None else "",
         context=goal.context if goal is not None else "",
         elapsed_s=float(int(status.elapsed_s)),
         frame_age_ms=round(status.timings.frame_age_ms),
         best_ooi=round(status.best_ooi, 2),
         has_map=has_map,
-        find=_find(status),
-        unfound=_unfound(lost),
+        find=_find(status, link.say),
+        unfound=_unfound(lost, link.say),
         drive=status.drive,
         walk=status.walk,
         lease=link.lease_in(status),
@@ -130,14 +141,14 @@ def shell_state(
     )
 
 
-def _find(status: Status) -> ShownFind | None:
+def _find(status: Status, say: Words) -> ShownFind | None:
     find = awaited_find(status)
     if find is None:
         return None
     goal = goal_of(status, find.goal_id)
     return ShownFind(
         goal_id=find.goal_id,
-        name=_words(find.object) if goal is None else _name(goal),
+        name=say.name(find.object) if goal is None else say.goal(goal),
         position=find.position_world,
         size=find.size_m,
         perhaps=find.perhaps,
@@ -145,15 +156,8 @@ def _find(status: Status) -> ShownFind | None:
     )
 
 
-def _unfound(lost: UnfoundGoal | None) -> ShownUnfound | None:
+def _unfound(lost: UnfoundGoal | None, say: Words) -> ShownUnfound | None:
     if lost is None:
         return None
-    return ShownUnfound(goal_id=lost.goal.goal_id, name=lost.name, places=len(lost.places or ()))
-
-
-def _name(goal: GoalStatus) -> str:
-    return goal.display or _words(goal.object)
-
-
-def _words(label: str) -> str:
-    return label.replace("_", " ")
+    name, places = say.goal(lost.goal), len(lost.places or ())
+    return ShownUnfound(goal_id=lost.goal.goal_id, name=name, places=places)

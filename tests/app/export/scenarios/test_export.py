@@ -167,8 +167,8 @@ def test_several_sessions_in_one_report_in_german(exported, tmp_path, capsys):
     assert run(["export", str(folder), "report", "--language", "de"]) == 0
     page = (folder / "export" / "report.html").read_text()
     assert "<h1>2 Sitzungen: 2 von 2 Gegenständen gefunden</h1>" in page
-    assert page.count("<h1>Suche nach hat: gefunden</h1>") == 2
-    assert "sucht hat" in page
+    assert page.count("<h1>Suche nach „Hut“: gefunden</h1>") == 2
+    assert "sucht „Hut“" in page
     assert page.count("data:image/png") == 6
     (folder / "c.mcap").write_bytes(b"nonsense")
     out = str(tmp_path / "out")

@@ -2,6 +2,7 @@ import numpy as np
 
 from app.messages.perception.detections import StampedBoxes
 from app.view.camera.recognition import BOXES, boxes_of, heat_of, labels_of
+from app.view.words import ENGLISH
 from ippon.camera import PinholeCamera
 from ippon.observation import Heatmap
 
@@ -44,17 +45,17 @@ def test_labels_are_listed_as_words():
 
 
 def test_boxes_are_shares_of_the_image():
-    (line,) = boxes_of(_boxes(["coffee_table"], [0.8]), CAMERA, "", 0)
+    (line,) = boxes_of(_boxes(["coffee_table"], [0.8]), CAMERA, "", 0, ENGLISH)
     assert line.text == "coffee table 80%"
     assert line.points[:3] == [(0.1, 0.1), (0.5, 0.1), (0.5, 0.5)]
 
 
 def test_only_sure_boxes_of_the_label_are_drawn_and_not_too_many():
     boxes = _boxes(["sofa", "hat", "hat"], [0.9, 0.8, 0.1])
-    assert len(boxes_of(boxes, CAMERA, "hat", 0)) == 1
-    assert len(boxes_of(_boxes(["sofa"] * 40, [0.9] * 40), CAMERA, "", 0)) == BOXES
+    assert len(boxes_of(boxes, CAMERA, "hat", 0, ENGLISH)) == 1
+    assert len(boxes_of(_boxes(["sofa"] * 40, [0.9] * 40), CAMERA, "", 0, ENGLISH)) == BOXES
 
 
 def test_a_box_that_is_not_finite_is_left_out():
     boxes = _boxes(["hat", "hat"], [0.9, np.nan], box=(np.nan, 0.0, 1.0, 1.0))
-    assert boxes_of(boxes, CAMERA, "", 0) == []
+    assert boxes_of(boxes, CAMERA, "", 0, ENGLISH) == []

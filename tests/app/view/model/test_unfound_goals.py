@@ -19,19 +19,19 @@ def _followed(*statuses):
 def test_what_was_not_found_is_kept_with_its_places_while_the_next_goal_runs():
     over = status_of("exhausted", goal=GONE)
     latest = _followed(status_of(goal=HAT), over, status_of(goal=MUG, history=[GONE]))
-    assert (latest.name, latest.places) == ("red hat", PLACES)
+    assert (latest.goal, latest.places) == (GONE, PLACES)
     again = GoalStatus(goal_id=3, object="hat", outcome="active")
     assert _followed(status_of(goal=HAT), over, status_of(goal=again, history=[GONE])) is None
 
 
 def test_an_end_that_was_missed_is_told_without_places_of_the_next_goal():
     latest = _followed(status_of(goal=HAT), status_of(goal=MUG, history=[GONE]))
-    assert (latest.name, latest.places) == ("red hat", None)
+    assert (latest.goal, latest.places) == (GONE, None)
 
 
 def test_what_ended_before_the_first_status_is_no_news():
     assert _followed(status_of(goal=MUG, history=[GONE])) is None
-    assert _followed(status_of("exhausted", goal=GONE)).name == "red hat"
+    assert _followed(status_of("exhausted", goal=GONE)).goal == GONE
 
 
 def test_of_a_tour_the_goals_without_a_find_are_told():

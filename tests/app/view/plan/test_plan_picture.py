@@ -8,10 +8,11 @@ from app.view.plan.plan_cells import Cell
 from app.view.plan.plan_picture import PIXELS, plan_png
 from app.view.plan.plan_scene import cells_of
 from app.view.plan.sheet import CELL_COLORS, Sheet
+from app.view.words import ENGLISH
 
 
 def test_cells_have_their_colours_where_they_are(flat):
-    image = np.asarray(Image.open(io.BytesIO(plan_png(flat))))
+    image = np.asarray(Image.open(io.BytesIO(plan_png(flat, ENGLISH))))
     sheet = Sheet(cells_of(flat))
     scale = PIXELS / sheet.width_m
 
@@ -27,4 +28,4 @@ def test_cells_have_their_colours_where_they_are(flat):
 
 
 def test_without_a_map_there_is_no_picture():
-    assert plan_png(SceneModel()) is None
+    assert plan_png(SceneModel(), ENGLISH) is None

@@ -6,6 +6,7 @@ import pytest
 from app.messages.recording import RecordingStatus
 from app.messages.status import Event, FindReport, GoalStatus
 from app.nodes.console.calls.call_detection import LASTS_S, STUCK_TIMES, CallDetection
+from app.view.words import Words
 from tests.app.nodes.console.drawn_home import status_of
 
 FIND = FindReport(
@@ -54,6 +55,11 @@ def test_a_doubtful_find_one_out_of_reach_and_none_have_their_own_words(watch):
     assert watch(status_of("exhausted", goal=goal)) == [
         ("not_found", "everything that the robot can reach was searched for: Anna's hat")
     ]
+
+
+def test_a_german_call_says_the_name_and_programs_get_the_label():
+    (call,) = CallDetection(Words("de")).step(found(), (), 0.0, 0.0)
+    assert (call.text, call.object) == ("Hut: bestätigen oder verwerfen", "hat")
 
 
 def test_a_find_that_is_judged_or_not_reached_yet_calls_nobody(watch):

@@ -5,6 +5,7 @@ from app.messages.scene import FoundObject
 from app.nodes.console.camera.camera_scene import camera_scene
 from app.view.model.scene_model import SceneModel
 from app.view.model.voxel_store import VoxelUpdate
+from app.view.words import Words
 
 
 def test_finds_path_and_drive_are_drawn(stage):
@@ -15,6 +16,8 @@ def test_finds_path_and_drive_are_drawn(stage):
     (find,) = scene.objects
     assert find.found
     assert find.text == "hat 93%"
+    (find,) = camera_scene(model, Words("de")).objects
+    assert find.text == "Hut 93\u00a0%"
 
 
 def test_candidates_are_not_finds_and_are_bounded(stage):

@@ -73,8 +73,8 @@ def test_in_german(site):
     site("nah", room(2.04))
     site("fern", room(12.0, "searching", "hat"))
     given = site.give(IN_THE_KITCHEN, say=Words("de"))
-    assert given.text == "nah sucht: red mug (kitchen, 2,0 m entfernt)."
-    assert given.others[0].why == "sucht „hat“ · kitchen, 12,0 m entfernt"
+    assert given.text == "nah sucht: red mug (Küche, 2,0 m entfernt)."
+    assert given.others[0].why == "sucht „Hut“ · Küche, 12,0 m entfernt"
 
 
 def test_if_nobody_is_free_nothing_is_queued(site):

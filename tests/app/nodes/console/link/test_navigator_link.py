@@ -8,11 +8,14 @@ import pytest
 
 from app.links.network import topic_listener
 from app.links.network.inbox import Inbox
+from app.links.network.session import open_router
 from app.messages import keys
 from app.messages.control import ControlRequest
 from app.nodes.console.link import navigator_link as link_module
 from app.nodes.console.link.commands import CommandError
 from app.nodes.console.link.navigator_link import NavigatorLink
+from app.nodes.console.scene.shell_state import waiting_state
+from app.nodes.navigator.run import starting
 from tests.app.relay import Relay
 
 pytestmark = pytest.mark.process
@@ -145,6 +148,22 @@ def test_a_break_that_zenoh_mends_by_itself_is_noticed(start_home, relay, connec
     _wait(lambda: link.openings == 2)
     _wait(lambda: link.silence_s() < time.monotonic() - cut_at)
     assert link._listener.session is listening, "no word would have been missed otherwise"
+
+
+def test_a_navigator_that_compiles_is_told_from_none(port, connect):
+    link = connect(port)
+    assert waiting_state("1", link, "").starting == ""
+    router = open_router(f"tcp/127.0.0.1:{port}")
+    try:
+        with starting(router, "ippon"):
+            _wait(lambda: link.is_compiling)
+            assert waiting_state("1", link, "").starting == "compiling"
+            assert waiting_state("1", link, "of another version").starting == ""
+        _wait(lambda: not link.is_compiling)
+    finally:
+        router.close()
+    link.is_awaited = True
+    assert waiting_state("1", link, "").starting == "loading"
 
 
 def test_what_nobody_expected_is_told(link, failures, monkeypatch):

@@ -93,7 +93,7 @@ def test_finds_of_a_tour_are_judged_with_their_goal(panel, stage):
 def test_the_find_that_waits_is_named_where_there_are_several(stage):
     find = msgspec.structs.replace(stage.find_of(), goal_id=4, number=2, object="chair")
     one = chairs((), count=1)
-    assert find_name(find, stage.status_of(goal=chairs((1,)))) == "chairs 2"
-    assert find_name(find, stage.status_of(goal=one)) == ""
+    assert find_name(find, stage.status_of(goal=chairs((1,))), ENGLISH) == "chairs 2"
+    assert find_name(find, stage.status_of(goal=one), ENGLISH) == ""
     tour = [one, chairs((), goal_id=5)]
-    assert find_name(find, stage.status_of(goal=one, tour=tour)) == "chair"
+    assert find_name(find, stage.status_of(goal=one, tour=tour), ENGLISH) == "chair"

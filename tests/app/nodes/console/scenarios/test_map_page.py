@@ -5,7 +5,9 @@ import time
 import pytest
 from playwright.sync_api import expect
 
+from app.links.network.session import open_router
 from app.messages import keys
+from app.nodes.navigator.run import starting
 from tests.app.nodes.console.opened_page import PageParts, expect_state, open_tab, panels
 from tests.chromium import PATIENCE_MS
 
@@ -142,6 +144,13 @@ def test_a_page_opened_before_the_navigator_waits_for_it(early, stage, tmp_path)
     parts, page = early, early.open_page()
     expect_state(page, "Waiting")
     expect(page.locator("#veil")).to_contain_text(f"tcp/127.0.0.1:{parts.zenoh_port}")
+    expect(page.locator("#veil-hint")).to_contain_text("ippon navigate")
+    router = open_router(f"tcp/127.0.0.1:{parts.zenoh_port}")
+    with starting(router, "ippon"):
+        expect(page.locator("#veil")).to_contain_text("The navigator is starting")
+        expect(page.locator("#veil")).to_contain_text("It compiles its program")
+        expect(page.locator("#veil-hint")).to_be_empty()
+    router.close()
     parts.home = stage.PublishedHome(parts.zenoh_port)
     expect_state(page, "Searching")
     expect(page.locator("#veil")).to_be_hidden()

@@ -170,7 +170,9 @@ def test_in_german_and_if_nobody_is_free(parts, stage):
     page.goto(console.url)
     expect(page.locator("#state")).to_have_text("Sucht")
     page.keyboard.press("b")
-    expect(page.locator("#robots-give label")).to_have_text("Dem nächsten freien Roboter geben")
+    expect(page.locator("#robots-give label")).to_have_text(
+        "Ziel an den nächsten freien Roboter geben"
+    )
     page.locator("#robots-goal").fill("red mug")
     page.get_by_role("button", name="Geben", exact=True).click()
     expect(page.locator("#robots-answer")).to_have_text(

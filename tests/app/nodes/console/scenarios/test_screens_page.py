@@ -128,12 +128,26 @@ def test_nothing_of_the_page_is_left_in_english(at_first, parts):
     for name in _views(at_first):
         said |= {*in_page(at_first, SAID), *in_panels(at_first, SAID)}
         _keep(at_first, f"german-{name}")
-    assert {"Leertaste", "Stufen für: hat", "Woran der Roboter sich erinnert"} <= said
+    assert {"Leertaste", "Stufen für: Hut", "Woran der Roboter sich erinnert"} <= said
     # Said by the robot.
-    assert "fährt zum Blickpunkt bei sofa (sicher): Gewinn 41, 6,2 s entfernt" in said
+    assert "fährt zum Blickpunkt bei „Sofa“ (sicher): Gewinn 41, 6,2 s Fahrt" in said
     assert "blockiert: merkt sich das Hindernis voraus und fährt zurück" in said
-    # Names of what it knows.
-    assert said & others <= {"hat", "object"}
+    # Names of what it knows, too.
+    assert said & others == set()
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
+def test_every_list_opens_from_the_plan(at_first, width, height):
+    page = at_first
+    page.set_viewport_size({"width": width, "height": height})
+    page.wait_for_timeout(600)
+    _open(page, "plan")
+    for name in SIDES:
+        page.locator(f".plan-tools [data-opens={name}]").click()
+        expect(page.locator(f"#{name}")).to_be_visible()
+        _keep(page, f"{width}-plan-{name}")
+        page.locator(f"#{name}-close").click()
+    assert in_page(page, CUT_OFF) == []
 
 
 @pytest.mark.parametrize(("width", "height"), [(390, 844), (720, 450), (1024, 768)])

@@ -23,7 +23,7 @@ from app.nodes.console.scene.click_explanation import (
 from app.nodes.console.scene.clicks import Clicks
 from app.view.model.picture_store import StoredPicture
 from app.view.model.scene_model import SceneModel
-from app.view.words import ENGLISH
+from app.view.words import ENGLISH, Words
 from ippon.camera import PinholeCamera
 from ippon.geometry import base_pose
 from ippon.robot import ZED
@@ -87,6 +87,13 @@ def test_a_surface_is_explained_with_the_picture_that_shows_it(model):
         ("bed", "10.0%"),
         ("Level", "certain"),
     ]
+    german = with_labels(explanation, reply, "Hut", Words("de"))
+    assert german.title == "Sofa"
+    assert german.rows[1:4] == [
+        ("Sofa", "80,0\u00a0%"),
+        ("Bett", "10,0\u00a0%"),
+        ("Stufe", "sicher"),
+    ]
 
 
 def test_a_remembered_thing_stays_what_it_is_when_its_surface_is_called_something_else(model):
@@ -107,6 +114,7 @@ def test_a_remembered_thing_stays_what_it_is_when_its_surface_is_called_somethin
     assert named.title == "Anna's mug"
     assert named.rows[:2] == [("clothes", "90.0%"), ("hat", "10.0%")]
     assert of_thing(surface, "", None, ENGLISH) is surface
+    assert of_thing(surface, "TV-Bank", None, ENGLISH).title == "TV-Bank"
 
 
 def test_a_bead_is_explained_by_gain_cost_level_and_what_it_sees(model):

@@ -8,6 +8,7 @@ from websockets.exceptions import InvalidStatus
 from app.nodes.console.scene import export_requests as export_desk
 from app.nodes.console.web import gateway
 from app.view.model.scene_model import SceneModel
+from app.view.words import ENGLISH
 from tests.app.nodes.console.served import closing_code, first, hear
 
 
@@ -129,7 +130,7 @@ def test_a_page_saves_what_is_shown(client, state_feed, stage):
         answer = answers.submit(client.get, f"/api/export/{name}")
         while not answer.done():
             # As the scene_thread does, in the thread that owns the model.
-            state_feed.exports.fill(model)
+            state_feed.exports.fill(model, ENGLISH)
         return answer.result()
 
     nothing = saved("map.ply")
