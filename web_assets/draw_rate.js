@@ -60,6 +60,12 @@ globalThis.ipponDrawRate = {
     this.plan(draw);
   },
 
+  // Called every second: the client draws what may have changed without a request. While the page is
+  // used, such a frame would delay that of an answer.
+  beat(draw) {
+    if (performance.now() >= this.usedUntil) draw();
+  },
+
   // Called at the start of every frame, whoever asked for it.
   drawn(draw) {
     this.drawnAt = performance.now();

@@ -73,13 +73,19 @@ _CHANGES: Final = (
         re.compile(rb"function (\w+)\((\w+),(\w+)\)\{(?=let \w+=\2\.messageQueue,)"),
         rb"\g<0>\3=globalThis.ipponMapFirst.sieve(\3,\2.messageQueue,held=>\1(\2,held));",
     ),
-    # Request of a frame, and start of a frame: both call `draw_rate.js`.
+    # Request of a frame, frame of every second, and start of a frame: all call `draw_rate.js`.
     (
         re.compile(
             rb"(\w+\.current)\.requestRender=\(\)=>"
             rb"\{\w+\.current=performance\.now\(\)\+\w+,(\w+)\(\)\}"
         ),
         rb"\1.requestRender=()=>ipponDrawRate.request(\2,()=>\1.drainMessageQueue?.())",
+    ),
+    (
+        re.compile(
+            rb"(?<=setInterval\(\(\)=>)(\w+)\(\)(?=,\w+\);return\(\)=>\{clearInterval\(\w+\),\w+\.current\.)"
+        ),
+        rb"ipponDrawRate.beat(\1)",
     ),
     (
         re.compile(rb"(\w+\(\(\)=>\{)performance\.now\(\)<\w+\.current&&(\w+)\(\)(?=\}\))"),

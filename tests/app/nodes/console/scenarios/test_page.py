@@ -311,6 +311,10 @@ def test_a_change_that_a_person_asked_for_is_in_the_first_frame(shared):
         "() => { ipponDrawRate.isTimed = false; ipponDrawRate.plan(ipponDrawRate.held); }"
     )
     assert page.evaluate("steps") == ["apply", "draw"] * 2
+    beat = "() => { ipponDrawRate.beat(() => steps.push('beat')); return steps.length; }"
+    assert page.evaluate(beat) == 4, "no other frame delays that of an answer"
+    page.evaluate("ipponDrawRate.usedUntil = 0")
+    assert page.evaluate(beat) == 5
     page.close()
 
 
