@@ -5,37 +5,71 @@
 // times a second this never ends, and without a fast GPU nothing is left for the page. Frames that
 // only messages ask for are therefore spaced by a multiple of what one takes. The client judges its
 // speed by frames per second, which are then few on every machine: what one takes is the measure here.
+//
+// A frame that has begun cannot be stopped. Where one takes long, the next begins when it is done, and
+// messages are applied before it, not in it: a change that a person asked for is in the first frame.
 
 const TAIL_MS = 250;
 const SPACING = 4;
 const LONGEST_MS = 1000;
-const USE_MS = 300;
+const ANSWER_MS = 1500;
+const MOVE_MS = 300;
 const SHARPNESS = [1, 0.75, 0.5];
 const SLOW_MS = 50;
 const SMOOTH_MS = 30;
 const JUDGED_FRAMES = 8;
-const USES = ["pointerdown", "pointermove", "wheel", "keydown", "touchstart", "touchmove"];
+const SCENE = "canvas[data-engine]";
+// How long a person's event counts as use of the page: one that may be answered, until it is.
+const USES = {
+  pointerdown: ANSWER_MS,
+  pointerup: ANSWER_MS,
+  keydown: ANSWER_MS,
+  pointermove: MOVE_MS,
+  wheel: MOVE_MS,
+  touchmove: MOVE_MS,
+};
+// Renderers for which four samples a pixel, as lines are smoothed, double the time of a frame.
+const SOFTWARE = /SwiftShader|llvmpipe|softpipe|Basic Render|software/i;
+
+function rendererName() {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const names = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = gl?.getParameter(names?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER);
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return name;
+}
 
 globalThis.ipponDrawRate = {
   until: 0,
   drawnAt: 0,
-  usedAt: performance.now(),
+  usedUntil: performance.now() + MOVE_MS,
   frame_ms: 16,
   isTimed: false,
   timer: 0,
   timed: 0,
   blur: 0,
+  apply: () => {},
+  held: null,
+  isSmooth: null,
 
-  // A message or a control wants the scene drawn. draw: has the client draw its next frame.
-  request(draw) {
+  // A message or a control wants the scene drawn. draw: has the client draw its next frame; apply:
+  // has it apply the messages that it received.
+  request(draw, apply) {
     this.until = performance.now() + TAIL_MS;
+    this.apply = apply;
     this.plan(draw);
+  },
+
+  // Called every second: the client draws what may have changed without a request. While the page is
+  // used, such a frame would delay that of an answer.
+  beat(draw) {
+    if (performance.now() >= this.usedUntil) draw();
   },
 
   // Called at the start of every frame, whoever asked for it.
   drawn(draw) {
     this.drawnAt = performance.now();
-    if (!this.isTimed) this.time(document.querySelector("canvas")?.getContext("webgl2"));
+    if (!this.isTimed) this.time(document.querySelector(SCENE)?.getContext("webgl2"));
     if (this.drawnAt < this.until) this.plan(draw);
   },
 
@@ -53,6 +87,7 @@ globalThis.ipponDrawRate = {
       this.frame_ms += 0.3 * (performance.now() - start - this.frame_ms);
       this.isTimed = false;
       this.timed += 1;
+      if (this.held) this.plan(this.held);
     };
     setTimeout(() => {
       const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
@@ -74,17 +109,33 @@ globalThis.ipponDrawRate = {
 
   plan(draw) {
     const now = performance.now();
-    const isUsed = now - this.usedAt < USE_MS;
+    const isUsed = now < this.usedUntil;
     const wait_ms = isUsed ? 0 : this.drawnAt + Math.min(SPACING * this.frame_ms, LONGEST_MS) - now;
     clearTimeout(this.timer);
-    if (wait_ms <= 0) draw();
-    else this.timer = setTimeout(draw, wait_ms);
+    if (wait_ms <= 0) this.begin(draw);
+    else this.timer = setTimeout(() => this.begin(draw), wait_ms);
+  },
+
+  begin(draw) {
+    this.held = this.isTimed && this.frame_ms > SLOW_MS ? draw : null;
+    if (this.held) return;
+    this.apply();
+    draw();
+  },
+
+  // Whether the edges of lines are smoothed.
+  smooths() {
+    this.isSmooth ??= !SOFTWARE.test(rendererName());
+    return this.isSmooth;
   },
 };
 
 for (const area of new Set([window, parent])) {
-  for (const use of USES) {
-    const note = () => (globalThis.ipponDrawRate.usedAt = performance.now());
+  for (const [use, lasts_ms] of Object.entries(USES)) {
+    const note = () => {
+      const rate = globalThis.ipponDrawRate;
+      rate.usedUntil = Math.max(rate.usedUntil, performance.now() + lasts_ms);
+    };
     area.addEventListener(use, note, { capture: true, passive: true });
   }
 }

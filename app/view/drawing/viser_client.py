@@ -20,6 +20,32 @@ _SCRIPT: Final = re.compile(
     rb".*?</script>",
     re.DOTALL,
 )
+SQUARE_POINTS: Final = rb"""  flat varying vec3 vColor;
+  uniform float scale;
+  uniform vec3 uniformColor;
+  #include <fog_pars_vertex>
+  void main() {
+      #ifdef USE_COLOR
+      vColor = color;
+      #else
+      vColor = uniformColor;
+      #endif
+      vec4 world_pos = modelViewMatrix * vec4(position, 1.0);
+      gl_Position = projectionMatrix * world_pos;
+      gl_PointSize = scale / -world_pos.z;
+      #ifdef USE_FOG
+        vFogDepth = -world_pos.z;
+      #endif
+  }
+`,`
+  flat varying vec3 vColor;
+  #include <fog_pars_fragment>
+  void main() {
+      gl_FragColor = vec4(vColor, 1.0);
+      #include <fog_fragment>
+  }
+"""
+"""Vertex and fragment shader of points, which are squares of one colour in every cloud of ours."""
 _CHANGES: Final = (
     # The client's default environment map, which the server always replaces: decoding this
     # picture takes a software renderer seconds.
@@ -47,13 +73,19 @@ _CHANGES: Final = (
         re.compile(rb"function (\w+)\((\w+),(\w+)\)\{(?=let \w+=\2\.messageQueue,)"),
         rb"\g<0>\3=globalThis.ipponMapFirst.sieve(\3,\2.messageQueue,held=>\1(\2,held));",
     ),
-    # Request of a frame, and start of a frame: both call `draw_rate.js`.
+    # Request of a frame, frame of every second, and start of a frame: all call `draw_rate.js`.
     (
         re.compile(
-            rb"(\w+\.current\.requestRender=\(\)=>)"
+            rb"(\w+\.current)\.requestRender=\(\)=>"
             rb"\{\w+\.current=performance\.now\(\)\+\w+,(\w+)\(\)\}"
         ),
-        rb"\1globalThis.ipponDrawRate.request(\2)",
+        rb"\1.requestRender=()=>ipponDrawRate.request(\2,()=>\1.drainMessageQueue?.())",
+    ),
+    (
+        re.compile(
+            rb"(?<=setInterval\(\(\)=>)(\w+)\(\)(?=,\w+\);return\(\)=>\{clearInterval\(\w+\),\w+\.current\.)"
+        ),
+        rb"ipponDrawRate.beat(\1)",
     ),
     (
         re.compile(rb"(\w+\(\(\)=>\{)performance\.now\(\)<\w+\.current&&(\w+)\(\)(?=\}\))"),
@@ -66,6 +98,25 @@ _CHANGES: Final = (
             rb"return \w+\(\(\)=>\{)(?=let )"
         ),
         rb"\1return globalThis.ipponDrawRate.sharpen(\2);",
+    ),
+    (
+        re.compile(rb"gl:\{(?=preserveDrawingBuffer:!0,)"),
+        rb"gl:{antialias:globalThis.ipponDrawRate.smooths(),",
+    ),
+    # The shaders of points draw circles and gradients, too, which takes a software renderer twice
+    # as long as squares.
+    (
+        re.compile(
+            rb"  varying vec3 vPosition;\n  varying vec3 vColor; // in the vertex shader.*?"
+            rb"uniform float point_ball_norm;.*?#include <fog_fragment>\n  \}\n   (?=`)",
+            re.DOTALL,
+        ),
+        SQUARE_POINTS,
+    ),
+    # A point cloud with new colours had a new material, for which the shaders are compiled again.
+    (
+        re.compile(rb"\},\[(\w+)\.colors\]\)(?=;\w+\.useEffect\(\(\)=>\(\)=>\w+\.dispose)"),
+        rb"},[\1.colors.length>3||\1.colors])",
     ),
 )
 """Patterns in the client and their replacements."""

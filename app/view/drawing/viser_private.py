@@ -18,6 +18,9 @@ from websockets.http11 import Request, Response
 
 SECRET_HEADER: Final = "X-Ippon-Backend"  # noqa: S105 (a name, not a secret)
 
+WHOLE: Final = 65_536
+"""Messages that are sent to a browser as one."""
+
 _patching = threading.Lock()
 
 
@@ -55,6 +58,11 @@ def ignore_disconnect(client: viser.ClientHandle) -> Generator[None]:
     """Ignore errors of drawing for a browser that disconnects meanwhile."""
     with client._websock_connection.get_message_buffer().sanctioned_dead_writes():  # noqa: SLF001
         yield
+
+
+def send_whole_changes(client: viser.ClientHandle) -> None:
+    """Send all messages of an atomic block for one browser together, not 128 at a time."""
+    client._websock_connection.get_message_buffer().max_window_size = WHOLE  # noqa: SLF001
 
 
 def uuid_of(handle: Any) -> str:

@@ -9,7 +9,7 @@ from app.nodes.console.web.browsers import Browser
 from app.view.drawing.camera_follow import CameraFollow
 from app.view.drawing.overlay_layer import NOTHING, Highlight
 from app.view.drawing.subtree import Subtree
-from app.view.drawing.viser_private import ignore_disconnect, uuid_of
+from app.view.drawing.viser_private import ignore_disconnect, send_whole_changes, uuid_of
 from app.view.drawing.viser_scene import (
     ALL_PARTS,
     DARK_FLOOR,
@@ -45,6 +45,7 @@ class BrowserView:
         say: Words,
     ) -> None:
         self.client = client
+        send_whole_changes(client)
         self.options = ViewOptions()
         self.wants_framing = False
         self.browser = browser
@@ -166,7 +167,8 @@ class BrowserViews:
             self._common.draw(model, changed, ViewOptions())
         self._admit()
         for view in self._open.values():
-            with ignore_disconnect(view.client):
+            # One message: a browser would draw each part of a change, and that can take long.
+            with ignore_disconnect(view.client), view.client.atomic():
                 view.draw(model, changed, self._highlight)
             if view.wants_framing:
                 view.wants_framing = False

@@ -6,7 +6,7 @@ import pytest
 import zstandard
 
 from app.nodes.console.web.viser_server import client_page
-from app.view.drawing.viser_client import PackingError, unpack_client
+from app.view.drawing.viser_client import SQUARE_POINTS, PackingError, unpack_client
 
 DIGITS = bytes(c for c in range(0x21, 0x7F) if chr(c) not in "\"&<>'`")
 
@@ -15,10 +15,17 @@ DEFAULTS = (
     b"n.type===`retry`?e!==null&&a():n.type===`close`?(e=null,t!==null&&t.close(),1):0;"
     b"t.messageQueue.length=0,t.firstMessageBatch=!0;"
     b"function q(e,t){let n=e.messageQueue,r=1}"
-    b"t.current.requestRender=()=>{a.current=performance.now()+B,i()},"
+    b"t.current.requestRender=()=>{a.current=performance.now()+B,i()};"
+    b"let e=setInterval(()=>i(),V);return()=>{clearInterval(e),t.current.requestRender=()=>{}},"
     b"qf(()=>{performance.now()<a.current&&i()});"
     b"function L(){let e=K(e=>e.setDpr),t=b.useRef({windowStart:-1/0,averages:[]});"
     b"return qf(()=>{let n=t.current,r=performance.now();e(r)}),null}"
+    b"({gl:{preserveDrawingBuffer:!0,x:1}});"
+    b"P=s({},`\n  precision mediump float;\n\n  varying vec3 vPosition;\n"
+    b"  varying vec3 vColor; // in the vertex shader\n  void main() {}\n   `,`"
+    b"varying vec3 vPosition;\n  uniform float point_ball_norm;\n  void main() {\n"
+    b"      #include <fog_fragment>\n  }\n   `);"
+    b"o=b.useMemo(()=>{return e},[i.colors]);b.useEffect(()=>()=>o.dispose(),[o]);"
 )
 CHANGED = (
     b"null,enableDefaultLights:!1,enableDefaultLightsShadows:!1;"
@@ -27,11 +34,17 @@ CHANGED = (
     b"t.messageQueue.length=0,t.firstMessageBatch=!0,globalThis.ipponMapFirst.begin();"
     b"function q(e,t){t=globalThis.ipponMapFirst.sieve(t,e.messageQueue,held=>q(e,held));"
     b"let n=e.messageQueue,r=1}"
-    b"t.current.requestRender=()=>globalThis.ipponDrawRate.request(i),"
+    b"t.current.requestRender=()=>ipponDrawRate.request(i,()=>t.current.drainMessageQueue?.());"
+    b"let e=setInterval(()=>ipponDrawRate.beat(i),V);"
+    b"return()=>{clearInterval(e),t.current.requestRender=()=>{}},"
     b"qf(()=>{globalThis.ipponDrawRate.drawn(i)});"
     b"function L(){let e=K(e=>e.setDpr),t=b.useRef({windowStart:-1/0,averages:[]});"
     b"return qf(()=>{return globalThis.ipponDrawRate.sharpen(e);"
     b"let n=t.current,r=performance.now();e(r)}),null}"
+    b"({gl:{antialias:globalThis.ipponDrawRate.smooths(),preserveDrawingBuffer:!0,x:1}});"
+    b"P=s({},`\n  precision mediump float;\n\n" + SQUARE_POINTS + b"`);"
+    b"o=b.useMemo(()=>{return e},[i.colors.length>3||i.colors]);"
+    b"b.useEffect(()=>()=>o.dispose(),[o]);"
 )
 
 
@@ -59,7 +72,9 @@ def test_the_installed_client_unpacks_to_files_that_its_page_names(page):
     assert f'fetch("/assets/{decoder}")'.encode() in client.files[script]
     assert b"data:image/jpeg" not in client.files[script], "our own surroundings only"
     assert client.files[script].count(b"globalThis.ipponMapFirst") == 2, "the map comes first"
-    assert client.files[script].count(b"globalThis.ipponDrawRate") == 3, "frames are spaced"
+    assert client.files[script].count(b"ipponDrawRate") == 5, "frames are spaced"
+    assert b"point_ball_norm <" not in client.files[script], "points are squares"
+    assert b".drainMessageQueue=" in client.files[script], "it is there to be called"
     assert client.files[script].count(b"?.readyState!==WebSocket.CONNECTING&&") == 1, "it may wait"
     assert b"mantine" in client.files[style]
     assert client.files[decoder].startswith(b"\0asm")

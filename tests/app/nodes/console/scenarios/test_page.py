@@ -312,8 +312,8 @@ def test_frames_for_messages_are_spaced_until_somebody_uses_the_page(shared):
         ipponDrawRate.frame_ms = 100;
         const end = performance.now() + 1200;
         while (performance.now() < end) {
-            ipponDrawRate.usedAt = isUsed ? performance.now() : -1e9;
-            ipponDrawRate.request(draw);
+            ipponDrawRate.usedUntil = isUsed ? Infinity : 0;
+            ipponDrawRate.request(draw, () => {});
             await new Promise((resolve) => setTimeout(resolve, 10));
             if (!due) continue;
             due = false;
@@ -324,6 +324,51 @@ def test_frames_for_messages_are_spaced_until_somebody_uses_the_page(shared):
     }"""
     assert 1 <= page.evaluate(frames, False) <= 4, "every 400 ms"
     assert page.evaluate(frames, True) > 10
+    page.close()
+
+
+def test_a_change_that_a_person_asked_for_is_in_the_first_frame(shared):
+    page = shared.window.new_page()
+    page.goto(f"{shared.console.url}/assets/draw_rate.js")
+    page.add_script_tag(url="draw_rate.js")
+    page.evaluate("""() => {
+        window.steps = [];
+        const step = (name) => () => steps.push(name);
+        window.ask = () => ipponDrawRate.request(step("draw"), step("apply"));
+        Object.assign(ipponDrawRate, { frame_ms: 400, usedUntil: 0, drawnAt: performance.now() });
+        ask();
+    }""")
+    assert page.evaluate("steps") == [], "nobody asked: it may wait"
+    page.mouse.down()
+    page.evaluate("async () => { await new Promise((go) => setTimeout(go, 400)); ask(); }")
+    assert page.evaluate("steps") == ["apply", "draw"], "messages before the frame, not in it"
+    assert (
+        page.evaluate("() => { ipponDrawRate.isTimed = true; ask(); return steps.length; }") == 2
+    ), "no second frame behind one that takes long"
+    page.evaluate(
+        "() => { ipponDrawRate.isTimed = false; ipponDrawRate.plan(ipponDrawRate.held); }"
+    )
+    assert page.evaluate("steps") == ["apply", "draw"] * 2
+    beat = "() => { ipponDrawRate.beat(() => steps.push('beat')); return steps.length; }"
+    assert page.evaluate(beat) == 4, "no other frame delays that of an answer"
+    page.evaluate("ipponDrawRate.usedUntil = 0")
+    assert page.evaluate(beat) == 5
+    page.close()
+
+
+def test_lines_are_smoothed_with_a_gpu_only(shared):
+    page = shared.window.new_page()
+    page.goto(f"{shared.console.url}/assets/draw_rate.js")
+    page.add_script_tag(url="draw_rate.js")
+    assert page.evaluate("ipponDrawRate.smooths()") is False, "the tests have no GPU"
+    page.evaluate("""() => {
+        ipponDrawRate.isSmooth = null;
+        HTMLCanvasElement.prototype.getContext = () => ({
+            getExtension: () => null,
+            getParameter: () => "ANGLE (Intel, Mesa Intel(R) Iris(R) Xe Graphics, OpenGL 4.6)",
+        });
+    }""")
+    assert page.evaluate("ipponDrawRate.smooths()") is True
     page.close()
 
 

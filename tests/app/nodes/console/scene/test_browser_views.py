@@ -49,6 +49,7 @@ class FakeClient:
         self.send(CAMERA)
         self._changed = threading.Condition()
         self._heard = []
+        self.batches = []
         threading.Thread(target=self._listen, daemon=True).start()
 
     def send(self, message):
@@ -79,7 +80,8 @@ class FakeClient:
                 size, packed = struct.unpack_from("<QQ", data)
                 text = zstandard.ZstdDecompressor().decompress(data[16 : 16 + packed], size)
                 with self._changed:
-                    self._heard += msgspec.msgpack.decode(text)["messages"]
+                    self.batches.append(msgspec.msgpack.decode(text)["messages"])
+                    self._heard += self.batches[-1]
                     self._changed.notify_all()
 
 
@@ -170,6 +172,24 @@ def test_a_choice_is_each_browsers_own(console):
     assert modes == {"ooi", "height"}
     first.close()
     second.close()
+
+
+def test_a_browser_gets_a_change_of_colours_as_one(console, stage):
+    columns = 150
+    many = [(16 * x, 0, k) for x in range(columns) for k in range(3)]
+    console.model.on_voxels(_cloud(stage, *many))
+    browser = console.open()
+    last = f"{OWN}/map/{columns - 1}_0"
+    _choose(console, browser, "Object")
+    browser.wait(lambda m: m.get("name") == last)
+    _choose(console, browser, "Height")
+    browser.wait(lambda m: m.get("name") == last and "colors" in m.get("updates", {}))
+    recoloured = [
+        sum("colors" in message.get("updates", {}) for message in batch)
+        for batch in browser.batches
+    ]
+    assert [n for n in recoloured if n] == [columns]
+    browser.close()
 
 
 def test_whoever_sees_the_common_drawing_has_none_of_its_own(console, stage):
