@@ -23,8 +23,9 @@ first image alone told 21 and had nothing to compare in 18. In the same frame a 
 wrong and left 2 open; the first image was wrong once.
 """
 LEAST_POINTS: Final = 100
-_NEAR_M: Final = 0.3
-"""Distance to the camera up to which rays are not compared."""
+_NEAR_M: Final = 0.6
+"""Distance to the camera up to which rays are not compared: one wrong voxel there hides a third of
+the image."""
 _APART_M: Final = 0.3
 _APART_COS: Final = float(np.cos(np.radians(15.0)))
 """Distance or turn from the last image that was compared to the next."""

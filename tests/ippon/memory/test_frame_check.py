@@ -76,3 +76,14 @@ def test_the_map_is_compared_as_it_was(wall_map):
         wall_map.integrate(dataclasses.replace(moved, stamp_ns=(k + 100) * 10**9))
     check.add(moved)
     assert check.contradiction > 0.9, "today's wall is 0.6 m before that of yesterday"
+
+
+def test_a_wrong_voxel_right_before_the_camera_contradicts_nothing(wall_map):
+    check = FrameCheck(wall_map)
+    wrong = dataclasses.replace(image(depth_m=0.5), T_world_camera=AHEAD)
+    for k in range(8):
+        wall_map.integrate(dataclasses.replace(wrong, stamp_ns=(10 + k) * 10**9))
+    near = FrameCheck(wall_map)
+    for one in (check, near):
+        one.compare(CAMERA, BEYOND * (0.5, 1.0, 1.0))
+    assert (check.contradiction, near.contradiction) == (0.0, 0.0)
