@@ -115,7 +115,8 @@ def _measure(said: Utterance, start: int) -> int:
     """Return the index after "at least 30 cm long"; the same for none."""
     index = start + said.starts(start, ("at least", "at most", "about", "up to", "around"))
     number = said.word(index)[:1].isdigit() or said.word(index) in NUMBERS
-    if not number or said.word(index + 1) not in UNITS:
+    inside = said.word(index) in NUMBERS and said.word(index + 1) == "in"  # "One in the hall".
+    if not number or inside or said.word(index + 1) not in UNITS:
         return start
     return index + 2 + (said.word(index + 2) in _DIMENSIONS)
 
