@@ -11,7 +11,8 @@ from ippon.guidance.language.grammar.attributes import UNITS, is_part, listed_ki
 from ippon.guidance.language.grammar.determiners import NUMBERS, count_again, may_be_noun
 from ippon.guidance.language.grammar.guesses import is_guessed_before
 from ippon.guidance.language.grammar.heads import CODE
-from ippon.guidance.language.grammar.noun_phrase import STANDS, NounPhrase, read_noun_phrase
+from ippon.guidance.language.grammar.noun_ends import STANDS
+from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS, STOP
 from ippon.guidance.language.grammar.places import is_searched_inside
 from ippon.guidance.language.grammar.relation_phrase import ENTERING

@@ -24,7 +24,8 @@ from ippon.guidance.language.goals.placed import read_placed, read_spot
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import is_intensity, is_part, is_shade, listed_kind
 from ippon.guidance.language.grammar.heads import ONES
-from ippon.guidance.language.grammar.noun_phrase import CONTAINERS, NounPhrase, read_noun_phrase
+from ippon.guidance.language.grammar.noun_ends import CONTAINERS
+from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS
 from ippon.guidance.language.grammar.places import holds_things, is_room
 from ippon.guidance.language.grammar.relation_phrase import (
