@@ -11,7 +11,8 @@ from ippon.guidance.language.grammar.attributes import UNITS, is_part, listed_ki
 from ippon.guidance.language.grammar.determiners import NUMBERS, count_again, may_be_noun
 from ippon.guidance.language.grammar.guesses import is_guessed_before
 from ippon.guidance.language.grammar.heads import CODE
-from ippon.guidance.language.grammar.noun_phrase import STANDS, NounPhrase, read_noun_phrase
+from ippon.guidance.language.grammar.noun_ends import STANDS
+from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS, STOP
 from ippon.guidance.language.grammar.places import is_searched_inside
 from ippon.guidance.language.grammar.relation_phrase import ENTERING
@@ -115,7 +116,8 @@ def _measure(said: Utterance, start: int) -> int:
     """Return the index after "at least 30 cm long"; the same for none."""
     index = start + said.starts(start, ("at least", "at most", "about", "up to", "around"))
     number = said.word(index)[:1].isdigit() or said.word(index) in NUMBERS
-    if not number or said.word(index + 1) not in UNITS:
+    inside = said.word(index) in NUMBERS and said.word(index + 1) == "in"  # "One in the hall".
+    if not number or inside or said.word(index + 1) not in UNITS:
         return start
     return index + 2 + (said.word(index + 2) in _DIMENSIONS)
 

@@ -23,7 +23,9 @@ from ippon.guidance.language.goals.goal import Attribute, Relation
 from ippon.guidance.language.goals.placed import read_placed, read_spot
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import is_intensity, is_part, is_shade, listed_kind
-from ippon.guidance.language.grammar.noun_phrase import CONTAINERS, NounPhrase, read_noun_phrase
+from ippon.guidance.language.grammar.heads import ONES
+from ippon.guidance.language.grammar.noun_ends import CONTAINERS
+from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS
 from ippon.guidance.language.grammar.places import holds_things, is_room
 from ippon.guidance.language.grammar.relation_phrase import (
@@ -275,7 +277,7 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
     phrase = read_noun_phrase(said, start, of=False)
     if phrase is None or phrase.reference:
         return start
-    if not phrase.head and said.word(phrase.end - 1) in ("one", "ones"):
+    if not phrase.head and said.word(phrase.end - 1) in ONES:
         several = goal.count not in (None, 1) and said.word(start) in ("a", "an", "one", "the")
         several = several and said.word(phrase.end - 1) == "one"
         stated = said.word(phrase.end) in BE and not said.breaks(phrase.end)

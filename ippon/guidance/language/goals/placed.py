@@ -4,7 +4,8 @@ from ippon.guidance.language.goals.drafts import Draft
 from ippon.guidance.language.goals.features import BE, COVERED, SUBJECTS, is_maker
 from ippon.guidance.language.goals.goal import Attribute
 from ippon.guidance.language.grammar.guesses import is_guessed
-from ippon.guidance.language.grammar.noun_phrase import STANDS, read_noun_phrase
+from ippon.guidance.language.grammar.noun_ends import STANDS
+from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import SPOTS, prepositions_at, read_relation
 from ippon.guidance.language.grammar.utterance import Utterance

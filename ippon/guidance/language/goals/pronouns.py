@@ -5,7 +5,7 @@ from typing import Final
 from ippon.guidance.language.goals.drafts import Reading
 from ippon.guidance.language.goals.features import BE, SUBJECTS
 from ippon.guidance.language.goals.goal import Relation
-from ippon.guidance.language.grammar.noun_phrase import STANDS
+from ippon.guidance.language.grammar.noun_ends import STANDS
 from ippon.guidance.language.grammar.relation_phrase import prepositions_at
 
 _NAMING: Final = ("it", "them", "that", "those", "this")

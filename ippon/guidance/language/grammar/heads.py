@@ -23,6 +23,8 @@ from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.language.words import singular_candidates
 
 _SIZES = ("a3", "a4", "a5", "aa", "aaa", "xs", "xl", "xxl")
+ONES: Final = ("one", "ones", "kind", "sort", "type")
+"""What stands for a thing that was named: "the blue one", "the wide kind"."""
 CODE: Final = re.compile(r"[a-z]{1,4}\d+$")
 """A code or size of one of many: M8, K7."""
 _POSTPOSED = ("wood", "metal", "plastic", "leather", "steel")
@@ -50,7 +52,7 @@ def name_head(
 ) -> NamedHead:
     """Tell the head of a noun phrase from what describes it."""
     words = _without_kinds(words, knowledge)
-    if words[-1] in ("one", "ones"):
+    if words[-1] in ONES:
         attributes, nouns = _describe(words[:-1])
         attributes += [Attribute(kind="other", value=noun) for noun in nouns]
         return NamedHead("", attributes, True, False, False)

@@ -11,12 +11,8 @@ from ippon.guidance.language.context_words import (
 )
 from ippon.guidance.language.goals.goal import ALL, Relation
 from ippon.guidance.language.grammar.determiners import NUMBERS
-from ippon.guidance.language.grammar.noun_phrase import (
-    STANDS,
-    NounPhrase,
-    read_noun_phrase,
-    stands_somewhere,
-)
+from ippon.guidance.language.grammar.noun_ends import STANDS, stands_somewhere
+from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS
 from ippon.guidance.language.grammar.places import holds_things, is_room, named_place, room_spelt
 from ippon.guidance.language.grammar.utterance import Utterance

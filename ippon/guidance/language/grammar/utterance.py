@@ -82,10 +82,11 @@ _SOUND = (
     (re.compile(r"\bor, (?:even )?better(?: still| yet)?,", re.IGNORECASE), "or"),
     (
         re.compile(
-            r"(?<=\bwhere) (?:on earth|in the world|in \w+'s name|the (?:hell|heck)|exactly)\b",
+            r"\b(where|what|who) (?:on earth|in the world|in \w+'s name|the (?:hell|heck)|exactly)"
+            r"\b",
             re.IGNORECASE,
         ),
-        "",
+        r"\1",
     ),
     (re.compile(r"\bmind (look|check|search)ing\b", re.IGNORECASE), r"please \1"),
     (re.compile(r"\bno (?:idea|clue)(?= (?:where|which|who)\b)", re.IGNORECASE), "i don't know"),

@@ -104,6 +104,9 @@ def read_hint(reading: Reading, index: int) -> int:
     at = reading.match(phrases.LOOK, index) if reading.drafts and begun else index
     if at == index:
         return index
+    seen = read_noun_phrase(said, at + 1, of=False) if said.word(at) == "at" else None
+    if seen is not None and seen.known and not holds_things(seen.head):
+        return index  # "Look at the dog".
     first = read_noun_phrase(said, at, of=False)
     relations, end = list[Relation](), at
     placed = first is not None and first.head not in ABSTRACT

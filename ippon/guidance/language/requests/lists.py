@@ -200,7 +200,8 @@ def _take(
     if last is not None and not last.head and goal.head:
         last.head = goal.head
         last.display = " ".join([*(one.value for one in last.attributes), goal.head])
-        if goal.order == "and" and phrase.determined and not last.phrase.attributes and apposed:
+        plain = not (last.phrase.attributes and goal.attributes)
+        if goal.order == "and" and phrase.determined and plain and apposed:
             # "The one with the lid, the big pot."
             for one in goal.attributes:
                 last.add(one)

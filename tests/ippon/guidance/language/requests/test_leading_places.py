@@ -36,6 +36,7 @@ def test_places_that_are_said_first(sentence: str, object_: str, places: list[st
         ("I need a ladder. Check the garage first.", ["in garage"]),
         ("I think the dog took my hat, look under the bed", []),
         ("my hat is gone, check the time", []),
+        ("my hat is gone, look at the dog", []),
     ],
 )
 def test_where_to_look_is_said_after_the_object(sentence: str, places: list[str]) -> None:
