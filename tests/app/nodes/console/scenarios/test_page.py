@@ -183,10 +183,13 @@ def test_a_line_that_goes_dead_is_left_within_seconds_and_a_stop_gets_through(sh
     home.frozen = False
     camera = page.locator("#camera[data-state=live]")
     _until_seen(camera, home)
+    page.keyboard.press("t")
+    expect(page.locator("#things")).to_be_visible()
     relay.silence()
     page.locator("#stop").click()
     expect(page.locator("#state")).to_have_text("Stopped", timeout=15_000)
-    _until_seen(camera, home)
+    with page.expect_request("**/api/things", timeout=30_000):
+        _until_seen(camera, home)
     # The panels are on a line of their own.
     open_tab(page, "Session")
     expect(panels(page).get_by_role("button", name="Save the note")).to_be_visible()
