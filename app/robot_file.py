@@ -12,8 +12,8 @@ from typing import Any, Final, Literal
 import msgspec
 import yaml
 
-from app.configuration import parse_yaml
 from app.ros2.ippon_ros2.settings import RMW_ZENOH, Ros2Error, Settings, read_settings
+from app.yaml_text import parse_yaml
 from ippon import extensions
 from ippon.mapping.config import MapConfig
 from ippon.robot import HABITAT, ZED, CollisionSphere, RobotProfile, upright_body
