@@ -305,6 +305,13 @@ def test_a_first_visit_is_introduced_and_the_next_one_is_not(shared, browser, ho
     window.close()
 
 
+def test_the_rectangle_of_an_area_can_be_drawn_over_the_scene(page):
+    scene = page.frame(url=lambda url: "/view/" in url)
+    scene.wait_for_function("ipponDrawRate.timed > 0")
+    over = "document.querySelector('canvas:not([data-engine])').getContext('2d') !== null"
+    assert scene.evaluate(over), "no other context took the canvas"
+
+
 def test_frames_for_messages_are_spaced_until_somebody_uses_the_page(shared):
     page = shared.window.new_page()
     page.goto(f"{shared.console.url}/assets/draw_rate.js")
