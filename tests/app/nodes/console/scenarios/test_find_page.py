@@ -177,6 +177,17 @@ def test_the_list_of_goals_leads_to_where_something_was_found(home, page):
     page.keyboard.press("g")
 
 
+def test_a_map_that_is_gone_is_not_shown_on_the_plan(page):
+    page.keyboard.press("p")
+    none = page.locator("#plan-none")
+    expect(none).to_be_hidden()
+    page.route("**/api/export/plan.json", lambda route: route.fulfill(status=404))
+    expect(none).to_be_visible()
+    page.unroute("**/api/export/plan.json")
+    expect(none).to_be_hidden()
+    page.keyboard.press("p")
+
+
 def test_of_two_pages_of_one_browser_one_rings_for_several_calls_at_once(page):
     rung = page.evaluate(
         """async () => {
