@@ -9,7 +9,7 @@ from app.links.network.session import PROFILE, open_router
 from app.nodes.console.fleet import robot_list
 from app.nodes.console.fleet.robot_list import RobotList
 from tests.app.nodes.console.light_navigators import LightNavigator
-from tests.app.nodes.console.served import free_port
+from tests.ports import free_port
 
 
 @pytest.fixture
