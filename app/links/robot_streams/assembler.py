@@ -65,7 +65,7 @@ class AssemblerConfig:
     camera_clock_offset_s: float = 0.0
     """How far the camera's clock is behind that of the poses."""
     backwards_s: float = 1.0
-    """Step back of an image from which the robot's clock counts as restarted; heatmaps may be late."""
+    """Step back of an image from which the robot's clock counts as restarted."""
 
 
 class FrameAssembler:

@@ -139,7 +139,7 @@ class GoalAction:
         if handle is None or (is_accepted and not is_wanted):
             # Without an answer, the goal may have been accepted all the same.
             self._cancel(number)
-        if is_accepted:
+        if handle is not None and handle.accepted:
             handle.get_result_async().add_done_callback(
                 lambda future: self._finished(goal, number, future.result())
             )
