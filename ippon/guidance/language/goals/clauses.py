@@ -1,5 +1,6 @@
 """Clauses beside a request: where they end, and what they tell of the place of an object."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
@@ -18,6 +19,8 @@ from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.language.words import word_set
 
 _SOFT: Final = ("likes to", "like to", "used to", "supposed to", "should be", "not sure", "i think")
+_HAD = re.compile(r"\bhad (?:it|them|him|her|one)\b", re.IGNORECASE)
+"""Somebody had it there; it need not be there now."""
 _ABOUT = word_set(
     "it it's its they they're them he he's she she's one ones left leave put forgot forgotten saw "
     "seen see had kept keep dropped placed stored hid hidden laid looked checked searched"
@@ -128,7 +131,7 @@ def state(reading: Reading, words: str, targets: list[Draft]) -> None:
         ooi = resolve_object(goal.head, ()).canonical if goal.head else None
         claims = _joined(read_context(words, (), ooi=ooi).claims, words)
         about = _is_about_object(words, owned=goal.is_owned)
-        soft = any(phrase in words.lower() for phrase in _SOFT)
+        soft = any(phrase in words.lower() for phrase in _SOFT) or bool(_HAD.search(words))
         for claim in claims:
             told = True
             if claim.strength != "sure" or soft or not about:

@@ -12,7 +12,7 @@ from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.goals.pronouns import read_place_named
 from ippon.guidance.language.goals.references import complained, refer, replaced, selects
 from ippon.guidance.language.grammar import phrases
-from ippon.guidance.language.grammar.determiners import is_person_at
+from ippon.guidance.language.grammar.determiners import NUMBERS, count_again, is_person_at
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PRONOUNS
 from ippon.guidance.language.grammar.places import is_room
@@ -235,6 +235,11 @@ def read_modifiers(reading: Reading, index: int) -> int:
         room = _bare_room(reading, index)
         if room > index:
             index = room
+            continue
+        counted = count_again(said, index) if said.breaks(index) else 0
+        if counted > 1:
+            goal.count = NUMBERS[said.word(index)]
+            index += counted  # "Rope stands, six of them".
             continue
         end = reading.match(phrases.GONE, index)
         goal.gone = goal.gone or end > index
