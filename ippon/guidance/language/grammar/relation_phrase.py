@@ -25,7 +25,7 @@ _STANDING = word_set(
     "that's who's surely currently now must anywhere there somewhere even but or and either behind "
     "directly "
     "exactly immediately close sat stands lies sits hangs lives placed both all fell "
-    "fallen slipped rolled have has had gone used seen spotted worn last will "
+    "fallen slipped rolled have has had got gone used seen spotted worn last will "
     "off away dropped ran come came popped slid"
 )
 """Words that may stand before a preposition without changing where."""

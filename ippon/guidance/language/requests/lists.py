@@ -18,6 +18,8 @@ from ippon.guidance.language.grammar.phrases import PRONOUNS
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import read_relation, relation_to
 from ippon.guidance.language.grammar.utterance import Utterance
+from ippon.guidance.language.requests.left_out import is_left_out
+from ippon.guidance.language.requests.list_order import is_named_first, read_packages
 from ippon.guidance.language.words import word_set
 
 MAX_DRAFTS: Final = 60
@@ -76,6 +78,8 @@ def separator(reading: Reading, index: int) -> tuple[Order, int, NounPhrase] | N
         return None
     phrase = read_noun_phrase(said, start)
     if phrase is None or not _is_item(reading, start, phrase, lone=not length):
+        return None
+    if is_left_out(said, phrase) or is_named_first(reading, phrase):
         return None
     return order, start, phrase
 
@@ -236,6 +240,7 @@ def read_modifiers(reading: Reading, index: int) -> int:
         if room > index:
             index = room
             continue
+        index = read_packages(reading, index)
         counted = count_again(said, index) if said.breaks(index) else 0
         if counted > 1:
             goal.count = NUMBERS[said.word(index)]

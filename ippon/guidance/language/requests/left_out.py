@@ -1,0 +1,62 @@
+"""What somebody has or finds without the robot: "the rum I can find myself"."""
+
+from typing import Final
+
+from ippon.guidance.language.goals.drafts import Reading
+from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
+from ippon.guidance.language.grammar.utterance import Utterance
+from ippon.guidance.language.words import word_set
+
+_HAVING: Final = (
+    "i have", "we have", "i already have", "we already have", "i've got", "we've got",
+    "i've already got", "we've already got", "i have got",
+)  # fmt: skip
+_FETCHED: Final = ("find", "get", "fetch", "bring", "take", "see")
+_GETTING: Final = tuple(
+    f"{who} {verb}"
+    for who in ("i can", "we can", "i could", "we could", "i will", "we will", "i'll", "we'll")
+    for verb in _FETCHED
+)
+_ALONE: Final = ("myself", "ourselves", "on my own", "on our own", "alone")
+_HERE = word_set("already here with me now")
+
+
+def is_left_out(said: Utterance, phrase: NounPhrase) -> bool:
+    """Tell whether a thing is named that somebody has, or will get without help."""
+    return _end(said, phrase) > phrase.end
+
+
+def _end(said: Utterance, phrase: NounPhrase) -> int:
+    index = phrase.end
+    if not phrase.head or said.breaks(index):
+        return index
+    getting = said.starts(index, _GETTING)
+    end = index + (getting or said.starts(index, _HAVING))
+    if getting:
+        alone = said.starts(end, _ALONE)
+        end = end + alone if alone else index
+    while end > index and said.word(end) in _HERE and not said.breaks(end):
+        end += 1
+    return end if said.breaks(end) else index
+
+
+def skip_left_out(reading: Reading, index: int) -> int:
+    """Skip a thing that somebody has or gets without help, and note it as not used.
+
+    Returns:
+        Index after it; `index` where none is named, or no other object before it.
+    """
+    said = reading.said
+    begins = index + (said.word(index) in ("and", "but"))
+    if not reading.drafts or not (said.breaks(index) or begins > index):
+        return index
+    phrase = read_noun_phrase(said, begins)
+    if phrase is None or not is_left_out(said, phrase):
+        return index
+    last = reading.drafts[-1]
+    last.attributes = [
+        one for one in last.attributes if not (one.negated and one.value.endswith(phrase.head))
+    ]
+    end = _end(said, phrase)
+    reading.unused.append(said.said(index, end))
+    return end
