@@ -68,11 +68,8 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     if not length or (said.word(index) == "have" and said.breaks(index)):
         return _on_it(said, start, goal)  # "..., have a look round".
     index += length
-    if (
-        stands_somewhere(said, index)
-        or said.word(index) in STANDS
-        or (lacking and said.word(index) in ENTERING)
-    ):
+    standing = said.word(index) in STANDS or stands_somewhere(said, index)  # "Got stuck in".
+    if standing or (lacking and said.word(index) in ENTERING):
         return start  # "Without going into the nursery" is no part of it.
     phrase = read_noun_phrase(said, index)
     if phrase is None or (not phrase.head and not phrase.attributes):

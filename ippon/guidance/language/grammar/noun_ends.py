@@ -112,8 +112,8 @@ def _belongs(said: Utterance, index: int, *, first: bool) -> bool:
         return listed_kind(following) is not None  # "A really big box".
     participle = word in _PARTICIPLES or word.endswith("ed")
     placed = word in _PLACED or (participle and may_be_noun(said, index + 1))
-    owned = before.endswith("'s") and before not in NO_OWNERS  # "Mia's left shoe".
-    return placed and (owned or before in _BEFORE_PLACED)  # "The inside pocket".
+    owned = before.endswith("'s") and before not in NO_OWNERS and following not in STOP
+    return placed and (owned or before in _BEFORE_PLACED)  # "Mia's left shoe", "The inside pocket".
 
 
 def stands_somewhere(said: Utterance, index: int) -> bool:

@@ -130,7 +130,7 @@ def _may_precede(said: Utterance, index: int) -> bool:
 
 
 def _before_somewhere(said: Utterance, index: int) -> bool:
-    """Tell whether "is" stands before a word, and "somewhere" after it: "is adrift somewhere in"."""
+    """Tell whether a word stands between "is" and "somewhere": "is adrift somewhere in"."""
     for after in (index + 1, index + 2):
         if said.breaks(after):
             return False

@@ -19,8 +19,11 @@ def _place_of(reading: Reading, phrase: NounPhrase) -> int | None:
     first = said.word(phrase.end) == "first" and not said.breaks(phrase.end)
     if not (first and said.breaks(phrase.end + 1)) and not _after_first(reading, phrase):
         return None
-    heads = [one.head for one in reading.drafts]
-    return heads.index(phrase.head) if phrase.head in heads else None
+    said_of = [one for one in phrase.attributes if one.value != "first"]
+    for number, goal in enumerate(reading.drafts):
+        if goal.head == phrase.head and all(one in goal.attributes for one in said_of):
+            return number
+    return None
 
 
 def _after_first(reading: Reading, phrase: NounPhrase) -> bool:
