@@ -4,7 +4,6 @@ import ast
 import difflib
 import functools
 import inspect
-import re
 import textwrap
 import typing
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,6 +13,8 @@ from typing import Any, Final, TypeVar
 
 import msgspec
 import yaml
+
+from app.yaml_text import parse_yaml
 
 Config = TypeVar("Config")
 Names = tuple[str, ...]
@@ -46,24 +47,6 @@ class ConfigurationError(ValueError):
     """A configuration cannot be used; the text names the field and valid values."""
 
 
-class _Loader(yaml.SafeLoader):
-    """Reads 1e-3 as a number, as YAML 1.2 and JSON do, and refuses duplicate names."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        names = [key.value for key, _ in node.value]
-        twice = next((name for name in names if names.count(name) > 1), None)
-        if twice is not None:
-            raise ConfigurationError(f"{twice!r} is defined twice in one group")
-        return super().construct_mapping(node, deep=deep)
-
-
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(r"^[-+]?(\d+(\.\d*)?|\.\d+)[eE][-+]?\d+$"),
-    list("-+0123456789."),
-)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difference:
     """A field whose value is not its default."""
@@ -84,7 +67,7 @@ def read_file(path: Path) -> dict[str, Any]:
         raise ConfigurationError(f"{path} is too large for a configuration")
     try:
         tree = parse_yaml(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, ConfigurationError) as error:
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise ConfigurationError(f"configuration {path}: {error}") from error
     if tree is None:
         return {}
@@ -94,11 +77,6 @@ def read_file(path: Path) -> dict[str, Any]:
             f"template"
         )
     return typing.cast("dict[str, Any]", tree)
-
-
-def parse_yaml(text: str) -> Any:
-    """Return the value of a YAML or JSON text."""
-    return yaml.load(text, Loader=_Loader)  # noqa: S506 - a subclass of SafeLoader
 
 
 def changed(config: Config, changes: Mapping[str, Any], path: Names = ()) -> Config:
@@ -167,7 +145,7 @@ def parse_changes(config: object, changes: Sequence[str], group: str = "") -> di
         try:
             assign(tree, name, parse_yaml(text))
         except yaml.YAMLError as error:
-            raise ConfigurationError(f"{name}: {text!r} is not a YAML value") from error
+            raise ConfigurationError(f"{name}: {text!r} is not a YAML value: {error}") from error
     return tree
 
 

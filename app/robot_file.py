@@ -10,8 +10,10 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 import msgspec
+import yaml
 
 from app.ros2.ippon_ros2.settings import RMW_ZENOH, Ros2Error, Settings, read_settings
+from app.yaml_text import parse_yaml
 from ippon import extensions
 from ippon.mapping.config import MapConfig
 from ippon.robot import HABITAT, ZED, CollisionSphere, RobotProfile, upright_body
@@ -133,8 +135,7 @@ def read_detector(text: str) -> DetectorTable:
     """
     if text in PROFILES:
         return DetectorTable()
-    detector = _read(text).detector
-    if detector is None:
+    if (detector := _read(text).detector) is None:
         return DetectorTable()
     if not all(detector.labels) or not all(detector.labels.values()):
         raise RobotFileError(f"robot profile {text}: detector.labels has an empty name or label")
@@ -191,13 +192,12 @@ def _read(text: str) -> _RobotFile:
             f"no robot profile {text!r}: give {', '.join(profile_names())} or a YAML file; "
             "`ippon profile` prints one to start from"
         )
-    size = path.stat().st_size
-    if size > MOST_BYTES:
+    if (size := path.stat().st_size) > MOST_BYTES:
         raise RobotFileError(f"{path} is too long for a robot profile: {size} bytes")
     try:
-        file = msgspec.yaml.decode(path.read_bytes(), type=_RobotFile)
+        file = msgspec.convert(parse_yaml(path.read_text("utf-8")), _RobotFile)
         _settings(file)
-    except (OSError, msgspec.DecodeError, ValueError, Ros2Error) as error:
+    except (OSError, yaml.YAMLError, ValueError, Ros2Error) as error:
         raise RobotFileError(f"robot profile {path}: {error}") from error
     return file
 

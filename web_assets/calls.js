@@ -1,6 +1,6 @@
 // Calls: sounds and notifications of this browser, and what has been sent to the webhook.
 
-import { BASE } from "./base.js";
+import { BASE, get } from "./base.js";
 import { button, make, replaceRows } from "./side.js";
 import { LANGUAGE, nameOf, say } from "./words.js";
 
@@ -55,7 +55,7 @@ export class Calls {
     if (this.isFetching || wanted === this.known) return;
     this.isFetching = true;
     try {
-      const shown = await (await fetch(`${BASE}api/calls`)).json();
+      const shown = await (await get(`${BASE}api/calls`)).json();
       this.known = wanted;
       this.take(shown);
     } catch {

@@ -1,6 +1,6 @@
 // The goals: what is searched for, what waits in which order, what has ended, and saved searches.
 
-import { BASE } from "./base.js";
+import { BASE, get } from "./base.js";
 import { button, make, replaceRows } from "./side.js";
 import { has, nameOf, say, sayCount } from "./words.js";
 
@@ -73,7 +73,7 @@ export class Goals {
     if (!this.isOpen || this.isFetching || wanted === this.known) return;
     this.isFetching = true;
     try {
-      const lists = await (await fetch(`${BASE}api/goals`)).json();
+      const lists = await (await get(`${BASE}api/goals`)).json();
       this.known = wanted;
       this.render(lists);
     } catch {

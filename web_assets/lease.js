@@ -1,5 +1,6 @@
 // Control lease: one browser commands, the others watch, and each can stop the robot.
 
+import { get } from "./base.js";
 import { say } from "./words.js";
 
 const BEAT_MS = 1000;
@@ -84,7 +85,7 @@ export class Lease {
 // A refused socket gives no reason: ask whether the login has expired.
 export async function logInAgainIfAsked() {
   try {
-    if ((await fetch("/health")).status === 401) location.href = "/login";
+    if ((await get("/health")).status === 401) location.href = "/login";
   } catch {
     // The console does not respond at all; the page already says so.
   }

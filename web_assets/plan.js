@@ -1,7 +1,7 @@
 // The plan from above over the scene: names of rooms, measuring, export. Small in the corner while
 // the camera fills the scene.
 
-import { BASE } from "./base.js";
+import { BASE, get } from "./base.js";
 import { decimal, LANGUAGE, roomOf, say } from "./words.js";
 import { cellImage, COLORS, drawPlan, scaleBar } from "./plan_drawing.js";
 
@@ -361,6 +361,6 @@ export class Plan {
 }
 
 async function fetched(name) {
-  const answer = await fetch(`${BASE}api/export/${name}`);
+  const answer = await get(`${BASE}api/export/${name}`);
   return answer.ok ? answer.json() : null;
 }

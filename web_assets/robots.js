@@ -1,7 +1,7 @@
 // The list of all robots on the router: state, what each searches, link; a click opens its page.
 // A goal in plain words goes to the nearest free one, and each row says why it is not that one.
 
-import { BASE } from "./base.js";
+import { BASE, get } from "./base.js";
 import { make, replaceRows } from "./side.js";
 import { nameOf, say, sayCount } from "./words.js";
 
@@ -83,7 +83,7 @@ export class Robots {
     if (!this.isOpen || document.hidden || this.isFetching) return;
     this.isFetching = true;
     try {
-      const shown = await (await fetch("/api/robots")).json();
+      const shown = await (await get("/api/robots")).json();
       this.show(shown.robots ?? [], shown.problem ?? "");
     } catch {
       // The page says elsewhere that the console does not respond.

@@ -1,6 +1,6 @@
 // The list of what the robot remembers: find, show, search for, name, and say what it is not.
 
-import { BASE } from "./base.js";
+import { BASE, get } from "./base.js";
 import { button, make, replaceRows } from "./side.js";
 import { LANGUAGE, nameOf, percent, roomOf, say } from "./words.js";
 
@@ -75,7 +75,7 @@ export class Things {
     if (!this.isOpen || document.hidden || (this.isFetching && !always)) return;
     this.isFetching = true;
     try {
-      const reply = await (await fetch(`${BASE}api/things`)).json();
+      const reply = await (await get(`${BASE}api/things`)).json();
       this.show(reply.things ?? [], reply.problem ?? reply.note ?? "");
     } catch {
       // The page says elsewhere that the console does not respond.

@@ -1,5 +1,6 @@
 // Names the robots that do answer on the router, while the robot of this page does not.
 
+import { get } from "./base.js";
 import { make } from "./side.js";
 import { say } from "./words.js";
 
@@ -24,7 +25,7 @@ export class Waiting {
     if (!this.isShown || this.isFetching || document.hidden) return;
     this.isFetching = true;
     try {
-      const { robots } = await (await fetch("/api/robots")).json();
+      const { robots } = await (await get("/api/robots")).json();
       const live = (robots ?? []).filter((robot) => robot.link === "live");
       if (this.isShown) this.show(live);
     } catch {

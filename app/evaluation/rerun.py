@@ -70,8 +70,10 @@ def rerun_episode(
     try:
         recorder = EpisodeRecorder(root, time.time_ns(), version, guidance)
         tell(f"searching for up to {trial.limits.max_time_s:.0f} simulated s")
-        again = Trial(trial, scene, version, clocks, prior, recorder.observe).run(spec, method)
-        session = recorder.close()
+        try:
+            again = Trial(trial, scene, version, clocks, prior, recorder.observe).run(spec, method)
+        finally:
+            session = recorder.close()
     except OSError as error:
         raise EvaluationError(f"cannot write to {root}: {error.strerror}") from error
     return Replay(

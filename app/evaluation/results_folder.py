@@ -3,7 +3,7 @@
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from app.evaluation.errors import EvaluationError
 from app.homes import home_key
@@ -69,7 +69,7 @@ class EvaluationFolder:
             self._rows.mkdir(parents=True, exist_ok=True)
             self._errors.mkdir(exist_ok=True)
             if run.is_file():
-                old = json.loads(run.read_text(encoding="utf-8"))
+                old = _read_settings(run)
                 self._check_same(old, settings)
                 settings = _with_configurations_of(old, settings)
             replace_file(run, json.dumps(settings, indent=1, sort_keys=True).encode())
@@ -170,7 +170,7 @@ class EvaluationFolder:
         """
         run = self.path / RUN_FILE
         try:
-            return json.loads(run.read_text(encoding="utf-8")) if run.is_file() else {}
+            return _read_settings(run) if run.is_file() else {}
         except (OSError, ValueError) as error:
             raise EvaluationError(
                 f"{run} is damaged: {error}; delete it to continue without settings"
@@ -189,6 +189,14 @@ class EvaluationFolder:
 
     def _row_file(self, episode_id: str, method: str) -> Path:
         return self._rows / f"{episode_id}.{method}.json"
+
+
+def _read_settings(run: Path) -> dict[str, Any]:
+    """Read the settings of a folder; raises OSError and ValueError."""
+    settings = json.loads(run.read_text(encoding="utf-8"))
+    if not isinstance(settings, dict):
+        raise ValueError(f"it holds a {type(settings).__name__}, and no settings")  # noqa: TRY004
+    return cast("dict[str, Any]", settings)
 
 
 def _with_configurations_of(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:

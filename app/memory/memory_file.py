@@ -122,7 +122,7 @@ def write_memory(
                 "INSERT OR REPLACE INTO pictures VALUES (?, ?)", list(pictures.items())
             )
             connection.execute("COMMIT")
-    except (sqlite3.Error, OSError) as error:
+    except (sqlite3.Error, UnicodeError, OSError) as error:
         raise MemoryFileError(f"the memory is not kept in {path.name}: {error}") from error
 
 
@@ -134,7 +134,8 @@ def _opened(path: Path) -> Generator[sqlite3.Connection]:
         # Writable where it can be: a transaction that a crash cut off is undone first.
         with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=rw", uri=True)) as connection:
             yield connection
-    except sqlite3.Error as error:
+    except (sqlite3.Error, UnicodeError) as error:
+        # A damaged text, also that of an error which SQLite quotes, is not UTF-8.
         raise MemoryFileError(f"{path.name} is damaged or no memory file: {error}") from error
 
 

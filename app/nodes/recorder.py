@@ -244,7 +244,7 @@ class Recorder:
     # -- requests ----------------------------------------------------------------------------
 
     def _handle(self, request: RecordRequest) -> RecordingStatus:
-        """Answer a request, in zenoh's thread, after the writing thread has executed it."""
+        """Answer a request, in the thread of its key, after the writing thread has executed it."""
         reply: Future[RecordingStatus] = Future()
         self._requests.append((request, reply))
         self._queue.wake()

@@ -99,8 +99,8 @@ def _objects(content: Mapping[str, Any], name: str) -> tuple[KnownObject, ...]:
 def _object(item: Any, where: str) -> KnownObject:
     try:
         x, y, z = _position(item["centre_world"])
-        label, size_m = canonical_label(str(item["label"])), float(item.get("about_m", 0.3))
-    except (KeyError, TypeError, ValueError) as error:
+        label, size_m = _label(item["label"]), float(item.get("about_m", 0.3))
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         what = f"{error} is missing" if isinstance(error, KeyError) else str(error)
         raise KnownObjectsError(f"{where}: {what}") from error
     if not (label and all(math.isfinite(c) for c in (x, y, z)) and 0.0 < size_m <= MAX_SIZE_M):
@@ -109,6 +109,12 @@ def _object(item: Any, where: str) -> KnownObject:
             f"0 to {MAX_SIZE_M:g}; got {item!r}"
         )
     return KnownObject(label=label, centre_world=(x, y, z), about_m=size_m)
+
+
+def _label(value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError(f"label is a text; got {value!r}")
+    return canonical_label(value)
 
 
 def _position(value: Any) -> tuple[float, float, float]:

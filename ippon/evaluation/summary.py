@@ -63,8 +63,8 @@ class Comparison:
     success: PairedDifference
     success_p: float
     """McNemar's exact test."""
-    spl_ratio: float
-    """SPL of the reference over that of the method, on these episodes."""
+    spl_ratio: float | None
+    """SPL of the reference over that of the method, on these episodes; None over 0."""
     find_s_ratio: float | None
     """Time of the method over that of the reference, summed over the episodes in which both
     succeed; None without any."""
@@ -77,8 +77,8 @@ class Effect:
     method: str
     spl_with: float
     spl_without: float
-    ratio: float
-    """SPL with over SPL without."""
+    ratio: float | None
+    """SPL with over SPL without; None over 0."""
     difference: PairedDifference
 
 
@@ -115,7 +115,7 @@ def compare(rows: Sequence[EpisodeRow], reference: str = REFERENCE) -> tuple[Com
                 soft_spl=_paired(pairs, lambda r: r.soft_spl),
                 success=_paired(pairs, lambda r: float(r.success)),
                 success_p=mcnemar_p(wins, losses),
-                spl_ratio=float(np.mean([a.spl for a, _ in pairs])) / max(theirs, 1e-9),
+                spl_ratio=_ratio(float(np.mean([a.spl for a, _ in pairs])), theirs),
                 find_s_ratio=_find_s_ratio(pairs),
             )
         )
@@ -175,10 +175,14 @@ def _effect(method: str, pairs: list[tuple[EpisodeRow, EpisodeRow]]) -> tuple[Ef
         method=method,
         spl_with=spl_with,
         spl_without=spl_without,
-        ratio=spl_with / max(spl_without, 1e-9),
+        ratio=_ratio(spl_with, spl_without),
         difference=_paired(pairs, lambda r: r.spl),
     )
     return (effect,)
+
+
+def _ratio(one: float, other: float) -> float | None:
+    return one / other if other > 0.0 else None
 
 
 def spl_by_goal(rows: Sequence[EpisodeRow]) -> dict[str, dict[str, tuple[float, int]]]:

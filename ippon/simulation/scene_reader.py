@@ -91,8 +91,10 @@ def _read_description(folder: Path) -> dict[str, Any]:
     path = folder / "scene.json"
     try:
         parsed: Any = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise SceneError(f"{path} is not JSON: {error}") from error
+    except OSError as error:
+        raise SceneError(f"{path} cannot be read: {error.strerror}") from error
     if not isinstance(parsed, dict):
         raise SceneError(f"{path} must hold an object with `instances` and `start_poses`")
     description = cast("dict[str, Any]", parsed)
@@ -113,10 +115,18 @@ def _entries(description: dict[str, Any], key: str, folder: Path) -> list[dict[s
 def _numbers(value: Any, count: int, what: str) -> tuple[float, ...]:
     values = cast("list[Any]", value) if isinstance(value, list) else []
     if len(values) == count:
-        numbers = tuple(float(v) if isinstance(v, int | float) else math.nan for v in values)
+        numbers = tuple(_number(v) for v in values)
         if all(math.isfinite(v) for v in numbers):
             return numbers
     raise SceneError(f"{what} must be {count} finite numbers; got {value!r}")
+
+
+def _number(value: Any) -> float:
+    """Return a number, NaN for anything else."""
+    try:
+        return float(value) if isinstance(value, int | float) else math.nan
+    except OverflowError:
+        return math.nan
 
 
 def _instances(description: dict[str, Any], folder: Path) -> list[dict[str, Any]]:

@@ -60,6 +60,6 @@ class Relay:
                     continue
                 self.passed += len(data)
                 sink.sendall(data)
-        for end in (source, sink):
+        for end in () if source in self._silent else (source, sink):
             with contextlib.suppress(OSError):
                 end.shutdown(socket.SHUT_RDWR)

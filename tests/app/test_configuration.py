@@ -111,6 +111,8 @@ def test_files_are_yaml_or_json(tmp_path):
         ("- a\n", "is not a mapping of names to values"),
         ("a: [", "configuration .*robot.json: "),
         ("a: 1\na: 2\n", "'a' is defined twice"),
+        ("labels: [&a [x], *a, *a]", "aliases .* are not read"),
+        ("labels: " + "[" * 3000 + "]" * 3000, "nested too deeply"),
     ):
         file.write_text(content)
         with pytest.raises(ConfigurationError, match=text):

@@ -106,6 +106,7 @@ def test_a_short_file_with_a_fixed_camera(written):
         ("radius_m: 0.3, height_m: 0.7", "radius_m: 300, height_m: 700", "in millimetres?"),
         ("name: scout", "name: [", "robot.yaml"),
         ("name: scout", "&a [*a]", "robot.yaml"),
+        ("name: scout", "name: &a [x]\nros2: {color: *a}", "aliases (*name) are not read"),
     ],
 )
 def test_mistakes_are_named(old, new, message, written):

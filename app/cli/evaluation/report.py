@@ -86,9 +86,9 @@ def _print_tables(screen: Console, data: ReportData) -> None:
             f"{c.spl.mean:+.3f}",
             f"{low:+.2f}..{high:+.2f}",
             f"{c.spl.p:.3f}",
-            f"{c.spl_ratio:.2f}",
+            _ratio(c.spl_ratio),
             f"{c.success.mean:+.2f}",
-            "-" if c.find_s_ratio is None else f"{c.find_s_ratio:.2f}",
+            _ratio(c.find_s_ratio),
         )
     screen.print(pairs)
     screen.print(
@@ -107,11 +107,15 @@ def _print_effects(screen: Console, what: str, effects: Sequence[Effect]) -> Non
             str(e.difference.pairs),
             f"{e.spl_with:.3f}",
             f"{e.spl_without:.3f}",
-            f"{e.ratio:.2f}",
+            _ratio(e.ratio),
             f"{low:+.2f}..{high:+.2f}",
             f"{e.difference.p:.3f}",
         )
     screen.print(table)
+
+
+def _ratio(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2f}"
 
 
 def _table(title: str, heads: Sequence[str]) -> Table:

@@ -8,7 +8,7 @@ import zenoh
 from app.cli.options.tools import Control
 from app.cli.tools.follow import place_text
 from app.cli.tools.levels_table import printable
-from app.cli.tools.navigator_address import find_navigator
+from app.cli.tools.navigator_address import check_timeout, find_navigator
 from app.errors import UsageError
 from app.links.network.request_credential import request_credential
 from app.links.network.requests import RequestRefusedError, ask, last_message
@@ -28,6 +28,7 @@ _ENDED = {
 
 def run_control(command: Control) -> int:
     """Print the status, or send a request and print the answer."""
+    check_timeout(command.timeout_s)
     if command.goal is not None and command.action != "cancel":
         raise UsageError("--goal goes with cancel: the other actions are about the robot")
     endpoint, robot = find_navigator(command.connect, command.robot)

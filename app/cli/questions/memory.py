@@ -11,7 +11,7 @@ from rich.text import Text
 
 from app.cli.options.tools import Memory
 from app.cli.tools.levels_table import printable
-from app.cli.tools.navigator_address import find_navigator
+from app.cli.tools.navigator_address import check_timeout, find_navigator
 from app.errors import MemoryFileError, UsageError
 from app.links.network.requests import RequestRefusedError, ask
 from app.links.network.session import LinkError, open_client
@@ -29,6 +29,7 @@ EXIT_NOT_THERE = 1
 
 def run_memory(command: Memory) -> int:
     """Print what is remembered; 0 where something is still there, else 1."""
+    check_timeout(command.timeout_s)
     if len(command.find) > 80:
         raise UsageError(f"--find takes at most 80 characters; got {len(command.find)}")
     if not 1 <= command.limit <= 10_000:

@@ -14,7 +14,7 @@ from app.cli.tools.feedback import feedback_of, give_feedback
 from app.cli.tools.follow import SILENT_S, follow
 from app.cli.tools.levels import check_query
 from app.cli.tools.levels_table import as_json, print_levels, print_question, printable, said_by
-from app.cli.tools.navigator_address import find_navigator
+from app.cli.tools.navigator_address import check_timeout, find_navigator
 from app.cli.tools.nearest import check_options, give, reader
 from app.cli.tools.picture import read_jpeg
 from app.cli.tools.read import print_reading
@@ -53,8 +53,7 @@ Wanted = tuple[SearchRequest, bool]
 
 def run_ask(command: Ask) -> int:
     """Send the query; with `--follow` stay until the search is over."""
-    if not command.timeout_s > 0.0:
-        raise UsageError(f"--timeout-s is a positive number of seconds; got {command.timeout_s:g}")
+    check_timeout(command.timeout_s)
     if command.picture is not None and (command.object or command.add_label is not None):
         raise UsageError(
             "--picture stands in place of the object; what you know of its place goes to --context"

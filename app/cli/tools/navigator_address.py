@@ -1,7 +1,19 @@
 """Address of the navigator that a command asks."""
 
+import math
+
 from app.errors import UsageError
 from app.links.network.registry import running_navigators
+
+
+def check_timeout(timeout_s: float) -> None:
+    """Refuse a time that is none; zenoh takes a negative one for no limit.
+
+    Raises:
+        UsageError: It is not positive, or not finite.
+    """
+    if not 0.0 < timeout_s < math.inf:
+        raise UsageError(f"--timeout-s is a positive number of seconds; got {timeout_s:g}")
 
 
 def find_navigator(

@@ -179,10 +179,10 @@ def _pairs_table(data: ReportData) -> str:
             str(c.spl.pairs),
             _difference(c.spl),
             f"{c.spl.p:.3f}",
-            f"{c.spl_ratio:.2f}",
+            _ratio(c.spl_ratio),
             _difference(c.success),
             f"{c.success_p:.3f}",
-            "–" if c.find_s_ratio is None else f"{c.find_s_ratio:.2f}",
+            _ratio(c.find_s_ratio),
         )
         for c in data.comparisons
     ]
@@ -200,7 +200,7 @@ def _effects_table(effects: Sequence[Effect]) -> str:
             str(e.difference.pairs),
             f"{e.spl_with:.3f}",
             f"{e.spl_without:.3f}",
-            f"{e.ratio:.2f}",
+            _ratio(e.ratio),
             _difference(e.difference),
             f"{e.difference.p:.3f}",
         )
@@ -284,6 +284,10 @@ def _table(head: Sequence[str], body: Iterable[Sequence[str]]) -> str:
 
 def _with_interval(value: float, interval: tuple[float, float]) -> str:
     return f"{value:.3f} [{interval[0]:.2f}, {interval[1]:.2f}]"
+
+
+def _ratio(value: float | None) -> str:
+    return "–" if value is None else f"{value:.2f}"
 
 
 def _difference(d: PairedDifference) -> str:

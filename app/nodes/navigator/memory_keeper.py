@@ -138,6 +138,9 @@ class MemoryKeeper:
                 with self._lock:
                     self._pictures[view.instance_id] = jpeg
                 memory.set_view_score(view.instance_id, view.score)
+            known = {one.instance_id for one in memory.instances()}
+            with self._lock:
+                self._pictures = {k: jpeg for k, jpeg in self._pictures.items() if k in known}
         if now - self._rooms_at >= ROOMS_EVERY_S:
             self._rooms_at = now
             config = RoomConfig()

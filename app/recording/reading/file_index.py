@@ -37,6 +37,8 @@ BACKWARDS_NS: Final = NANOSECONDS
 """Largest step back in time from one chunk to the next that is accepted as disorder."""
 _ENTRY: Final = np.dtype([("time", "<u8"), ("offset", "<u8")])
 _WORDS: Final = struct.Struct("<HI")
+_LATEST: Final = np.uint64(2**63 - 1)
+"""Largest time, nanoseconds since 1970: the year 2262."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -172,9 +174,11 @@ class Scanner:
             self._indexed = False
         elif op == Opcode.MESSAGE_INDEX:
             channel, size = _WORDS.unpack_from(data, start)
+            size = min(size, stop - start - _WORDS.size)
             if size >= _ENTRY.itemsize and self._read_to != len(index.chunks) - 1:
                 whole = size - size % _ENTRY.itemsize
-                self._note(channel, data[start + 6 : start + 6 + whole])
+                first = start + _WORDS.size
+                self._note(channel, data[first : first + whole])
             self._indexed = True
         elif op == Opcode.MESSAGE:
             channel, _, time_ns = struct.unpack_from("<HIQ", data, start)
@@ -235,6 +239,11 @@ class Scanner:
             others = [part for part in self._parts.get(channel, []) if part[0] != chunk]
             self._parts[channel] = [*others, (chunk, np.array(entries, _ENTRY).tobytes())]
 
+    def _tell_undated(self, count: int) -> None:
+        text = f"the index is damaged: {count} messages have no possible time, and are left out"
+        if text not in self._index.problems:
+            self._index.problems.append(text)
+
     def _merged(self) -> dict[int, Entries]:
         merged: dict[int, Entries] = {}
         for channel in self._parts.keys() | self._loose.keys():
@@ -250,6 +259,10 @@ class Scanner:
             rows = np.concatenate([np.frombuffer(packed, _ENTRY), loose])
             counts = [*(len(entries) // _ENTRY.itemsize for _, entries in parts), len(loose)]
             chunk = np.repeat(np.array([*(c for c, _ in parts), -1], np.int32), counts)
+            dated = rows["time"] <= _LATEST
+            if not dated.all():
+                self._tell_undated(int(np.count_nonzero(~dated)))
+                rows, chunk = rows[dated], chunk[dated]
             time_ns = rows["time"].astype(np.int64)
             order = np.argsort(time_ns, kind="stable")
             merged[channel] = Entries(

@@ -130,7 +130,7 @@ def read_message(records: Bytes, offset: int) -> bytes:
     Raises:
         RecordingError: There is none.
     """
-    if offset + RECORD_HEAD.size + MESSAGE_HEAD.size > len(records):
+    if not 0 <= offset <= len(records) - RECORD_HEAD.size - MESSAGE_HEAD.size:
         raise RecordingError(f"no message at byte {offset}: the index is damaged")
     op, length = RECORD_HEAD.unpack_from(records, offset)
     start = offset + RECORD_HEAD.size

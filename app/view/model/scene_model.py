@@ -97,7 +97,7 @@ class SceneModel:
         self.far_evidence = NO_FAR_EVIDENCE
         """Evidence of the object beyond the map's range."""
         self.recorders = Recorders()
-        """Status of the recorder; None without a recorder."""
+        """Status of each recorder."""
         self.rooms: tuple[Room, ...] = ()
         """Rooms of the map, as last asked for."""
         self.things: tuple[RememberedThing, ...] = ()

@@ -64,8 +64,9 @@ def test_other_settings_need_another_folder(folder):
     assert folder.settings()["version"] == "2"
 
 
-def test_damage_is_named(folder, make_row):
-    (folder.path / RUN_FILE).write_text("{")
+@pytest.mark.parametrize("damaged", ["{", "[]"])
+def test_damage_is_named(folder, make_row, damaged):
+    (folder.path / RUN_FILE).write_text(damaged)
     with pytest.raises(UsageError, match=r"run\.json is damaged"):
         folder.open_for(_SETTINGS)
     with pytest.raises(UsageError, match=r"run\.json is damaged: .*delete it to continue without"):

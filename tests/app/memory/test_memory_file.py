@@ -54,6 +54,13 @@ def test_what_was_written_is_read_to_the_nanosecond(path):
     assert read_picture(path, 2) is None
 
 
+@pytest.mark.parametrize("text", [b"tablepictures", b"probability"])
+def test_texts_that_are_no_utf_8_are_told_as_damage(path, text):
+    path.write_bytes(path.read_bytes().replace(text, b"\xff" + text[1:], 1))
+    with pytest.raises(MemoryFileError, match="damaged"):
+        read_memory(path, "r")
+
+
 CRASH = """
 import os, sqlite3, sys
 connection = sqlite3.connect(sys.argv[1], isolation_level=None)

@@ -33,6 +33,8 @@ def test_labels_are_canonical_and_notes_are_ignored():
         ({"objects": [CUP | {"centre_world": 1}]}, "objects[0]: centre_world is [x, y, z] in met"),
         ({"objects": [CUP | {"centre_world": [1, 2, float("nan")]}]}, "finite centre_world"),
         ({"objects": [CUP | {"about_m": 0}]}, "about_m within 0 to 20"),
+        ({"objects": [CUP | {"about_m": 10**400}]}, "objects[0]: int too large"),
+        ({"objects": [CUP | {"label": None}]}, "objects[0]: label is a text; got None"),
         ({"objects": ["cup"]}, "objects[0]"),
         ({"absent": "cup"}, "absent is a list of labels; got 'cup'"),
         ({"objects": [CUP], "absent": ["cup"]}, "cup: listed as absent"),

@@ -157,3 +157,10 @@ def test_goals_have_their_own_means(rows):
     assert list(table) == ["bed", "tv"]
     assert table["bed"]["ippon"] == (pytest.approx(0.6), 2)
     assert table["tv"]["nearest_frontier"] == (0.0, 1)
+
+
+def test_there_is_no_ratio_to_a_method_that_finds_nothing(make_row):
+    rows = [make_row(spl=0.6), make_row(method="oracle", spl=0.0, success=False)]
+    assert [one.spl_ratio for one in compare(rows)] == [None]
+    pair = [make_row(context="on the bed", spl=0.5), make_row(spl=0.0)]
+    assert [one.ratio for one in context_effects(pair)] == [None]

@@ -96,6 +96,7 @@ def test_missing_folder_and_files_are_named(tmp_path):
         (lambda d: d.update(start_poses=[]), "no start poses"),
         (lambda d: d["start_poses"][0].update(x="left"), "4 finite numbers"),
         (lambda d: d["start_poses"][0].update(yaw=float("nan")), "4 finite numbers"),
+        (lambda d: d["start_poses"][0].update(x=10**400), "4 finite numbers"),
         (lambda d: d["instances"][0].update(category="throne"), "'throne'.*40 Matterport"),
         (lambda d: d["instances"][0].pop("node"), "no `node` name"),
         (lambda d: d["instances"].append(d["instances"][0]), "twice"),

@@ -22,7 +22,7 @@ from app.nodes.console.fleet.robot_list import RobotList
 from app.nodes.console.fleet.robot_paths import path_of, split_path
 from app.nodes.console.web.browsers import Browser
 from app.nodes.console.web.gateway import Gateway
-from app.nodes.console.web.guard import read_body
+from app.nodes.console.web.guard import read_body, refuse
 from app.view.words import ENGLISH, Words
 
 logger = logging.getLogger(__name__)
@@ -127,7 +127,7 @@ class RobotConsoles:
     async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
         found = split_path(scope["path"])
         if found is None:
-            await _refuse(404, "no such robot", scope, receive, send)
+            await refuse("no such robot", 404, scope, receive, send)
             return
         robot, below = found
         if robot == self._own and below in ("", "/") and scope["type"] == "http":
@@ -141,7 +141,7 @@ class RobotConsoles:
             # Only then in a thread: a Stop must not wait for the router or for another console.
             opened = await asyncio.to_thread(self._opened, robot)
         if isinstance(opened, str):
-            await _refuse(404, opened, scope, receive, send)
+            await refuse(opened, 404, scope, receive, send)
             return
         opened.used_s = time.monotonic()
         browser = scope["browser"]
@@ -204,11 +204,3 @@ class RobotConsoles:
     def _check(self) -> None:
         while not self._stop.wait(CHECK_S):
             self.close_idle()
-
-
-async def _refuse(status: int, text: str, scope: Scope, receive: Receive, send: Send) -> None:
-    if scope["type"] == "websocket":
-        await receive()
-        await send({"type": "websocket.close", "code": 1008, "reason": text[:120]})
-        return
-    await PlainTextResponse(f"{text}\n", status_code=status)(scope, receive, send)

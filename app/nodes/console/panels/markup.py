@@ -42,10 +42,10 @@ def swatch(color: Rgb) -> str:
 
 
 def exports(say: Words) -> str:
-    """Return the links to what can be exported now."""
+    """Return the links to what can be exported now, relative to the page of the scene."""
     links = [("map.ply", "map"), ("trail.csv", "trail"), ("figures.csv", "plots")]
     body = "".join(
-        f'<a href="/api/export/{file}" download>{escape(say(f"panel.export.{name}"))}</a>'
+        f'<a href="../api/export/{file}" download>{escape(say(f"panel.export.{name}"))}</a>'
         for file, name in links
     )
     hint = escape(say("panel.export.hint"))

@@ -48,7 +48,6 @@ class ClickExplanation(msgspec.Struct, frozen=True, kw_only=True):
     note: str = ""
 
 
-Inspect = Callable[[tuple[float, float, float]], InspectReply]
 Show = Callable[[str, bytes], None]
 
 

@@ -115,7 +115,7 @@ class Guard:
         headers = Headers(scope=scope)
         problem = self._problem(scope, headers)
         if problem is not None:
-            await _refuse(problem, 403, scope, receive, send)
+            await refuse(problem, 403, scope, receive, send)
             return
         send = _with_headers(scope, send)
         browser = self._access.browser_of(headers)
@@ -187,10 +187,11 @@ async def _ask_to_log_in(scope: Scope, receive: Receive, send: Send) -> None:
     if is_page and scope["method"] == "GET":
         await RedirectResponse("/login", status_code=303)(scope, receive, send)
         return
-    await _refuse("log in first", 401, scope, receive, send)
+    await refuse("log in first", 401, scope, receive, send)
 
 
-async def _refuse(problem: str, status: int, scope: Scope, receive: Receive, send: Send) -> None:
+async def refuse(problem: str, status: int, scope: Scope, receive: Receive, send: Send) -> None:
+    """Answer a request with an error, or close a WebSocket that is not accepted yet."""
     if scope["type"] == "websocket":
         await receive()
         await send({"type": "websocket.close", "code": 1008, "reason": problem[:120]})

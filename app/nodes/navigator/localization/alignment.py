@@ -154,7 +154,7 @@ class Alignment:
             self._views.append(seen_points(frame, _REACH_M))
 
     def _obey(self, request: ControlRequest) -> ControlReply:
-        """Stop and resume the turn; called in a thread of zenoh."""
+        """Stop and resume the turn; called in the thread of the key."""
         if request.action == "cancel":
             raise RequestRefusedError("the robot is finding its place in the map; stop it instead")
         if request.action == "resume":

@@ -32,7 +32,7 @@ class Topic(Protocol):
 
 
 class DriveService:
-    """Handles requests in zenoh's threads; the mission's thread runs the operations."""
+    """Handles requests in threads of their own; the mission's thread runs the operations."""
 
     def __init__(
         self,

@@ -50,7 +50,7 @@ class StopLatch(Protocol):
 
 
 class GoalService:
-    """Validates requests in zenoh's threads and queues operations for the mission."""
+    """Validates requests in threads of their own and queues operations for the mission."""
 
     def __init__(
         self,

@@ -55,7 +55,7 @@ ReportEvent = Callable[[str, str], None]
 
 
 class GuidanceService:
-    """Handles requests in zenoh's threads and asks the model in its own."""
+    """Handles requests in threads of their own and asks the model in its own."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""Requests about what is remembered: questions are answered at once in zenoh's threads."""
+"""Requests about what is remembered: questions are answered at once in threads of their own."""
 
 import threading
 

@@ -10,7 +10,7 @@ from app.nodes.navigator.state.goal_queue import GoalQueue
 
 
 class QueueService:
-    """Handles requests in zenoh's threads; the queue itself is safe from any thread."""
+    """Handles requests in threads of their own; the queue itself is safe from any thread."""
 
     def __init__(self, queue: GoalQueue, guidance: GuidanceService, goals: GoalService) -> None:
         self._queue = queue

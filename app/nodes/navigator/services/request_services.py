@@ -59,7 +59,8 @@ class Endpoint:
     request: type[msgspec.Struct]
     service: type
     handle: Callable[..., msgspec.Struct]
-    """Method of `service`; called in a thread of zenoh, so it must be quick."""
+    """Method of `service`; called in the thread of the key, which answers one
+    request at a time."""
     access: Literal["holder", "everyone", "credential"]
     """Whose requests are accepted: the holder's of the lease, everyone's, or everyone's with the
     credential handed to the method."""

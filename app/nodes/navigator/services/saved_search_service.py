@@ -32,7 +32,7 @@ class Topic(Protocol):
 
 
 class SavedSearchService:
-    """Keeps, runs and deletes saved searches; requests come in zenoh's threads."""
+    """Keeps, runs and deletes saved searches; requests come in the thread of their key."""
 
     def __init__(self, goals: GoalService, topic: Topic, path: Path | None) -> None:
         """Read and publish the searches of earlier runs.

@@ -2,6 +2,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from app.cli.main import run
 from app.cli.tools import navigator_address
 from app.cli.tools.navigator_address import find_navigator
 from app.errors import UsageError
@@ -32,3 +33,10 @@ def test_another_name_is_answered_with_those_that_run(running):
     running.clear()
     with pytest.raises(UsageError, match="or it still prepares its first start"):
         find_navigator(None, None)
+
+
+@pytest.mark.parametrize("command", [("ask", "hat"), ("control",), ("memory",)])
+@pytest.mark.parametrize("seconds", ["-1", "0", "nan", "inf"])
+def test_a_time_that_is_none_is_refused_before_anything_is_asked(command, seconds, capsys):
+    assert run([*command, "--connect", "tcp/127.0.0.1:1", f"--timeout-s={seconds}"]) == 2
+    assert "--timeout-s is a positive number of seconds; got" in capsys.readouterr().err

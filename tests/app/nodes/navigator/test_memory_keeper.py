@@ -165,8 +165,13 @@ def test_without_a_file_memory_lasts_as_long_as_the_process(voxel_map, frame):
     search = hat_search()
     keeper.begin(search)
     keeper.step(frame, search, 0.0)
-    assert keeper.picture(keeper.instances[0].instance_id) is not None
+    (hat,) = keeper.instances
+    assert keeper.picture(hat.instance_id) is not None
     assert keeper.picture(77) is None
+    keeper._recollection.memory.remove(hat.instance_id)
+    keeper._views_at = 0.0
+    keeper.step(frame, None, 0.0)
+    assert keeper.picture(hat.instance_id) is None, "what is forgotten takes no memory"
     keeper.close()
 
 

@@ -1,15 +1,18 @@
 """Reading: any moment, in order, whole or cut off."""
 
 import itertools
+import struct
 
 import numpy as np
 import pytest
 from mcap.writer import CompressionType, Writer
 
 from app.messages import keys
+from app.recording.catalogue import list_sessions
 from app.recording.channels import MARKERS_KEY
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
+from app.recording.reading.repair import check
 from app.recording.timeline import (
     TIMELINE_ATTACHMENT,
     SessionTimeline,
@@ -17,8 +20,12 @@ from app.recording.timeline import (
     timeline_of,
     unpack_timeline,
 )
+from app.recording.writing.session import VERSIONS
+from app.recording.writing.writer import SessionWriter
 from ippon.mapping.config import MapConfig
 from ippon.mapping.voxel_map import VoxelMap
+
+START_NS = 1_750_000_000_000_000_000
 
 
 @pytest.fixture
@@ -225,3 +232,28 @@ def test_the_messages_of_two_topics_of_one_kind_are_read_as_one(tmp_path):
     latest = [recording.latest(keys.TF, at) for at in (4, 9, 12, 29, 99)]
     assert [None if m is None else m.payload[0] for m in latest] == [None, 5, 10, 20, 30]
     recording.close()
+
+
+@pytest.mark.parametrize(
+    ("at", "value"), [("size", 2**31), ("offset", 2**63 + 5), ("time", 2**63 + 5)]
+)
+def test_a_damaged_index_costs_its_messages_and_hides_no_other_file(tmp_path, at, value):
+    writer = SessionWriter(tmp_path / "s", "r")
+    writer.note_metadata(VERSIONS, {"robot": "r"})
+    for n in range(5):
+        writer.add(keys.CONTACT, b"\0\1\0\0\1", START_NS + n, 0.0)
+    writer.close()
+    content = bytearray(writer.path.read_bytes())
+    # The message index of the chunk: opcode, length, channel, size, then a time and an offset each.
+    record = content.rindex(b"\x07" + (6 + 5 * 16).to_bytes(8, "little"))
+    place, form = {"size": (11, "<I"), "time": (15, "<Q"), "offset": (23, "<Q")}[at]
+    struct.pack_into(form, content, record + place, value)
+    writer.path.write_bytes(content)
+    recording = Recording(writer.path)
+    left = [m.time_ns - START_NS for m in recording.all_messages()]
+    assert left == {"size": [0, 1, 2, 3, 4], "offset": [1, 2, 3, 4], "time": [1, 2, 3, 4]}[at]
+    # A size is cut to that of its record, so that nothing is lost.
+    assert bool(recording.index.problems or recording.damaged) == (at != "size")
+    recording.close()
+    assert len(list_sessions(tmp_path)) == 1
+    assert bool(check(writer.path, repair=True).problems) == (at != "size")

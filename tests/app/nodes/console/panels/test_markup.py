@@ -1,5 +1,6 @@
 import re
 from dataclasses import replace
+from urllib.parse import urljoin
 
 import msgspec
 import numpy as np
@@ -17,6 +18,7 @@ from app.messages.status import (
     LevelTable,
     StreamStatus,
 )
+from app.nodes.console.fleet.robot_paths import path_of
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.find_card import counted_find, counted_head, find_card
 from app.nodes.console.panels.places_markup import candidate, not_found
@@ -28,6 +30,17 @@ from app.view.words import ENGLISH
 from ippon.camera import PinholeCamera
 from ippon.guidance.language.goals.goal import Attribute, Goal, Relation, Request
 from ippon.guidance.language.requests.sentence import read_request
+
+
+def test_exports_are_those_of_the_robot_whose_page_it_is():
+    for base in ("/", path_of("site/b")):
+        page = f"http://robot{base}view/?darkMode"
+        links = re.findall(r'href="([^"]+)"', markup.exports(ENGLISH))
+        assert [urljoin(page, link) for link in links] == [
+            f"http://robot{base}api/export/{name}"
+            for name in ("map.ply", "trail.csv", "figures.csv")
+        ]
+
 
 ATTACKS = [
     "<img src=x onerror=alert(1)>",

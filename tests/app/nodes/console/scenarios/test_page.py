@@ -183,10 +183,13 @@ def test_a_line_that_goes_dead_is_left_within_seconds_and_a_stop_gets_through(sh
     home.frozen = False
     camera = page.locator("#camera[data-state=live]")
     _until_seen(camera, home)
+    page.keyboard.press("t")
+    expect(page.locator("#things")).to_be_visible()
     relay.silence()
     page.locator("#stop").click()
     expect(page.locator("#state")).to_have_text("Stopped", timeout=15_000)
-    _until_seen(camera, home)
+    with page.expect_request("**/api/things", timeout=30_000):
+        _until_seen(camera, home)
     # The panels are on a line of their own.
     open_tab(page, "Session")
     expect(panels(page).get_by_role("button", name="Save the note")).to_be_visible()
@@ -300,6 +303,13 @@ def test_a_first_visit_is_introduced_and_the_next_one_is_not(shared, browser, ho
     page.keyboard.press("Escape")
     expect(card).to_be_hidden()
     window.close()
+
+
+def test_the_rectangle_of_an_area_can_be_drawn_over_the_scene(page):
+    scene = page.frame(url=lambda url: "/view/" in url)
+    scene.wait_for_function("ipponDrawRate.timed > 0")
+    over = "document.querySelector('canvas:not([data-engine])').getContext('2d') !== null"
+    assert scene.evaluate(over), "no other context took the canvas"
 
 
 def test_frames_for_messages_are_spaced_until_somebody_uses_the_page(shared):
