@@ -1,5 +1,6 @@
 """Where a noun phrase ends, and which of its words belong together."""
 
+from functools import cache
 from typing import Final
 
 from ippon.guidance.knowledge import Knowledge, load_knowledge
@@ -12,7 +13,7 @@ from ippon.guidance.language.grammar.determiners import (
     may_be_noun,
 )
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS, PRONOUNS, STOP
-from ippon.guidance.language.grammar.utterance import Utterance, named_words
+from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
 MAX_WORDS: Final = 9
@@ -133,11 +134,17 @@ def stands_somewhere(said: Utterance, index: int) -> bool:
     return moving and listed_kind(word) is None and knowledge.find(word) is None
 
 
+@cache
+def _last_words() -> frozenset[str]:
+    """Return the last words of all names of the table: "piano" of "upright piano"."""
+    return frozenset(name.rpartition(" ")[2] for name in load_knowledge().phrases)
+
+
 def _is_adverb(said: Utterance, index: int) -> bool:
     """Tell whether an unknown word stands between a verb and a place: "ran aground on"."""
     word = said.word(index)
     return not said.breaks(index + 1) and not (
-        word in named_words() or word in STOP or word in NUMBERS or word.endswith("'s")
+        word in _last_words() or word in STOP or word in NUMBERS or word.endswith("'s")
     )
 
 

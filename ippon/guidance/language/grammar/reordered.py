@@ -9,7 +9,7 @@ _INTO: Final = r"(?:in|into|on|at|under|behind|inside|near|beside)"
 _RANKED = re.compile(
     rf",(?: and)? (?!the {_NEXT})([^,.;!?]+?) {_NEXT}(?=\s*(?:[,.;!?]|$))", re.IGNORECASE
 )
-_RANKING = re.compile(rf",(?: and)? {_NEXT}(?:ly)? (?=(?:the|my|our|a|an) )", re.IGNORECASE)
+_RANKING = re.compile(rf",(?: and)? {_NEXT}(?:ly)? (?=(?:the|my|our|a|an|some) )", re.IGNORECASE)
 _FIRST = re.compile(r"^first\b|\bfirst,", re.IGNORECASE)
 _POINTED_AT = re.compile(
     rf"^(?:(?:do|can) )?(?:you )?see ({_DET}) ([\w ]{{2,30}})[?,]\s*(inside|in|on|under|behind|"

@@ -13,6 +13,7 @@ from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import read_relation
+from ippon.guidance.language.requests.list_order import read_each
 from ippon.guidance.language.requests.lists import read_goals
 from ippon.guidance.language.words import word_set
 
@@ -48,6 +49,7 @@ def read_asked(reading: Reading, index: int) -> int:
         if more == start + 1 and listed_kind(said.word(start)):
             break
         start = more
+    start = read_each(reading, start)
     again = _read_again(reading, index, end, start)
     if again is not None:
         return again

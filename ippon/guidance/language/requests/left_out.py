@@ -11,12 +11,7 @@ _HAVING: Final = (
     "i have", "we have", "i already have", "we already have", "i've got", "we've got",
     "i've already got", "we've already got", "i have got",
 )  # fmt: skip
-_FETCHED: Final = ("find", "get", "fetch", "bring", "take", "see")
-_GETTING: Final = tuple(
-    f"{who} {verb}"
-    for who in ("i can", "we can", "i could", "we could", "i will", "we will", "i'll", "we'll")
-    for verb in _FETCHED
-)
+_ABLE: Final = ("i can", "we can", "i could", "we could", "i will", "we will", "i'll", "we'll")
 _ALONE: Final = ("myself", "ourselves", "on my own", "on our own", "alone")
 _HERE = word_set("already here with me now")
 
@@ -30,11 +25,12 @@ def _end(said: Utterance, phrase: NounPhrase) -> int:
     index = phrase.end
     if not phrase.head or said.breaks(index):
         return index
-    getting = said.starts(index, _GETTING)
-    end = index + (getting or said.starts(index, _HAVING))
-    if getting:
-        alone = said.starts(end, _ALONE)
-        end = end + alone if alone else index
+    able = said.starts(index, _ABLE)
+    if able:
+        alone = said.starts(index + able + 1, _ALONE)  # "I can find myself".
+        end = index + able + 1 + alone if alone else index
+    else:
+        end = index + said.starts(index, _HAVING)
     while end > index and said.word(end) in _HERE and not said.breaks(end):
         end += 1
     return end if said.breaks(end) else index

@@ -51,7 +51,7 @@ def read_each(reading: Reading, index: int) -> int:
     said = reading.said
     if said.word(index) not in NUMBERS or said.words(index + 1, index + 3) != ["of", "each"]:
         return index
-    if not said.breaks(index + 3) or not (index == 0 or said.breaks(index)):
+    if not said.breaks(index + 3):
         return index
     reading.each = NUMBERS[said.word(index)]
     return index + 3

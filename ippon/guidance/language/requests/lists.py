@@ -241,10 +241,11 @@ def read_modifiers(reading: Reading, index: int) -> int:
             index = room
             continue
         index = read_packages(reading, index)
-        counted = count_again(said, index) if said.breaks(index) else 0
+        about = index + (said.word(index) in ("about", "around", "roughly", "exactly"))
+        counted = count_again(said, about) if said.breaks(index) else 0
         if counted > 1:
-            goal.count = NUMBERS[said.word(index)]
-            index += counted  # "Rope stands, six of them".
+            goal.count = NUMBERS[said.word(about)]
+            index = about + counted  # "Rope stands, six of them".
             continue
         end = reading.match(phrases.GONE, index)
         goal.gone = goal.gone or end > index

@@ -232,6 +232,10 @@ class RequestReader:
         if counted:
             self.reading.drafts[-1].count = NUMBERS[said.word(index + 1)]
             return index + 1 + counted  # "All four of them".
+        counted = count_again(said, index) if said.breaks(index) else 0
+        if counted > 1:
+            self.reading.drafts[-1].count = NUMBERS[said.word(index)]
+            return index + counted  # "Cups! Six of them".
         subject = said.word(index) in ("they", "they're", "both", "these")
         relation = read_relation(said, index)
         listed = self.reading.drafts[self.reading.list_start :]

@@ -8,6 +8,7 @@ from ippon.guidance.language.requests.sentence import read_request
     [
         ("bring the spoon, the soup I have here", ["spoon"], "the soup I have here"),
         ("the mug, the cup we can find ourselves", ["mug"], "the cup we can find ourselves"),
+        ("the milk, the cereal I can reach myself", ["milk"], "the cereal I can reach myself"),
         ("a hat and a scarf, but the gloves I've got", ["hat", "scarf"], "but the gloves I've got"),
     ],
 )
