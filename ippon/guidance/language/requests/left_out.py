@@ -13,6 +13,9 @@ _HAVING: Final = (
 )  # fmt: skip
 _ABLE: Final = ("i can", "we can", "i could", "we could", "i will", "we will", "i'll", "we'll")
 _ALONE: Final = ("myself", "ourselves", "on my own", "on our own", "alone")
+_WHO = word_set("i we i've we've i'll we'll")
+_REACH: Final = 8
+"""So many words may hold a thing and who has it."""
 _HERE = word_set("already here with me now")
 
 
@@ -45,6 +48,8 @@ def skip_left_out(reading: Reading, index: int) -> int:
     said = reading.said
     begins = index + (said.word(index) in ("and", "but"))
     if not reading.drafts or not (said.breaks(index) or begins > index):
+        return index
+    if not _WHO & set(said.words(begins + 1, begins + _REACH)):
         return index
     phrase = read_noun_phrase(said, begins)
     if phrase is None or not is_left_out(said, phrase):

@@ -1,10 +1,14 @@
 """What is said of a whole list: which comes first, and how many of each."""
 
+from typing import Final
+
 from ippon.guidance.language.goals.drafts import Reading
 from ippon.guidance.language.grammar.determiners import NUMBERS
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.words import is_mass, word_set
 
+_REACH: Final = 8
+"""So many words may hold a thing and "first"."""
 _PACKAGES = word_set("can carton bottle jar tin pack packet box bag tube tub roll")
 
 
@@ -35,6 +39,8 @@ def read_first_of(reading: Reading, index: int) -> int:
     """Read "the torch first" after "two radios and a torch"; returns the index after it."""
     said = reading.said
     if len(reading.drafts) < 2 or not said.breaks(index):
+        return index
+    if "first" not in said.words(index, index + _REACH):
         return index
     phrase = read_noun_phrase(said, index)
     number = _place_of(reading, phrase) if phrase is not None else None
