@@ -8,7 +8,9 @@ import pytest
 
 from app.cli.main import parse
 from ippon.evaluation.methods.method_table import METHODS
+from tests.benchmarks.__main__ import BENCHMARKS
 from tests.locations import ROOT
+from tests.mutation.parts import PARTS
 
 DOCUMENTS = sorted(
     [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "examples").rglob("*.md")]
@@ -86,6 +88,21 @@ def test_the_methods_of_the_guide_are_those_of_the_evaluation():
     text = (ROOT / "docs" / "guides" / "researcher.md").read_text("utf-8")
     section = text.split("## Methods")[1].split("\n## ")[0]
     assert set(re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE)) == set(METHODS)
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=name)
+def test_benchmarks_and_mutated_parts_that_are_named_exist(document):
+    text = document.read_text("utf-8")
+    named = re.findall(r"scripts/benchmark ([a-z][a-z|-]*)", text)
+    assert {one for names in named for one in names.split("|")} <= {*BENCHMARKS, "all"}
+    assert set(re.findall(r"scripts/mutation ([a-z_]+)", text)) <= set(PARTS)
+
+
+def test_contributing_names_every_benchmark_and_every_mutated_part():
+    text = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+    for command, names in (("benchmark", {*BENCHMARKS, "all"}), ("mutation", set(PARTS))):
+        first, others = re.findall(rf"`scripts/{command} ([\w-]+)` \(or ([^)]+)\)", text)[0]
+        assert {first, *re.findall(r"`([\w-]+)`", others)} == names
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=name)

@@ -72,6 +72,13 @@ def exploring_rows(_: int, quick: bool) -> Iterator[Row]:
     yield from exploring.exploring_rows(3 if quick else 20)
 
 
+def segmentation_rows(_: int, quick: bool) -> Iterator[Row]:
+    """Measure networks with random weights, heatmap messages and second passes."""
+    from tests.benchmarks import segmentation
+
+    yield from segmentation.segmentation_rows(quick)
+
+
 def second_day_rows(_: int, quick: bool) -> Iterator[Row]:
     """Measure what memory saves on the second day in a home."""
     from tests.benchmarks import second_day
@@ -105,6 +112,7 @@ BENCHMARKS = {
     "map": map_rows,
     "planner": planner_rows,
     "second-day": second_day_rows,
+    "segmentation": segmentation_rows,
     "tour": tour_rows,
 }
 

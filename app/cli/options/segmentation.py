@@ -14,7 +14,8 @@ class Segmentation:
     backend: Backend = "san"
     """san (used in the paper) and clipseg classify every pixel; owlv2 finds boxes that SAM
     segments; sam3 and sam3-lite find instances with masks; grounding-dino finds boxes that SAM 2
-    segments; detector finds the classes that its file was trained on (scripts/setup --detector)."""
+    segments; detector finds the classes that its file was trained on (scripts/setup --detector);
+    installed is a network that another package adds, named by model."""
     model: str = ""
     """Name or path of the checkpoint: san_vit_b_16, san_vit_large_14, a file or a folder. Empty
     selects the backend's default. For detector, an .onnx file, or an ncnn .param file with its .bin

@@ -1,4 +1,5 @@
 import datetime as dt
+import re
 import stat
 
 import pytest
@@ -6,6 +7,9 @@ import zenoh
 
 from app.certificates.authority import CertificateError
 from app.certificates.roles import ROLES, write_roles
+from app.links.network.topic_listener import LATCHED
+from app.messages import keys
+from app.nodes.recorder import LATCHED_TOPICS
 
 NOW = dt.datetime(2030, 1, 1, tzinfo=dt.UTC)
 
@@ -44,6 +48,16 @@ def test_the_rules_are_about_the_robot_that_is_named(tmp_path):
     text = (tmp_path / "navigator.json5").read_text()
     assert '"site/scout/cmd_vel"' in text
     assert '"ippon/' not in text
+
+
+def test_who_watches_may_fetch_every_last_message(tmp_path):
+    write(tmp_path)
+    text = (tmp_path / "navigator.json5").read_text()
+    rule = re.search(r'id: "fetch".*?key_exprs: \[(.*?)\]', text, re.DOTALL)
+    allowed = [zenoh.KeyExpr(key) for key in re.findall(r'"([^"]+)"', rule[1])]
+    # What is sent once comes from its publisher, under keys of its own.
+    for key in {*LATCHED, *LATCHED_TOPICS} - {*keys.KEPT}:
+        assert any(one.includes(zenoh.KeyExpr(f"ippon/{key}")) for one in allowed), key
 
 
 @pytest.mark.parametrize(
