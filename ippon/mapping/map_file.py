@@ -73,15 +73,18 @@ def decode(content: bytes, max_bytes: int = 1 << 32) -> tuple[dict[str, Any], Ar
             (str(e["name"]), _dtype(e["dtype"]), tuple(int(n) for n in e["shape"]))
             for e in header.pop("arrays")
         ]
-    except (ValueError, TypeError, KeyError, AttributeError) as error:
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         raise MapFileError(f"map file has no readable header: {error}") from error
     sizes = [dtype.itemsize * _count(shape) for _, dtype, shape in entries]
     if sum(sizes) > max_bytes:
         raise MapFileError(f"map file holds {sum(sizes)} bytes; at most {max_bytes} are read")
+    packed = content[start:body_end]
     try:
-        body = zstandard.ZstdDecompressor().decompress(
-            content[start:body_end], max_output_size=max(1, sum(sizes))
-        )
+        # The limit of the library does not apply to a frame that states its own size.
+        stated = zstandard.frame_content_size(packed)
+        if stated > sum(sizes):
+            raise MapFileError(f"map file states {stated} bytes; it holds {sum(sizes)}")
+        body = zstandard.ZstdDecompressor().decompress(packed, max_output_size=max(1, sum(sizes)))
     except zstandard.ZstdError as error:
         raise MapFileError(f"map file cannot be unpacked: {error}") from error
     if len(body) != sum(sizes):

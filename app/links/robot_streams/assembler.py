@@ -46,7 +46,6 @@ MAX_LATE: Final = 4
 REMEMBERED_IMAGES: Final = 200
 """Stamps of colour images that detections are compared with."""
 
-
 Seen = StampedHeatmap | StampedDetections
 T = TypeVar("T", CompressedColor, DepthImage, Seen)
 
@@ -238,7 +237,10 @@ class FrameAssembler:
 
     def _heatmaps_come(self) -> bool:
         """Return whether heatmaps keep up, so that waiting for one is worthwhile."""
-        behind_ns = max(self._colors) - max(self._heatmaps, default=-(2**62))
+        newest = max(self._colors)
+        # One that is further ahead is of the robot's clock before it was set back.
+        ahead = newest + NANOSECONDS * self._config.backwards_s
+        behind_ns = newest - max((s for s in self._heatmaps if s <= ahead), default=-(2**62))
         return behind_ns < NANOSECONDS * self._config.heatmap_wait_s
 
     def _frame(self, color: CompressedColor, depth: DepthImage, seen: Seen | None) -> Frame:

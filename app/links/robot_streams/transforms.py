@@ -11,7 +11,8 @@ from app.messages.motion import StampedTransform
 from ippon.frame import NANOSECONDS
 from ippon.geometry import Float64Array, make_transform
 
-HISTORY: Final = 200
+HISTORY: Final = 1000
+"""Poses of a frame that are kept: 2 s of a robot that sends 500 in a second."""
 MAX_CHAIN: Final = 20
 BACKWARDS_NS: Final = NANOSECONDS
 """Step back from which the clock counts as restarted; smaller ones are messages out of order."""
@@ -77,13 +78,13 @@ class TransformBuffer:
         history = self._moving.get(child)
         if not history:
             return self._fixed.get(child)
-        stamps = [t.stamp_ns for t in history]
-        k = bisect_left(stamps, stamp_ns)
-        if k < len(stamps) and stamps[k] == stamp_ns:
+        k = bisect_left(history, stamp_ns, key=_stamp_ns_of)
+        if k < len(history) and history[k].stamp_ns == stamp_ns:
             return history[k]
-        if 0 < k < len(stamps):
+        if 0 < k < len(history):
             before, after = history[k - 1], history[k]
-            if stamps[k] - stamps[k - 1] > LONGEST_GAP_NS or before.parent != after.parent:
+            gap_ns = after.stamp_ns - before.stamp_ns
+            if gap_ns > LONGEST_GAP_NS or before.parent != after.parent:
                 return None
             return _between(before, after, stamp_ns)
         nearest = history[0] if k == 0 else history[-1]
@@ -91,6 +92,10 @@ class TransformBuffer:
             return None
         other = _at_distance(history, nearest)
         return nearest if other is None else _between(nearest, other, stamp_ns)
+
+
+def _stamp_ns_of(transform: StampedTransform) -> int:
+    return transform.stamp_ns
 
 
 def _at_distance(

@@ -24,6 +24,8 @@ from ippon.frame import Frame
 
 MAX_WAITING: Final = 4
 """Messages of one topic that may wait for decoding; older ones are dropped and counted."""
+MAX_POSES: Final = 500
+"""The same of poses: those of a second, where a robot sends 500 in it."""
 MAX_REASON: Final = 200
 ARRIVALS: Final = 64
 """Number of colour images whose time of arrival is kept."""
@@ -87,7 +89,7 @@ class FrameIntake:
         self._listeners: dict[str, Callable[[bytes], None]] = {}
         for topic, stream in _STREAM_OF.items():
             # Poses arrive faster than images, and interpolation needs each of them.
-            size = 100 if topic in (keys.TF, keys.CONTACT) else MAX_WAITING
+            size = MAX_POSES if topic in (keys.TF, keys.CONTACT) else MAX_WAITING
             self._waiting[topic] = deque(maxlen=size)
             kept = topic in keys.KEPT
             self._receivers[topic] = self._receiver(topic, stream)

@@ -132,7 +132,13 @@ def _read_profile(path: Path | None) -> dict[str, Any]:
     import yaml  # noqa: PLC0415  # It comes with rclpy.
 
     try:
-        read = yaml.safe_load(path.read_text("utf-8"))
+        text = path.read_text("utf-8")
+        # With aliases, a file of a few hundred bytes holds billions of entries.
+        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text)):
+            raise Ros2Error(f"robot profile {path}: aliases (*name) are not read: write the value")
+        read = yaml.safe_load(text)
+    except RecursionError as error:
+        raise Ros2Error(f"robot profile {path}: it is nested too deeply") from error
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise Ros2Error(f"robot profile {path}: {error}") from error
     if not isinstance(read, dict):
@@ -231,18 +237,27 @@ def _watch_navigator(session: zenoh.Session, robot: str) -> None:
 def _spin(node: Any, stop: StopFlag) -> None:
     import rclpy.executors  # noqa: PLC0415
 
-    def watch() -> None:
-        # A thread of its own: a busy executor must not delay zero velocity.
-        while not stop.wait(TICK_S):
-            node.tick()
-
-    watchdog = threading.Thread(target=watch, name="watchdog", daemon=True)
+    # A thread of its own: a busy executor must not delay zero velocity.
+    watchdog = threading.Thread(target=_watch, args=(node, stop), name="watchdog", daemon=True)
     watchdog.start()
     executor = rclpy.executors.SingleThreadedExecutor()
     executor.add_node(node)
     while not stop.is_set():
         executor.spin_once(timeout_sec=0.2)
     watchdog.join()
+
+
+def _watch(node: Any, stop: StopFlag) -> None:
+    fails = False
+    while not stop.wait(TICK_S):
+        try:
+            node.tick()
+        except Exception:  # noqa: PERF203 - the next zero velocity must leave all the same
+            if not fails:
+                logger.exception("the watchdog could not send")
+            fails = True
+        else:
+            fails = False
 
 
 def _send_the_last(node: Any) -> None:

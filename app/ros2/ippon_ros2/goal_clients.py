@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import importlib
 import logging
-import math
 import os
 import time
 from collections import deque
@@ -213,10 +212,6 @@ def _interface(name: str) -> Any:
 
 def _pose_of(payload: bytes, message: Any, frame: str) -> Any:
     pose = deserialize_message(payload, message)
-    at, turn = pose.pose.position, pose.pose.orientation
-    numbers = (at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w)
-    if not all(math.isfinite(number) for number in numbers):
-        raise ValueError(f"a goal needs finite numbers; got {numbers}")
     if frame:
         pose.header.frame_id = frame
     return pose

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable
 from typing import Protocol
 
-from .serialized import stamp_bytes_of
+from .serialized import check_pose, stamp_bytes_of
 
 logger = logging.getLogger(__name__)
 
@@ -123,3 +123,17 @@ class Goals:
     def _say(self, stamp: bytes, status: int) -> None:
         if stamp:
             self._report(stamp, status)
+
+
+def with_pose(take: Callable[[bytes], None]) -> Callable[[bytes], None]:
+    """Return what passes on a PoseStamped that can be driven to: the watchdog uses it, too."""
+
+    def check(payload: bytes) -> None:
+        try:
+            check_pose(payload)
+        except ValueError as error:
+            logger.warning("a goal was refused: %s", error)
+            return
+        take(payload)
+
+    return check

@@ -19,7 +19,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from .depth_png import DepthOutput
 from .driver import Driver
 from .goal_clients import GoalAction, GoalTopic
-from .goals import Goals
+from .goals import Goals, with_pose
 from .serialized import RateLimit, goal_status, stamp_of
 from .settings import (
     COMMANDS,
@@ -47,7 +47,7 @@ NOBODY = "nobody publishes it"
 DISCOVER_S = 0.5
 MISSING_AFTER_S = 5.0
 """Time without a publisher after which a topic is reported."""
-TILT_STEP_RAD = 0.01
+TILT_STEP_RAD, MOST_TILT_RAD = 0.01, 3.2
 TILT_REACH_S = 0.3
 """Time in which a trajectory reaches the camera's tilt."""
 
@@ -227,13 +227,13 @@ class BridgeNode(Node):  # type: ignore[misc]
         if "cmd_tilt" not in self._commands or len(payload) != 12:
             return
         kind, publisher = self._commands["cmd_tilt"]
+        (tilt,) = struct.unpack_from("<d" if payload[1] & 1 else ">d", payload, 4)
+        if not abs(tilt) < MOST_TILT_RAD:
+            return
         if kind == FLOAT:
             publisher.publish(payload)
             return
-        (tilt,) = struct.unpack_from("<d" if payload[1] & 1 else ">d", payload, 4)
-        if not abs(tilt) < 3.2 or (
-            self._tilt is not None and abs(tilt - self._tilt) < TILT_STEP_RAD
-        ):
+        if self._tilt is not None and abs(tilt - self._tilt) < TILT_STEP_RAD:
             return
         self._tilt = tilt
         topic = self._settings.topics["cmd_tilt"]
@@ -304,8 +304,11 @@ class BridgeNode(Node):  # type: ignore[misc]
             self.driver.release()
             goals.take_goal(payload, time.monotonic())
 
-        self._subscribe_zenoh("navigation/goal", take)
-        self._subscribe_zenoh("navigation/active", lambda p: goals.take_active(p, time.monotonic()))
+        def keep(payload: bytes) -> None:
+            goals.take_active(payload, time.monotonic())
+
+        self._subscribe_zenoh("navigation/goal", with_pose(take))
+        self._subscribe_zenoh("navigation/active", with_pose(keep))
         return goals, navigation
 
     def tick(self) -> None:

@@ -126,6 +126,8 @@ def read_settings(profile: dict[str, Any]) -> Settings:
     if "odom" in section:
         usual["tf"] = usual["tf_static"] = None
     motion = profile.get("motion") or {}
+    if not isinstance(motion, dict):
+        raise Ros2Error(f"`motion` in the profile holds entries; got {motion!r}")
     _read_takes(section, motion, usual)
     topics: dict[str, Topic] = {}
     for key in known:
@@ -134,13 +136,33 @@ def read_settings(profile: dict[str, Any]) -> Settings:
             topics[key] = _topic(key, entry, namespace)
     return Settings(
         topics,
-        float(motion.get("max_speed_m_s", math.inf)),
-        math.radians(float(motion.get("max_turn_deg_s", math.inf))),
+        _limit(motion, "max_speed_m_s"),
+        math.radians(_limit(motion, "max_turn_deg_s")),
         middleware,
         domain,
         router,
         namespace,
     )
+
+
+def _limit(motion: dict[str, Any], name: str) -> float:
+    """Return a limit of speed; infinity where the profile has none.
+
+    Raises:
+        Ros2Error: It is no number above 0: with a negative one a stop would be a drive.
+    """
+    limit = _number(motion.get(name, math.inf))
+    if not limit > 0.0:
+        raise Ros2Error(f"`motion: {name}` is a number above 0; got {motion[name]!r}")
+    return limit
+
+
+def _number(value: Any) -> float:
+    """Return a number of the profile; NaN for what is none."""
+    try:
+        return math.nan if isinstance(value, bool) else float(value)
+    except (TypeError, ValueError, OverflowError):
+        return math.nan
 
 
 def _read_link(section: dict[str, Any]) -> tuple[str, int, str]:
@@ -178,7 +200,9 @@ def _read_takes(
     Raises:
         Ros2Error: Topics and `takes` contradict each other.
     """
-    takes = list(motion.get("takes", ["velocities"]))
+    takes = motion.get("takes", ["velocities"])
+    if not isinstance(takes, list | tuple):
+        raise Ros2Error(f"`motion: takes` is a list such as [velocities]; got {takes!r}")
     named = [key for key in GOALS if section.get(key)]
     if len(named) > 1:
         raise Ros2Error("`ros2` in the profile has `goal` and `navigate`: give one of them")
@@ -196,7 +220,9 @@ def _read_takes(
 
 
 def _topic(key: str, entry: Any, namespace: str) -> Topic:
-    fields = {"topic": entry} if isinstance(entry, str) else dict(entry or {})
+    if not isinstance(entry, str | dict):
+        raise Ros2Error(f"`ros2: {key}` is a topic, or {{topic: NAME, ...}}; got {entry!r}")
+    fields = {"topic": entry} if isinstance(entry, str) else dict(entry)
     usual = STREAMS[key][0] if key in STREAMS else COMMANDS[key][0]
     name = fields.pop("topic", usual)
     frame = str(fields.pop("frame", "")) if key in GOALS else ""
@@ -206,10 +232,10 @@ def _topic(key: str, entry: Any, namespace: str) -> Topic:
         raise Ros2Error(f"`ros2: {key}` has type {kind!r}; it may be {' or '.join(types)}")
     if not isinstance(name, str) or not name:
         raise Ros2Error(f"`ros2: {key}` names no topic")
-    max_hz = float(fields.pop("max_hz", 0.0))
+    max_hz = _number(fields.pop("max_hz", 0.0))
     compress = fields.pop("compress", False) if key == "depth" else False
-    joint, sign = str(fields.pop("joint", "")), float(fields.pop("sign", 1.0))
-    if fields or max_hz < 0.0 or abs(sign) != 1.0 or not isinstance(compress, bool):
+    joint, sign = str(fields.pop("joint", "")), _number(fields.pop("sign", 1.0))
+    if fields or not 0.0 <= max_hz < math.inf or abs(sign) != 1.0 or not isinstance(compress, bool):
         raise Ros2Error(
             f"`ros2: {key}` takes topic, type, max_hz, for depth compress (true or false), for a "
             f"trajectory joint and sign (1 or -1), and for goals frame; got {entry!r}"

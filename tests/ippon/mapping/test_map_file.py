@@ -1,9 +1,13 @@
 """Saving, loading, and files that are not what they should be."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
+import zstandard
 
 from ippon.errors import MapFileError
+from ippon.mapping import map_file
 from ippon.mapping.config import MapConfig
 from ippon.mapping.map_file import decode, encode
 from ippon.mapping.objects.surface_changes import SurfaceTracker
@@ -110,6 +114,29 @@ def test_a_valid_checksum_is_not_trusted_blindly(tmp_path):
     huge = encode({}, {"a": np.zeros(1 << 16, np.uint8)})
     with pytest.raises(MapFileError, match="at most 1000"):
         decode(huge, max_bytes=1000)
+
+
+def with_digest(header, packed):
+    content = map_file._PREFIX.pack(map_file.MAGIC, map_file.VERSION, len(header)) + header + packed
+    return content + map_file._digest(content)
+
+
+def test_a_file_that_states_little_and_holds_much_is_not_unpacked():
+    """A frame that states its own size is not limited by the size that is passed to the library."""
+    header = b'{"arrays": [{"name": "a", "dtype": "|u1", "shape": [10]}]}'
+    bomb = zstandard.ZstdCompressor().compress(bytes(300_000_000))
+    tracemalloc.start()
+    try:
+        with pytest.raises(MapFileError, match="states 300000000 bytes; it holds 10"):
+            decode(with_digest(header, bomb))
+        assert tracemalloc.get_traced_memory()[1] < 10_000_000
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_header_nested_too_deeply_is_none():
+    with pytest.raises(MapFileError, match="no readable header"):
+        decode(with_digest(b'{"arrays":' + b"[" * 100_000, b""))
 
 
 def test_arrays_survive():

@@ -290,6 +290,17 @@ def test_late_heatmaps_are_forgotten_with_the_old_clock(assembler):
     assert assembler.take_late() is None
 
 
+def test_a_heatmap_of_the_old_clock_does_not_hold_up_the_frames_of_the_new_one(assembler):
+    feed(assembler, 100 * PERIOD)
+    assembler.take()
+    feed(assembler, PERIOD, with_heatmap=False)
+    assembler.take()
+    assembler.add_heatmap(heatmap(101 * PERIOD))
+    for k in range(2, 6):
+        feed(assembler, k * PERIOD, with_heatmap=False)
+        assert assembler.take() is not None
+
+
 def boxes(stamp_ns):
     return StampedBoxes(
         stamp_ns=stamp_ns,

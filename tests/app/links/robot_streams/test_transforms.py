@@ -70,6 +70,15 @@ def test_unknown_frames_and_loops_have_no_pose():
     assert buffer.lookup("map", "a", 0) is None
 
 
+def test_poses_that_come_fast_are_kept_for_images_that_come_late():
+    buffer = TransformBuffer()
+    for k in range(2000):
+        buffer.add(stamped(2_000_000 * k, 0.002 * k))
+    late_s = 1.5
+    T = buffer.lookup("map", "base_link", 3_998_000_000 - round(1e9 * late_s))
+    assert T[0, 3] == pytest.approx(3.998 - late_s)
+
+
 def test_history_is_bounded():
     buffer = TransformBuffer()
     for k in range(3 * HISTORY):

@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from app.messages.navigation import StampedPose, decode_goal_status, encode_pose
-from app.ros2.ippon_ros2.goals import ACCEPTED, CANCELLED, FAILED, REACHED, WATCHDOG_S, Goals
+from app.ros2.ippon_ros2.goals import (
+    ACCEPTED,
+    CANCELLED,
+    FAILED,
+    REACHED,
+    WATCHDOG_S,
+    Goals,
+    with_pose,
+)
 from app.ros2.ippon_ros2.serialized import goal_status, stamp_bytes_of
 from ippon.command import GoalOutcome
 
@@ -156,3 +164,15 @@ def test_a_goal_that_arrives_after_the_stop_is_not_sent(goals, navigation):
     drive(goals, SECOND, 0.1, 0.2)
     assert navigation.sent == [pose(FIRST)]
     assert navigation.cancelled == 1
+
+
+def test_a_pose_that_is_none_does_not_reach_the_goals(caplog):
+    """The watchdog sends the last place to a topic of goals: it ended with one that was NaN."""
+    taken = []
+    take = with_pose(taken.append)
+    take(pose(FIRST)[:-56] + np.full(7, np.nan).tobytes())
+    take(b"nonsense")
+    assert taken == []
+    assert caplog.text.count("a goal was refused") == 2
+    take(pose(FIRST))
+    assert taken == [pose(FIRST)]

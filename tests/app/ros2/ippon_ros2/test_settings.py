@@ -80,6 +80,9 @@ def test_topics_that_contradict_what_the_robot_takes_are_refused(section, takes,
         ({"odom": {}}, "names no topic"),
         ({"depth": {"topic": "x", "rate": 3}}, "takes topic, type, max_hz"),
         ({"depth": {"topic": "x", "max_hz": -1}}, "takes topic, type, max_hz"),
+        ({"depth": {"topic": "x", "max_hz": "fast"}}, "takes topic, type, max_hz"),
+        ({"depth": {"topic": "x", "max_hz": float("nan")}}, "takes topic, type, max_hz"),
+        ({"depth": ["x"]}, "is a topic, or {topic: NAME"),
         (
             {"cmd_tilt": {"topic": "x", "type": "trajectory_msgs/msg/JointTrajectory"}},
             "needs `joint`",
@@ -89,3 +92,19 @@ def test_topics_that_contradict_what_the_robot_takes_are_refused(section, takes,
 def test_entries_that_make_no_sense_are_refused(section, text):
     with pytest.raises(Ros2Error, match=text):
         read_settings({"ros2": section})
+
+
+@pytest.mark.parametrize(
+    ("motion", "text"),
+    [
+        ({"max_speed_m_s": -1.0}, "max_speed_m_s` is a number above 0; got -1.0"),
+        ({"max_speed_m_s": float("nan")}, "a number above 0; got nan"),
+        ({"max_turn_deg_s": "fast"}, "max_turn_deg_s` is a number above 0; got 'fast'"),
+        ({"takes": "goals"}, "is a list such as"),
+        ([0.5], "`motion` in the profile holds entries"),
+    ],
+)
+def test_limits_that_are_none_are_refused(motion, text):
+    """With a limit of -1 m/s, a command of zero velocity was one of 1 m/s."""
+    with pytest.raises(Ros2Error, match=text):
+        read_settings({"motion": motion})
