@@ -6,7 +6,7 @@ import { LANGUAGE, nameOf, say } from "./words.js";
 
 const at = (id) => document.getElementById(id);
 const MUTED = "ippon-muted";
-const RUNG = "ippon-rung";
+const RUNG = `ippon-rung ${BASE}`;
 const WAYS = ["sound", "notification"];
 
 const muted = () => new Set(JSON.parse(localStorage.getItem(MUTED) ?? "[]"));
@@ -26,6 +26,7 @@ export class Calls {
     this.newest = null;
     this.seen = 0;
     this.calls = [];
+    this.rows = new Map();
     this.isOpen = false;
     this.audio = null;
     sides.add("calls", "KeyN", (open) => {
@@ -48,6 +49,7 @@ export class Calls {
   update(state) {
     const wanted = state?.calls ?? 0;
     this.instance = state?.instance ?? this.instance;
+    this.renderControl();
     if (wanted !== 0) this.fetch(wanted);
   }
 
@@ -83,9 +85,9 @@ export class Calls {
     const off = muted();
     const { kind, text } = call.occasion;
     // Of several pages of one browser, one calls.
-    const mark = `${this.instance} ${call.number}`;
-    if (localStorage.getItem(RUNG) === mark) return;
-    localStorage.setItem(RUNG, mark);
+    const [instance, number] = (localStorage.getItem(RUNG) ?? "").split(" ");
+    if (instance === this.instance && Number(number) >= call.number) return;
+    localStorage.setItem(RUNG, `${this.instance} ${call.number}`);
     this.ring(call.title, text, off, kind);
   }
 
@@ -144,20 +146,37 @@ export class Calls {
     if (at("calls-kinds").childElementCount === 0) {
       at("calls-kinds").replaceChildren(...this.kindRows(shown.titles ?? {}));
     }
-    replaceRows(at("calls-list"), this.calls.map((call) => this.row(call)));
+    const before = this.rows;
+    this.rows = new Map();
+    for (const call of this.calls) {
+      const id = `${call.number} ${call.wall_ns}`;
+      const row = before.get(id) ?? this.makeRow(call);
+      row.webhook.textContent = call.webhook && say("calls.webhook.state", { state: call.webhook });
+      row.webhook.hidden = call.webhook === "";
+      this.rows.set(id, row);
+    }
+    replaceRows(at("calls-list"), [...this.rows.values()].map((row) => row.node));
     at("calls-none").hidden = this.calls.length > 0;
+    this.renderControl();
   }
 
-  row(call) {
+  // Only a page that commands the robot can have it search again.
+  renderControl() {
+    const may = this.mayChange();
+    for (const one of at("calls-list").querySelectorAll("button[data-changes]")) one.hidden = !may;
+  }
+
+  makeRow(call) {
     const node = make("li", "entry");
+    const webhook = make("small");
     const told = make("span", "told");
     const name = make("b", "", call.title);
     name.append(make("small", "", ` ${timeOf(call)}`));
     told.append(name, make("small", "", call.occasion.text));
     if (call.count > 1) told.append(make("small", "", say("calls.times", { n: call.count })));
-    if (call.webhook) told.append(make("small", "", say("calls.webhook.state", { state: call.webhook })));
+    told.append(webhook);
     node.append(told, this.acts(call.occasion));
-    return node;
+    return { node, webhook };
   }
 
   acts({ kind, goal_id, object, position_world }) {
@@ -166,13 +185,15 @@ export class Calls {
       const hint = say("goals.show.hint", { name: nameOf(object) });
       acts.append(button(say("goals.show"), hint, () => this.showPlace(position_world)));
     }
-    if (kind === "not_found" && this.mayChange()) {
+    if (kind === "not_found") {
       const hint = say("goals.repeat.hint", { name: nameOf(object) });
       const change = { goal_id, action: "repeat" };
-      acts.append(button(say("goals.repeat"), hint, async () => {
+      const repeat = button(say("goals.repeat"), hint, async () => {
         const reply = await this.send({ type: "queue", change });
         at("calls-answer").textContent = reply?.text || say(reply ? "goals.done" : "link.silence.sentence");
-      }));
+      });
+      repeat.dataset.changes = "";
+      acts.append(repeat);
     }
     return acts;
   }

@@ -21,7 +21,7 @@ export class Camera {
     this.mode = "auto";
     this.before = null;
     this.times = [];
-    this.labels = "";
+    this.labels = new Set();
     const canvas = at("camera-picture").transferControlToOffscreen();
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     this.worker = new Worker("/assets/camera_worker.js");
@@ -56,7 +56,7 @@ export class Camera {
       if (!document.querySelector("dialog[open], body[data-side]")) this.resize("corner");
       return;
     }
-    if (event.code !== "KeyC" || this.isTyping(event.target)) return;
+    if (event.code !== "KeyC" || this.isTyping(event.target) || document.querySelector("dialog[open]")) return;
     if (event.ctrlKey || event.altKey || event.metaKey || event.repeat) return;
     event.preventDefault();
     if (event.shiftKey) this.resize(this.size === "off" ? "corner" : "off");
@@ -163,12 +163,12 @@ export class Camera {
   }
 
   renderLabels(labels, drawn) {
-    const key = labels.join("\n");
     const select = at("camera-label");
-    if (key !== this.labels) {
-      this.labels = key;
+    // A detector names what it sees now: the list keeps what it has named, and stays while one chooses.
+    if (!labels.every((label) => this.labels.has(label))) {
+      for (const label of labels) this.labels.add(label);
       const chosen = select.value;
-      const named = labels.map((label) => [nameOf(label), label]);
+      const named = [...this.labels].map((label) => [nameOf(label), label]);
       named.sort(([a], [b]) => a.localeCompare(b, LANGUAGE));
       select.replaceChildren(
         new Option(say("camera.object"), "="),
@@ -176,7 +176,6 @@ export class Camera {
         ...named.map(([name, label]) => new Option(name, `=${label}`)),
       );
       select.value = chosen;
-      if (select.selectedIndex < 0) select.value = "=";
     }
     select.title = drawn ? say("camera.drawn", { label: nameOf(drawn) }) : say("camera.drawn.none");
   }

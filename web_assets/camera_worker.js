@@ -16,6 +16,7 @@ let address = "";
 let retry = 0;
 let wish = { longest_px: 0, label: null };
 let size = { width: 1, height: 1, scale: 1 };
+let newest = -1; // Number of the newest picture of this connection that is decoded.
 let next = null;
 let shown = null;
 
@@ -41,6 +42,7 @@ onmessage = ({ data }) => {
 
 function connect() {
   clearTimeout(retry);
+  newest = -1;
   socket = new WebSocket(address);
   socket.binaryType = "arraybuffer";
   socket.onopen = sendWish;
@@ -73,9 +75,16 @@ async function receive(data) {
     send({ type: "drawn", number: header.number });
     return;
   }
+  const picture = { header, bitmap, bytes: data.byteLength };
+  // Decoding a small picture may overtake that of a larger one before it.
+  if (header.number < newest) {
+    drop(picture);
+    return;
+  }
+  newest = header.number;
   if (next === null) requestAnimationFrame(show);
   else drop(next);
-  next = { header, bitmap, bytes: data.byteLength };
+  next = picture;
 }
 
 // A newer picture has come before this one was drawn.

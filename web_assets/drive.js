@@ -94,7 +94,7 @@ export class Drive {
 
   onKey(event) {
     if (!(event.code in KEYS) || isTyping(event.target)) return;
-    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    if (event.ctrlKey || event.altKey || event.metaKey || document.querySelector("dialog[open]")) return;
     // viser's client moves the view with the same keys, as long as they are held: a key that is
     // still down when the mode ends would carry the map out of sight.
     if (this.mode === "auto") {

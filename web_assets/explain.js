@@ -31,6 +31,8 @@ export class Explanation {
     if (this.shown === "") this.closed = explanation?.number ?? 0;
     this.shown = key;
     this.number = explanation?.number ?? 0;
+    // A console that was started again counts from the beginning.
+    if (this.number < this.closed) this.closed = 0;
     at("explanation").hidden = !explanation || this.number === this.closed;
     if (!explanation) return;
     at("explanation-title").textContent = explanation.title;

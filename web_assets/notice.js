@@ -29,10 +29,12 @@ export class Notice {
   // command was not delivered; mayJudge: whether this page has control.
   render(state, shown, notDelivered, mayJudge) {
     this.state = state;
-    const { key = "", title, text = "", acts = [] } = told(state, shown, notDelivered, mayJudge);
+    const { key = "", title, text = "", acts = [], counts = false } = told(state, shown, notDelivered, mayJudge);
     this.key = key && `${state.instance} ${key}`;
     at("notice").hidden = !title || (key !== "" && this.closed().includes(this.key));
     at("notice-title").textContent = title;
+    // Seconds that count up are not read out each time.
+    at("notice-text").ariaLive = counts ? "off" : null;
     at("notice-text").textContent = text;
     at("notice-close").hidden = key === "";
     const now = JSON.stringify([key, acts]);
@@ -43,7 +45,8 @@ export class Notice {
   }
 }
 
-// Title and text; key: what the notice is about, for one that can be closed; acts: its buttons.
+// Title and text; key: what the notice is about, for one that can be closed; acts: its buttons;
+// counts: whether the text counts seconds.
 function told(state, shown, notDelivered, mayJudge) {
   if (notDelivered !== null) return { title: say("notice.undelivered"), text: notDelivered };
   if (state === null) return { title: "" };
@@ -52,7 +55,7 @@ function told(state, shown, notDelivered, mayJudge) {
   }
   if (state.link === "silent") {
     const text = say("notice.silent.text", { n: Math.round(state.silent_s) });
-    return { title: say("notice.silent"), text };
+    return { title: say("notice.silent"), text, counts: true };
   }
   if (state.warning) return { title: say("notice.versions"), text: state.warning };
   switch (shown) {

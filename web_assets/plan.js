@@ -175,23 +175,30 @@ export class Plan {
   followPointer() {
     let from = null;
     this.canvas.addEventListener("pointerdown", (event) => {
-      if (this.size !== "full") return;
+      // A second finger would have the plan jump between the two.
+      if (this.size !== "full" || !event.isPrimary) return;
       from = [event.clientX, event.clientY, this.center];
       this.canvas.setPointerCapture(event.pointerId);
     });
     this.canvas.addEventListener("pointermove", (event) => {
-      if (from === null || from[2] === null) return;
+      if (from === null || from[2] === null || !event.isPrimary) return;
       const [dx, dy] = [event.clientX - from[0], event.clientY - from[1]];
       if (Math.hypot(dx, dy) < 4 && !this.isDragged) return;
       this.isDragged = this.isMoved = true;
       this.center = [from[2][0] - dx / this.scale, from[2][1] + dy / this.scale];
       this.draw();
     });
-    this.canvas.addEventListener("pointerup", (event) => {
-      if (from !== null && !this.isDragged && this.measures) this.mark(this.world(event));
+    const end = (event) => {
+      if (!event.isPrimary) return;
       from = null;
       this.isDragged = false;
+    };
+    this.canvas.addEventListener("pointerup", (event) => {
+      const isPoint = from !== null && !this.isDragged && event.isPrimary && this.center !== null;
+      if (isPoint && this.measures) this.mark(this.world(event));
+      end(event);
     });
+    this.canvas.addEventListener("pointercancel", end);
     this.canvas.addEventListener("click", () => this.size === "corner" && this.resize("full"));
     this.canvas.addEventListener("wheel", (event) => {
       if (this.size !== "full") return;

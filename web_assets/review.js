@@ -1,5 +1,6 @@
 // The timeline of a recording: play, seek, marks and notes. The scene above it is the console's.
 
+import { get } from "/assets/base.js";
 import { decimal, has, percent, say, LANGUAGE } from "/assets/words.js";
 import { sumOf } from "/review/outcomes.js";
 
@@ -73,13 +74,16 @@ document.body.append(bar);
 let socket = null;
 let session = null;
 let version = -1;
+let asked = 0;
+let answered = 0;
 let state = { position_s: 0, playing: false, speed: 1, problem: "" };
 let dragging = false;
 
+// Returns whether the console was there to be sent it.
 function send(action, value = 0, words = "") {
-  if (socket?.readyState === WebSocket.OPEN) {
-    socket.send(JSON.stringify({ action, value, text: words }));
-  }
+  if (socket?.readyState !== WebSocket.OPEN) return false;
+  socket.send(JSON.stringify({ action, value, text: words }));
+  return true;
 }
 
 function connect() {
@@ -94,9 +98,22 @@ function connect() {
 }
 
 async function load(next) {
-  const isFirst = session === null;
   version = next;
-  session = await (await fetch("/review/session")).json();
+  asked += 1;
+  const number = asked;
+  let loaded;
+  try {
+    loaded = await (await get("/review/session")).json();
+  } catch {
+    // The next state asks again.
+    if (version === next) version = -1;
+    return;
+  }
+  // An answer to an earlier question may be older than what is shown.
+  if (number < answered) return;
+  answered = number;
+  const isFirst = session === null;
+  session = loaded;
   track.replaceChildren(done, head, tip);
   for (const m of [...session.marks, ...session.notes]) addMark(m);
   const kinds = new Set([...session.marks, ...session.notes].map((m) => (m.kind === "mark" ? "note" : m.kind)));
@@ -259,8 +276,7 @@ speed.onchange = () => send("speed", Number(speed.value));
 mark.onclick = () => send("mark");
 note.onclick = () => {
   if (text.value.trim() === "") return;
-  send("note", 0, text.value.trim());
-  text.value = "";
+  if (send("note", 0, text.value.trim())) text.value = "";
 };
 text.onkeydown = (event) => {
   if (event.key === "Enter") note.onclick();

@@ -210,7 +210,7 @@ const sides = new Sides(isTyping);
 const isRecorded = () => document.body.classList.contains("review");
 const mayChange = () => !isRecorded() && lease.watching === "";
 const calls = new Calls(sides, request, mayChange, lookAt);
-const goals = new Goals(sides, request, mayChange, (position) => show(position));
+const goals = new Goals(sides, request, mayChange, lookAt);
 new Things(sides, lookAt, request);
 new Robots(sides, stateWord);
 const waiting = new Waiting();
@@ -220,15 +220,15 @@ const onPlanKey = (event) => plan.onKey(event);
 const onExplanationKey = (event) => explanation.onKey(event);
 const onCameraKey = (event) => camera.onKey(event);
 
-// Shows a place of the world on the plan if that is open, and in the scene.
-function show(position) {
+// Shows a place of the world on the plan if that is open.
+function showOnPlan(position) {
   if (document.body.dataset.camera === "full") plan.resize("full");
   if (plan.size === "full") plan.point(position.slice(0, 2));
 }
 
 // Shows a thing, and has the scene fly there and explain it.
 function lookAt(position, size, thing, share) {
-  show(position);
+  showOnPlan(position);
   const at_once = matchMedia("(prefers-reduced-motion: reduce)").matches;
   send({ type: "look", position, size, thing, share, at_once });
 }

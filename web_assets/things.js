@@ -53,6 +53,7 @@ export class Things {
     this.rows = new Map();
     this.isOpen = false;
     this.isFetching = false;
+    this.asked = this.answered = 0;
     this.chosen = null;
     this.told = this.problem = "";
     this.shown = CHUNK;
@@ -74,8 +75,12 @@ export class Things {
   async fetch(always = false) {
     if (!this.isOpen || document.hidden || (this.isFetching && !always)) return;
     this.isFetching = true;
+    this.asked += 1;
+    const number = this.asked;
     try {
       const reply = await (await get(`${BASE}api/things`)).json();
+      if (number < this.answered) return;
+      this.answered = number;
       this.show(reply.things ?? [], reply.problem ?? reply.note ?? "");
     } catch {
       // The page says elsewhere that the console does not respond.
@@ -205,8 +210,7 @@ export class Things {
     form.append(field, make("button", "", say("things.save")), stop);
     form.addEventListener("submit", async (event) => {
       event.preventDefault();
-      const reply = await this.note(row, { name: field.value.trim() });
-      if (reply?.ok) this.endEdit(row);
+      await this.note(row, { name: field.value.trim() });
     });
     form.addEventListener("keydown", (event) => {
       if (event.key !== "Escape") return;
@@ -245,7 +249,7 @@ export class Things {
     const message = { type: "note", change: { instance_id: row.thing.instance_id, ...change } };
     const reply = await this.ask(message);
     if (reply?.ok) {
-      row.isEdited = false;
+      this.endEdit(row);
       await this.fetch(true);
       this.rows.get(this.chosen)?.node?.querySelector(".acts button")?.focus();
     }

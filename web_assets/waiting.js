@@ -11,13 +11,14 @@ const at = (id) => document.getElementById(id);
 export class Waiting {
   constructor() {
     this.isShown = this.isFetching = false;
+    this.links = "";
     setInterval(() => this.fetch(), EVERY_MS);
   }
 
   update(isShown) {
     if (isShown === this.isShown) return;
     this.isShown = isShown;
-    at("veil-robots").replaceChildren();
+    this.show([]);
     this.fetch();
   }
 
@@ -36,6 +37,9 @@ export class Waiting {
   }
 
   show(robots) {
+    const now = JSON.stringify(robots.map(({ name, path }) => [name, path]));
+    if (now === this.links) return;
+    this.links = now;
     const links = robots.slice(0, MOST).map((robot) => {
       const link = make("a", "", robot.name);
       link.href = robot.path;

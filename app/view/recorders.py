@@ -20,6 +20,10 @@ class Recorders:
         """Take a status."""
         self._heard.append(status)
 
+    def clear(self) -> None:
+        """Forget all recorders."""
+        self._heard.clear()
+
     @property
     def statuses(self) -> tuple[RecordingStatus, ...]:
         """The last status of each recorder by its folder; of one that changes its folder, one."""

@@ -3,7 +3,6 @@
 import contextlib
 import os
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -18,25 +17,19 @@ from ippon.simulation.scene_writer import save_scene
 from tests.boxes import boxes_scene
 from tests.evaluation_rows import make_row
 from tests.locations import ROOT
+from tests.ports import free_endpoint
 
 
-def unused_endpoint() -> str:
+@pytest.fixture(name="free_endpoint")
+def free_endpoint_fixture() -> str:
     """Return a loopback endpoint that nobody listens on."""
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{listener.getsockname()[1]}"
-
-
-@pytest.fixture
-def free_endpoint() -> str:
-    """Return a loopback endpoint that nobody listens on."""
-    return unused_endpoint()
+    return free_endpoint()
 
 
 @pytest.fixture(scope="module")
 def shared_endpoint() -> str:
     """Return a loopback endpoint for what `launch_shared` starts."""
-    return unused_endpoint()
+    return free_endpoint()
 
 
 @pytest.fixture

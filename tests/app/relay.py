@@ -17,7 +17,8 @@ class Relay:
         self._threads = []
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port = self._listener.getsockname()[1]
-        threading.Thread(target=self._accept, daemon=True).start()
+        self._acceptor = threading.Thread(target=self._accept, daemon=True)
+        self._acceptor.start()
 
     def cut(self):
         """Break every connection."""
@@ -33,6 +34,9 @@ class Relay:
 
     def close(self):
         """Let nobody through any more."""
+        # Closing alone leaves the thread in `accept`.
+        self._listener.shutdown(socket.SHUT_RDWR)
+        self._acceptor.join(5.0)
         self._listener.close()
         self.cut()
         for thread in self._threads:

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from tests.app.nodes.console.published_home import PublishedHome
-from tests.app.nodes.console.served import ConsoleProcess, free_port
+from tests.app.nodes.console.served import ConsoleProcess
 from tests.app.view.scenarios.test_view_benchmark import home_of
 from tests.benchmarks.rows import Row
 from tests.chromium import new_window, open_browser
+from tests.ports import free_port
 
 VOXELS = 200_000
 MODES = ("Object", "Height", "Proximity", "Camera")

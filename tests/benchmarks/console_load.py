@@ -9,8 +9,9 @@ from typing import Any
 from websockets.exceptions import ConnectionClosed
 
 from tests.app.nodes.console.published_home import PublishedHome
-from tests.app.nodes.console.served import ConsoleProcess, SceneWatcher, free_port
+from tests.app.nodes.console.served import ConsoleProcess, SceneWatcher
 from tests.benchmarks.rows import Row
+from tests.ports import free_port
 
 _WAKE_S = 3.0
 _PAGE = os.sysconf("SC_PAGE_SIZE")

@@ -16,10 +16,11 @@ from app.view.model.scene_model import SceneModel
 from app.view.view_options import ViewOptions
 from tests.app.nodes.console.drawn_home import status_of
 from tests.app.nodes.console.published_home import PublishedHome
-from tests.app.nodes.console.served import ConsoleProcess, free_port
+from tests.app.nodes.console.served import ConsoleProcess
 from tests.app.view.scenarios.test_view_benchmark import cloud_of_home, home_of, sent_by, view_of
 from tests.benchmarks.rows import Row
 from tests.chromium import open_browser
+from tests.ports import free_port
 
 OPENINGS = 5
 SIZES = (20_000, 200_000)

@@ -24,6 +24,7 @@ from app.messages.motion import StampedTransform, StampedTwist, encode_transform
 from ippon.frame import Frame
 from tests.benchmarks.frames import home_frames, kitchen_frames
 from tests.benchmarks.rows import Row
+from tests.ports import free_port
 
 IMAGE_HZ, TF_HZ, COMMAND_HZ = 5.0, 25.0, 30.0
 _HZ = os.sysconf("SC_CLK_TCK")
@@ -45,7 +46,7 @@ def fleet_rows(robots: int, images: str = "kitchen", seconds: float = 15.0) -> I
     payloads = _payloads(frames)
     size = sum(len(one) for frame in payloads for one in frame.values()) / len(payloads)
     context = multiprocessing.get_context("spawn")
-    endpoint = f"tcp/127.0.0.1:{_free_port()}"
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
     stop, results = context.Event(), context.Queue()
     router = context.Process(target=_route, args=(endpoint, stop))
     router.start()
@@ -193,14 +194,6 @@ def _receive(endpoint: str, robots: int, _: Payloads, seconds: float, results: A
     results.put(images.as_result("images") | views.as_result("views"))
     for session in (*sessions, *pages):
         session.close()  # pyright: ignore[reportUnknownMemberType]
-
-
-def _free_port() -> int:
-    import socket
-
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        return int(listener.getsockname()[1])
 
 
 def _cpu_s(pid: int | None) -> float:

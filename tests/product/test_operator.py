@@ -5,7 +5,6 @@ Every picture can be kept and looked at: set IPPON_KEEP_PICTURES to a folder.
 
 import os
 import re
-import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -21,6 +20,7 @@ from app.messages import keys
 from app.messages.motion import decode_twist
 from tests.app.conftest import Process
 from tests.chromium import KEEP_PICTURES, PATIENCE_MS, box_at_rest, new_page, open_browser
+from tests.ports import free_port
 
 pytestmark = [pytest.mark.browser, pytest.mark.process, pytest.mark.slow]
 
@@ -28,12 +28,6 @@ ROBOT = "ippon"
 PRESSED = "adada" if KEEP_PICTURES in os.environ else "ad"
 FLOOR = (690, 350)
 """A pixel amid the floor of the first room."""
-
-
-def free_port() -> int:
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        return listener.getsockname()[1]
 
 
 class Wheels:

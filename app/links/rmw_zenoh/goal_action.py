@@ -22,7 +22,7 @@ ANSWER_S: Final = 5.0
 """How long a server may take to accept, refuse or cancel a goal."""
 DRIVE_S: Final = 3600.0
 """How long a robot may drive to a goal."""
-MOST_UNCANCELLED: Final = 20
+MOST_GOALS: Final = 20
 _CDR: Final = b"\0\1\0\0"
 _NO_BEHAVIOR_TREE: Final = struct.pack("<I", 1) + b"\0"
 _CANCEL: Final = "action_msgs/srv/CancelGoal"
@@ -48,8 +48,13 @@ class GoalAction:
         self._cancel_goal = ServiceClient(participant, f"{under}/cancel_goal", _CANCEL)
         self._lock = threading.Lock()
         self._there = False
-        self._wanted = b""
-        self._number = b""
+        self._last = b""
+        """Number of the last goal that was sent."""
+        self._wanted = False
+        """The robot is to drive to it."""
+        self._accepted: list[bytes] = []
+        """Goals that the server may drive to: where it gives up a goal that was to replace another,
+        Nav2 goes on to the other."""
         self._uncancelled: dict[bytes, bool] = {}
         """Goals to cancel that the server has not confirmed, and whether an answer is awaited."""
         self._calls = Sender()
@@ -71,10 +76,10 @@ class GoalAction:
         if not self._there:
             return False
         pose = in_frame(goal, self._frame)
+        number = os.urandom(16)
         with self._lock:
             # Nav2 replaces its goal by a new one: the old one need not be cancelled first.
-            self._wanted, self._number = goal, b""
-        number = os.urandom(16)
+            self._last, self._wanted = number, True
         request = _CDR + number + pose[len(_CDR) :] + _NO_BEHAVIOR_TREE
         answered = partial(self._answered, goal, number)
         self._later(partial(self._send_goal.call, request, ANSWER_S, answered))
@@ -84,9 +89,8 @@ class GoalAction:
         """See `Navigation.cancel`."""
         del here
         with self._lock:
-            number, self._wanted, self._number = self._number, b"", b""
-        if number:
-            self._cancel(number)
+            self._wanted = False
+        self._cancel_accepted()
 
     def close(self) -> None:
         """Send what is queued."""
@@ -95,42 +99,58 @@ class GoalAction:
             service.close()
 
     def _answered(self, goal: bytes, number: bytes, response: bytes | None) -> None:
-        if response is None:
-            # The goal may have been accepted all the same.
+        is_accepted = bool(response and response[len(_CDR) : len(_CDR) + 1] > b"\0")
+        with self._lock:
+            is_last = number == self._last
+            is_wanted = is_last and self._wanted
+            if is_accepted and is_wanted:
+                self._accepted = [*self._accepted[1 - MOST_GOALS :], number]
+        if response is None or (is_accepted and not is_wanted):
+            # Without an answer, the goal may have been accepted all the same.
             self._cancel(number)
-        if response is None or len(response) <= len(_CDR) or not response[len(_CDR)]:
+        if is_accepted:
+            finished = partial(self._finished, goal, number)
+            self._later(partial(self._result.call, _CDR + number, DRIVE_S, finished))
+        else:
             silent = "does not answer" if response is None else "refuses the goal"
             logger.warning("the robot's navigation %s", silent)
-            self._later(partial(self._ended, goal, FAILED))
-            return
-        finished = partial(self._finished, goal, number)
-        self._later(partial(self._ended, goal, ACCEPTED))
-        self._later(partial(self._result.call, _CDR + number, DRIVE_S, finished))
-        with self._lock:
-            wanted = goal == self._wanted
-            if wanted:
-                self._number = number
-        if not wanted:
-            self._cancel(number)
+        if is_last:
+            self._report(goal, ACCEPTED if is_accepted else FAILED)
 
     def _finished(self, goal: bytes, number: bytes, response: bytes | None) -> None:
+        with self._lock:
+            is_last = number == self._last
+            self._accepted = [one for one in self._accepted if one != number]
         if response is None:
             # The robot may still drive.
             self._cancel(number)
+        if not is_last:
+            return
         status = response[len(_CDR)] if response and len(response) > len(_CDR) else FAILED
         if status == FAILED:
             at = len(_CDR) + _ERROR.size
             whole = response is not None and len(response) >= at + _ERROR.size
             code = _ERROR.unpack_from(response, at)[0] if whole and response else 0
             logger.warning("the robot's navigation gave up the goal (error %d)", code)
-        known = status if status in (REACHED, CANCELLED, FAILED) else FAILED
-        self._later(partial(self._ended, goal, known))
+        self._report(goal, status if status in (REACHED, CANCELLED, FAILED) else FAILED)
+
+    def _report(self, goal: bytes, status: int) -> None:
+        """Say what became of the last goal; the robot drives to no other one after its end."""
+        if status != ACCEPTED:
+            self._cancel_accepted()
+        self._later(partial(self._ended, goal, status))
+
+    def _cancel_accepted(self) -> None:
+        with self._lock:
+            numbers, self._accepted = self._accepted, []
+        for number in numbers:
+            self._cancel(number)
 
     def _cancel(self, number: bytes) -> None:
         """Cancel a goal; `follow` does it again until the server answers."""
         with self._lock:
             self._uncancelled[number] = True
-            while len(self._uncancelled) > MOST_UNCANCELLED:
+            while len(self._uncancelled) > MOST_GOALS:
                 del self._uncancelled[next(iter(self._uncancelled))]
         request, answered = _CDR + number + bytes(8), partial(self._cancelled, number)
         self._later(partial(self._cancel_goal.call, request, ANSWER_S, answered))

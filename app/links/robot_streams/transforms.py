@@ -82,9 +82,10 @@ class TransformBuffer:
         if k < len(stamps) and stamps[k] == stamp_ns:
             return history[k]
         if 0 < k < len(stamps):
-            if stamps[k] - stamps[k - 1] > LONGEST_GAP_NS:
+            before, after = history[k - 1], history[k]
+            if stamps[k] - stamps[k - 1] > LONGEST_GAP_NS or before.parent != after.parent:
                 return None
-            return _between(history[k - 1], history[k], stamp_ns)
+            return _between(before, after, stamp_ns)
         nearest = history[0] if k == 0 else history[-1]
         if abs(stamp_ns - nearest.stamp_ns) > self._tolerance_ns:
             return None

@@ -6,6 +6,8 @@ from __future__ import annotations
 import importlib
 import logging
 import math
+import os
+import time
 from collections import deque
 from collections.abc import Callable
 from typing import Any
@@ -20,6 +22,14 @@ from .settings import NAVIGATE, POSE, Topic
 
 logger = logging.getLogger(__name__)
 
+CANCEL, UUID = "action_msgs/srv/CancelGoal", "unique_identifier_msgs/msg/UUID"
+ANSWER_S = 5.0
+"""How long a server may take to accept or refuse a goal."""
+AGAIN_S = 1.0
+"""Time after which what was not confirmed is cancelled again."""
+MOST_GOALS = 20
+_REJECTED = 1
+"""Of action_msgs/CancelGoal: nothing was cancelled."""
 _STATUSES = {4: REACHED, 5: CANCELLED, 6: FAILED}
 
 
@@ -62,13 +72,24 @@ class GoalAction:
     def __init__(self, node: Node, topic: Topic, ended: Ended) -> None:
         self._topic, self._ended = topic, ended
         self.name = topic.name
-        self._action = _interface(NAVIGATE)
+        self._action, self._cancelling = _interface(NAVIGATE), _interface(CANCEL)
         self._pose = _interface(POSE)
         self._client = ActionClient(node, self._action, topic.name)
-        self._wanted = b""
-        self._handle: Any = None
+        self._cancels = node.create_client(self._cancelling, f"{topic.name}/_action/cancel_goal")
+        self._last = b""
+        """Number of the last goal that was sent."""
+        self._wanted = False
+        """The robot is to drive to it."""
+        self._unanswered: dict[bytes, tuple[bytes, float]] = {}
+        """Goals that the server has neither accepted nor refused, by number, and when they went."""
+        self._accepted: list[bytes] = []
+        """Goals that the server may drive to: where it gives up a goal that was to replace another,
+        Nav2 goes on to the other."""
+        self._uncancelled: dict[bytes, Any] = {}
+        """Goals to cancel that the server has not confirmed, by number."""
         self._calls: deque[Callable[[], None]] = deque()
         self._wake = node.create_guard_condition(self._run_calls)
+        node.create_timer(AGAIN_S, self._repeat)
 
     def problem(self) -> str:
         """Return why nobody takes goals; empty where somebody does."""
@@ -86,7 +107,7 @@ class GoalAction:
     def cancel(self, here: bytes) -> None:
         """See `Navigation.cancel`."""
         del here
-        self._call(self._cancel)
+        self._call(self._cancel_wanted)
 
     def _call(self, call: Callable[[], None]) -> None:
         self._calls.append(call)
@@ -98,38 +119,91 @@ class GoalAction:
 
     def _send(self, goal: bytes) -> None:
         # Nav2 replaces its goal by a new one: the old one need not be cancelled first.
-        self._wanted, self._handle = goal, None
+        number = os.urandom(16)
+        self._last, self._wanted = number, True
+        self._unanswered[number] = goal, time.monotonic()
         request = self._action.Goal()
         request.pose = _pose_of(goal, self._pose, self._topic.frame)
-        answer = self._client.send_goal_async(request)
-        answer.add_done_callback(lambda future: self._answered(goal, future.result()))
-
-    def _answered(self, goal: bytes, handle: Any) -> None:
-        if not handle.accepted:
-            logger.warning("the robot's navigation refuses the goal")
-            self._ended(goal, FAILED)
-            return
-        self._ended(goal, ACCEPTED)
-        handle.get_result_async().add_done_callback(
-            lambda future: self._finished(goal, future.result())
+        answer = self._client.send_goal_async(
+            request, goal_uuid=_interface(UUID)(uuid=list(number))
         )
-        if goal == self._wanted:
-            self._handle = handle
-        else:
-            handle.cancel_goal_async()
+        answer.add_done_callback(lambda future: self._answered(goal, number, future.result()))
 
-    def _finished(self, goal: bytes, response: Any) -> None:
+    def _answered(self, goal: bytes, number: bytes, handle: Any) -> None:
+        """Take the server's answer to a goal; None where none came in time."""
+        in_time = self._unanswered.pop(number, None) is not None
+        is_accepted = handle is not None and handle.accepted
+        is_wanted = in_time and number == self._last and self._wanted
+        if is_accepted and is_wanted:
+            self._accepted = [*self._accepted[1 - MOST_GOALS :], number]
+        if handle is None or (is_accepted and not is_wanted):
+            # Without an answer, the goal may have been accepted all the same.
+            self._cancel(number)
+        if handle is not None and handle.accepted:
+            handle.get_result_async().add_done_callback(
+                lambda future: self._finished(goal, number, future.result())
+            )
+        elif in_time:
+            silent = "does not answer" if handle is None else "refuses the goal"
+            logger.warning("the robot's navigation %s", silent)
+        if in_time and number == self._last:
+            self._report(goal, ACCEPTED if is_accepted else FAILED)
+
+    def _finished(self, goal: bytes, number: bytes, response: Any) -> None:
+        self._accepted = [one for one in self._accepted if one != number]
+        self._forget_cancel(number)
+        if number != self._last:
+            return
         code = getattr(response.result, "error_code", 0)
         if response.status == 6:
             text = getattr(response.result, "error_msg", "")
             logger.warning("the robot's navigation gave up the goal (error %s %s)", code, text)
-        self._ended(goal, _STATUSES.get(response.status, FAILED))
+        self._report(goal, _STATUSES.get(response.status, FAILED))
 
-    def _cancel(self) -> None:
-        self._wanted = b""
-        if self._handle is not None:
-            self._handle.cancel_goal_async()
-            self._handle = None
+    def _report(self, goal: bytes, status: int) -> None:
+        """Say what became of the last goal; the robot drives to no other one after its end."""
+        if status != ACCEPTED:
+            self._cancel_accepted()
+        self._ended(goal, status)
+
+    def _cancel_wanted(self) -> None:
+        self._wanted = False
+        self._cancel_accepted()
+
+    def _cancel_accepted(self) -> None:
+        numbers, self._accepted = self._accepted, []
+        for number in numbers:
+            self._cancel(number)
+
+    def _cancel(self, number: bytes) -> None:
+        """Cancel a goal; `_repeat` does it again until the server answers."""
+        self._forget_cancel(number)
+        while len(self._uncancelled) >= MOST_GOALS:
+            self._forget_cancel(next(iter(self._uncancelled)))
+        request = self._cancelling.Request()
+        request.goal_info.goal_id.uuid = list(number)
+        answer = self._cancels.call_async(request)
+        self._uncancelled[number] = answer
+        answer.add_done_callback(lambda future: self._cancelled(number, future.result()))
+
+    def _forget_cancel(self, number: bytes) -> None:
+        answer = self._uncancelled.pop(number, None)
+        if answer is not None:
+            self._cancels.remove_pending_request(answer)
+
+    def _cancelled(self, number: bytes, response: Any) -> None:
+        self._uncancelled.pop(number, None)
+        if response.return_code == _REJECTED:
+            logger.error("the robot's navigation refuses to cancel a goal: stop it at the robot")
+
+    def _repeat(self) -> None:
+        """Cancel what was not confirmed, and goals whose acceptance did not come."""
+        for number in tuple(self._uncancelled):
+            self._cancel(number)
+        old = time.monotonic() - ANSWER_S
+        for number, (goal, at) in tuple(self._unanswered.items()):
+            if at < old:
+                self._answered(goal, number, None)
 
 
 def _interface(name: str) -> Any:

@@ -72,7 +72,8 @@ class Goals:
                 return
             self._at = now
             if stamp != stamp_bytes_of(self._goal):
-                # It was sent before this bridge ran: the navigator sends another one.
+                # It was sent before this bridge ran, or was lost: the navigator sends another one.
+                self._stop("another goal is in force: this one is cancelled")
                 self._say(stamp, CANCELLED)
             elif not self._driving and not self._ended:
                 self._start()
@@ -102,8 +103,11 @@ class Goals:
     def _start(self) -> None:
         if self._stopped:
             return
-        self._driving = self._navigation.send(self._goal)
-        if self._driving:
+        is_sent = self._navigation.send(self._goal)
+        if not is_sent:
+            self._stop("nobody takes the new goal: the old one is cancelled")
+        self._driving = is_sent
+        if is_sent:
             self.sent += 1
             self._waiting = False
         elif not self._waiting:

@@ -19,9 +19,13 @@ class History:
         self._period_ns = _PERIOD_NS
         self._start_ns: int | None = None
         self._last_ns = 0
+        self.first_ns: int | None = None
+        """Robot time of the earliest status, which `clear` keeps; None before the first."""
 
     def add(self, status: Status) -> None:
         """Add a status, unless the previous one is too recent."""
+        if self.first_ns is None or status.stamp_ns < self.first_ns:
+            self.first_ns = status.stamp_ns
         if self._start_ns is None:
             self._start_ns = status.stamp_ns
         elif status.stamp_ns < self._last_ns + self._period_ns:

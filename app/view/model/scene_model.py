@@ -271,8 +271,8 @@ class SceneModel:
     def restore(self, past: SeekHistory) -> None:
         """Reset everything except this history; the messages of the moment follow."""
         self._forget_session()
-        self.status, self.proximity, self.image = None, None, None
-        self.T_world_base = self.T_world_camera = None
+        self.history = History()
+        self.status = self.proximity = self.image = self.T_world_base = self.T_world_camera = None
         self.trail_world = list(past.trail)
         self.events = deque(past.events, maxlen=_MAX_EVENTS)
         for status in past.statuses:

@@ -57,7 +57,7 @@ class DrivePanel:
             self._regions = gui.add_html("")
         self._answer = gui.add_html("")
         self._mode.on_click(lambda event: self._set_mode(modes[event.target.value]))
-        self._limit.on_update(lambda _: self._set_mode(self._drive.mode))
+        self._limit.on_update(self._move_limit)
         self._cancel.on_click(lambda _: self.attempt(actions.cancel_go_to))
         self._tools.on_click(lambda event: self._choose(tools[event.target.value]))
         self._undo.on_click(lambda event: self._unpaint(event.target.value))
@@ -82,16 +82,23 @@ class DrivePanel:
         regions = [(one, mapped_m2(one, model.voxels, size_m)) for one in model.painted]
         self._regions.content = painted(regions, self._words)
 
-    def attempt(self, command: Callable[[], str]) -> None:
-        """Run a command and show its result."""
+    def attempt(self, command: Callable[[], str]) -> bool:
+        """Run a command and show its result; return whether it was carried out."""
         try:
             self._answer.content = markup.answer(command(), ok=True)
         except CommandError as error:
             self._answer.content = markup.answer(str(error), ok=False)
+            return False
+        return True
 
-    def _set_mode(self, mode: DriveModeName) -> None:
+    def _set_mode(self, mode: DriveModeName) -> bool:
         limit = float(self._limit.value) / 100.0
-        self.attempt(lambda: self._actions.set_drive(mode, limit))
+        return self.attempt(lambda: self._actions.set_drive(mode, limit))
+
+    def _move_limit(self, event: Any) -> None:
+        # Without a client it is the navigator's limit that `_show` has shown.
+        if event.client is not None and not self._set_mode(self._drive.mode):
+            self._limit.value = _shown_limit(self._drive)
 
     def _choose(self, tool: Tool) -> None:
         self.tool = tool
@@ -107,8 +114,15 @@ class DrivePanel:
         if drive.mode != self._drive.mode:
             # What was answered about another mode holds no more.
             self._answer.content = ""
+        if drive.speed_limit != self._drive.speed_limit:
+            self._limit.value = _shown_limit(drive)
         self._drive = drive
         mode_text = self._words(f"panel.drive.{drive.mode}.text")
         self._mode_text.content = markup.choice(drive.mode, mode_text)
         self._filter.content = intervention(drive, self._words)
         self._cancel.visible = drive.waypoint is not None
+
+
+def _shown_limit(drive: DriveStatus) -> int:
+    """Return the speed limit in percent, as the slider has it."""
+    return round(100.0 * drive.speed_limit)

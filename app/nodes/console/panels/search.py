@@ -265,12 +265,13 @@ class SearchPanel:
         waits = awaited_find(status) is not None
         if (find, waits) == (self._find, self._find_waits):
             return
+        if find is not None and find != self._find and model.image is not None:
+            # Later images no longer show what its box outlines.
+            show_jpeg_in_panel(self._crop, outlined(model.image.encoded, find.box_px))
         self._find, self._find_waits = find, waits
         self._judged = find.goal_id if find is not None and status.tour else None
         name = "" if find is None else find_name(find, status, self._words)
         self._found.content = "" if find is None else find_card(find, self._words, name=name)
-        if find is not None and model.image is not None:
-            show_jpeg_in_panel(self._crop, outlined(model.image.encoded, find.box_px))
         self._find_box.visible = find is not None
         for button in self._verdict:
             button.visible = waits

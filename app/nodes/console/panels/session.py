@@ -32,7 +32,6 @@ class SessionPanel:
     def __init__(self, gui: Any, actions: Actions) -> None:
         say = self._words = actions.say
         self._updates = 0
-        self._start_ns: int | None = None
         self._warnings = gui.add_html(markup.warnings(()))
         self._figures = gui.add_html(markup.figures(None, 0, say))
         self._record: RecordPanel | None = None
@@ -57,11 +56,9 @@ class SessionPanel:
         """Show what changed."""
         if "recording" in changed and self._record is not None:
             self._record.show(model.recorders.statuses)
-        status = model.status
-        if status is None:
+        status, start_ns = model.status, model.history.first_ns
+        if status is None or start_ns is None:
             return
-        if self._start_ns is None or status.stamp_ns < self._start_ns:
-            self._start_ns = status.stamp_ns
         if "status" in changed:
             self._warnings.content = markup.warnings(status.notes)
             self._figures.content = markup.figures(status, model.voxels.count, self._words)
@@ -71,7 +68,7 @@ class SessionPanel:
             if self._updates % _PLOT_EVERY == 1 or "events" in changed:
                 self._draw_plots(model.history)
         if "events" in changed:
-            self._log.content = markup.event_log(model.events, self._start_ns, self._words)
+            self._log.content = markup.event_log(model.events, start_ns, self._words)
 
     def _draw_plots(self, history: History) -> None:
         columns = history.columns()

@@ -42,6 +42,8 @@ DRAW_S: Final = 0.05
 PICTURE_S: Final = 0.7
 """Interval between two camera images in the scene; the panel shows every image."""
 NOTICE_S: Final = 0.2
+RECORDER_S: Final = 5.0
+"""Time without a status after which a recorder, which tells it twice per second, has ended."""
 FETCH_S: Final = 1.0
 """Interval between attempts to fetch topics published before the console subscribed."""
 _WITH_THE_MAP: Final = (keys.MAP_KEYFRAME, keys.FAR_EVIDENCE, keys.PAINTED, keys.MAP_ALIGNMENT)
@@ -97,6 +99,7 @@ class SceneThread:
         self._unread = ""
         self._drawn_at = self._noticed_at = self._pictured_at = 0.0
         self._told_rejects = 0
+        self._recorder_heard_s = 0.0
         self._fetcher = ThreadPoolExecutor(max_workers=1, thread_name_prefix="keyframe")
         self._places = PlaceRequests(link)
         self._stop = threading.Event()
@@ -144,6 +147,8 @@ class SceneThread:
         is_read = self.reader.feed(key, payload)
         if is_read and key == keys.EVENT:
             self._detection.hear(self.model.events[-1], time.monotonic())
+        if key == keys.RECORDING:
+            self._recorder_heard_s = time.monotonic()
         if key == keys.STATUS:
             self._unread = ""
             if not is_read:
@@ -218,8 +223,18 @@ class SceneThread:
         self._changed.add("image")
         return changed - {"image"}
 
+    def _forget_ended_recorders(self, now: float) -> None:
+        """Show no recording that nobody writes any more; one that failed stays."""
+        recorders = self.model.recorders
+        if now - self._recorder_heard_s < RECORDER_S or not recorders.statuses:
+            return
+        if all(one.state != "failed" for one in recorders.statuses):
+            recorders.clear()
+            self._changed.add("recording")
+
     def _notice(self, now: float) -> None:
         self._noticed_at = now
+        self._forget_ended_recorders(now)
         self._state_feed.goals = msgspec.json.encode(goal_list(self.model))
         self._call_people(now)
         self._state_feed.post(msgspec.json.encode(self._shell_state()))

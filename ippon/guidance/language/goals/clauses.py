@@ -1,5 +1,6 @@
 """Clauses beside a request: where they end, and what they tell of the place of an object."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
@@ -18,6 +19,7 @@ from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.language.words import word_set
 
 _SOFT: Final = ("likes to", "like to", "used to", "supposed to", "should be", "not sure", "i think")
+_HAD = re.compile(r"(?<!\blast )\bhad (?:it|them|him|her|one)\b", re.IGNORECASE)
 _ABOUT = word_set(
     "it it's its they they're them he he's she she's one ones left leave put forgot forgotten saw "
     "seen see had kept keep dropped placed stored hid hidden laid looked checked searched"
@@ -128,7 +130,7 @@ def state(reading: Reading, words: str, targets: list[Draft]) -> None:
         ooi = resolve_object(goal.head, ()).canonical if goal.head else None
         claims = _joined(read_context(words, (), ooi=ooi).claims, words)
         about = _is_about_object(words, owned=goal.is_owned)
-        soft = any(phrase in words.lower() for phrase in _SOFT)
+        soft = any(phrase in words.lower() for phrase in _SOFT) or _is_memory(words)
         for claim in claims:
             told = True
             if claim.strength != "sure" or soft or not about:
@@ -146,6 +148,11 @@ def state(reading: Reading, words: str, targets: list[Draft]) -> None:
     placed = any(one.place.lower() in words.lower() for one in reading.places)
     if not told and content and not placed:
         reading.unused.append(words.strip())
+
+
+def _is_memory(words: str) -> bool:
+    """Tell whether somebody had a thing at a time and a place, where it need not be now."""
+    return bool(_HAD.search(words) and phrases.TIME.search(words))
 
 
 def _joined(claims: Sequence[Claim], words: str) -> list[Claim]:

@@ -101,6 +101,8 @@ class Reading:
     """Told before the first object."""
     later: list[Draft] = field(default_factory=list)
     """Objects that come after those that are still to be read."""
+    each: int = 0
+    """How many of each object are meant, where that was said."""
     declined: NounPhrase | None = None
     """An object not to be searched for, which "the white one" may name."""
     subject: NounPhrase | None = None

@@ -11,7 +11,7 @@ from ippon.guidance.language.grammar.attributes import UNITS, is_part, listed_ki
 from ippon.guidance.language.grammar.determiners import NUMBERS, count_again, may_be_noun
 from ippon.guidance.language.grammar.guesses import is_guessed_before
 from ippon.guidance.language.grammar.heads import CODE
-from ippon.guidance.language.grammar.noun_ends import STANDS
+from ippon.guidance.language.grammar.noun_ends import STANDS, stands_somewhere
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS, STOP
 from ippon.guidance.language.grammar.places import is_searched_inside
@@ -68,7 +68,8 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     if not length or (said.word(index) == "have" and said.breaks(index)):
         return _on_it(said, start, goal)  # "..., have a look round".
     index += length
-    if said.word(index) in STANDS or (lacking and said.word(index) in ENTERING):
+    standing = said.word(index) in STANDS or stands_somewhere(said, index)  # "Got stuck in".
+    if standing or (lacking and said.word(index) in ENTERING):
         return start  # "Without going into the nursery" is no part of it.
     phrase = read_noun_phrase(said, index)
     if phrase is None or (not phrase.head and not phrase.attributes):

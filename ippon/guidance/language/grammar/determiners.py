@@ -225,7 +225,7 @@ def count_again(said: Utterance, index: int) -> int:
     """Return the number of words of "four of them" or "two" that count what was named before."""
     if said.word(index) not in NUMBERS:
         return 0
-    if said.words(index + 1, index + 3) == ["of", "them"]:
+    if said.words(index + 1, index + 3) in (["of", "them"], ["of", "those"], ["of", "these"]):
         return 3
     return 1 if said.ends(index + 1) else 0
 

@@ -83,6 +83,9 @@ def name_head(
             start, known = _unknown_start(words), False
     head = head or _single(words[start:], count, knowledge)
     attributes, nouns = _describe(words[:start])
+    says = not known and attributes and head.endswith((" sign", " notice"))
+    if says and attributes[-1].value == "wet":
+        head = f"{attributes.pop().value} {head}"  # What it says: "wet floor sign".
     crowded = sum(knowledge.find(noun) is not None for noun in nouns) > 1
     crowded = crowded or any(noun in ("keys", "glasses", "shoes") for noun in nouns)
     if known and not corrected and nouns:

@@ -1,11 +1,17 @@
 """Where a noun phrase ends, and which of its words belong together."""
 
+from functools import cache
 from typing import Final
 
 from ippon.guidance.knowledge import Knowledge, load_knowledge
 from ippon.guidance.language.context_words import NEGATIONS
 from ippon.guidance.language.grammar.attributes import UNITS, listed_kind
-from ippon.guidance.language.grammar.determiners import NUMBERS, is_person_at, may_be_noun
+from ippon.guidance.language.grammar.determiners import (
+    NO_OWNERS,
+    NUMBERS,
+    is_person_at,
+    may_be_noun,
+)
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS, PRONOUNS, STOP
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.words import word_set
@@ -107,7 +113,8 @@ def _belongs(said: Utterance, index: int, *, first: bool) -> bool:
         return listed_kind(following) is not None  # "A really big box".
     participle = word in _PARTICIPLES or word.endswith("ed")
     placed = word in _PLACED or (participle and may_be_noun(said, index + 1))
-    return placed and before in _BEFORE_PLACED  # "The inside pocket".
+    owned = before.endswith("'s") and before not in NO_OWNERS and following not in STOP
+    return placed and (owned or before in _BEFORE_PLACED)  # "Mia's left shoe", "The inside pocket".
 
 
 def stands_somewhere(said: Utterance, index: int) -> bool:
@@ -118,12 +125,27 @@ def stands_somewhere(said: Utterance, index: int) -> bool:
     if word == "always" and said.word(index + 1) in STANDS:
         return True
     away = said.word(index + 1) in _AWAY and not said.breaks(index + 2)
+    away = away or (word in STANDS and _is_adverb(said, index + 1))
     if not (_is_preposition(said, index + 1) or (away and _is_preposition(said, index + 2))):
         return False
     if word in STANDS:
         return True
     moving = word.endswith(("ing", "ed")) and len(word) > 5
     return moving and listed_kind(word) is None and knowledge.find(word) is None
+
+
+@cache
+def _last_words() -> frozenset[str]:
+    """Return the last words of all names of the table: "piano" of "upright piano"."""
+    return frozenset(name.rpartition(" ")[2] for name in load_knowledge().phrases)
+
+
+def _is_adverb(said: Utterance, index: int) -> bool:
+    """Tell whether an unknown word stands between a verb and a place: "ran aground on"."""
+    word = said.word(index)
+    return not said.breaks(index + 1) and not (
+        word in _last_words() or word in STOP or word in NUMBERS or word.endswith("'s")
+    )
 
 
 def _names_room_of(said: Utterance, index: int, knowledge: Knowledge) -> bool:

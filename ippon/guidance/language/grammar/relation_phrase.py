@@ -25,7 +25,7 @@ _STANDING = word_set(
     "that's who's surely currently now must anywhere there somewhere even but or and either behind "
     "directly "
     "exactly immediately close sat stands lies sits hangs lives placed both all fell "
-    "fallen slipped rolled have has had gone used seen spotted worn last will "
+    "fallen slipped rolled have has had got gone used seen spotted worn last will "
     "off away dropped ran come came popped slid"
 )
 """Words that may stand before a preposition without changing where."""
@@ -41,6 +41,7 @@ _STOREYS: Final = {
 _DENYING = ("away from", "far from")
 _ONLY_PLACES = word_set("where to through along until about")
 _OWN_ROOMS = word_set("room bedroom office study room's bathroom studio flat house place apartment")
+_GROUPS = word_set("men's women's people's children's")
 SPOTS = word_set("corner middle side back front end edge center centre top bottom")
 _SIDED = word_set("the left right hand far very top bottom back other opposite near wrong")
 ENTERING: Final = word_set(
@@ -117,7 +118,25 @@ def _may_precede(said: Utterance, index: int) -> bool:
     """Tell whether a word may stand before a preposition without changing where."""
     particle = said.word(index) in ("in", "on", "up", "out") and said.word(index - 1).endswith("ed")
     word = said.word(index)
-    return particle or word in _STANDING or word in STANDS or stands_somewhere(said, index)
+    adverb = index > 0 and said.word(index - 1) in STANDS and stands_somewhere(said, index - 1)
+    return (
+        particle
+        or adverb
+        or word in _STANDING
+        or word in STANDS
+        or stands_somewhere(said, index)
+        or _before_somewhere(said, index)
+    )
+
+
+def _before_somewhere(said: Utterance, index: int) -> bool:
+    """Tell whether a word stands between "is" and "somewhere": "is adrift somewhere in"."""
+    for after in (index + 1, index + 2):
+        if said.breaks(after):
+            return False
+        if said.word(after) == "somewhere" and prepositions_at(said, after + 1)[0]:
+            return bool({"is", "are", "was", "were"} & set(said.words(max(0, after - 3), index)))
+    return False
 
 
 def prepositions_at(said: Utterance, index: int) -> tuple[list[str], int]:
@@ -264,6 +283,13 @@ def _is_own_room(phrase: NounPhrase) -> bool:
     return any(one.kind == "owner" for one in phrase.attributes) and phrase.head in _OWN_ROOMS
 
 
+def _is_of_group(said: Utterance, start: int, phrase: NounPhrase) -> bool:
+    """Tell whether a group's name belongs to that of a place: "the nurses' station"."""
+    owner = said.word(start + (said.word(start) == "the"))
+    group = owner.endswith("s's") or owner in _GROUPS
+    return group and bool(phrase.head) and load_knowledge().find(phrase.head) is None
+
+
 def _stated(preposition: str, place: str, *, negated: bool) -> tuple[str, bool]:
     if preposition == "just outside":
         return ("in", not negated) if is_room(place) else ("near", negated)  # "Outside the door".
@@ -279,7 +305,7 @@ def relation_to(
 ) -> Relation:
     """Return the relation to the place that a noun phrase at a word names."""
     place, attributes = named_place(room_spelt(phrase.head), phrase.attributes)
-    if _is_own_room(phrase):
+    if _is_own_room(phrase) or _is_of_group(said, start, phrase):
         # The name of a room: the operator may have given it to one.
         place = said.said(start, phrase.end)
         place = place[4:] if place.lower().startswith("the ") else place

@@ -9,6 +9,7 @@ from rapidfuzz.distance import OSA
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import RELATIONS
+from ippon.guidance.language.grammar.reordered import in_order
 from ippon.guidance.language.grammar.typed import spelt_out
 from ippon.guidance.language.languages import ENGLISH
 from ippon.guidance.language.words import ADJECTIVES, Token, plain, tokenize
@@ -186,7 +187,7 @@ class Utterance:
         if start >= end:
             return ""
         said = self.text[self.tokens[start].start : self.tokens[end - 1].end]
-        return said.replace("\u2024", ".")
+        return said.replace("\u2024", ".").replace("s's ", "s' ")
 
     def starts(self, index: int, phrases: Iterable[str]) -> int:
         """Return the number of words of the longest phrase that stands at an index; 0 for none."""
@@ -223,7 +224,7 @@ def hear(sentence: str) -> Utterance:
     text = plain(re.sub(r"[\r\n]+", ". ", sentence))
     if _NUMBERED.match(text):
         text = _NUMBERED.sub(", ", text).lstrip(" ,")
-    text = spelt_out(text)
+    text = in_order(spelt_out(text))
     text = _POINTED.sub(r"\1 the one", text)
     for sign, said in _SOUND:
         text = sign.sub(said, text)

@@ -1,6 +1,7 @@
 """What is asked for: "find", "where is", "is there any", and the goals behind it."""
 
 from dataclasses import replace
+from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import NEGATIONS
@@ -10,10 +11,14 @@ from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import listed_kind
 from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
+from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import read_relation
+from ippon.guidance.language.requests.list_order import read_each
 from ippon.guidance.language.requests.lists import read_goals
 from ippon.guidance.language.words import word_set
 
+_TOLD: Final = 4
+"""So many words after "it's a bracelet," may hold "it"."""
 _REPEATING = ("it", "them", "him", "her", "some", "any", "one")
 _MISSED = word_set("find see seen found remember know")
 _LACKING = ("no ", "there", "i ", "we ", "i've", "we've")
@@ -33,6 +38,9 @@ def read_asked(reading: Reading, index: int) -> int:
     said = reading.said
     if _names_a_thing(reading, index):
         return index
+    named = _identified(reading, index)
+    if named > index:
+        return read_goals(reading, named, said.said(index, named))
     end = reading.match(phrases.ASKED, index)
     if end == index:
         return index
@@ -41,6 +49,7 @@ def read_asked(reading: Reading, index: int) -> int:
         if more == start + 1 and listed_kind(said.word(start)):
             break
         start = more
+    start = read_each(reading, start)
     again = _read_again(reading, index, end, start)
     if again is not None:
         return again
@@ -57,6 +66,25 @@ def read_asked(reading: Reading, index: int) -> int:
         return index
     nested = reading.drafts or reading.match(phrases.TOLD, start) == start
     return index if nested and reading.match(phrases.ASKED, start) == start else start
+
+
+def _identified(reading: Reading, index: int) -> int:
+    """Return the index after "it's" of "it's a thin bracelet, it was in": what is sought.
+
+    The same for others: what follows must name a thing of the table, and "it" must stand for it.
+    """
+    said = reading.said
+    if reading.drafts or reading.places or (index and not said.ends(index)):
+        return index
+    start = index + 1 + (said.word(index + 1) in ("is", "was"))
+    if said.word(index) != ("it's" if start == index + 1 else "it"):
+        return index
+    phrase = read_noun_phrase(said, start)
+    if phrase is None or not (phrase.known and phrase.determined and phrase.head):
+        return index
+    ends = is_room(phrase.head) or not said.breaks(phrase.end)
+    told = said.words(phrase.end, phrase.end + _TOLD)
+    return index if ends or not {"it", "it's"} & set(told) else start
 
 
 def _names_a_thing(reading: Reading, index: int) -> bool:

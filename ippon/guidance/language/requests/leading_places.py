@@ -78,6 +78,23 @@ def read_place_first(reading: Reading, index: int) -> int:
     return read_goals(reading, after, said.said(index, after))
 
 
+def read_place_again(reading: Reading, index: int) -> int:
+    """Read "look in the pantry for the flour" after "the kitchen, no," in place of the room.
+
+    Returns:
+        Index after it; `index` where no room alone, or no other place, was named.
+    """
+    last = reading.drafts[-1]
+    plain = len(reading.drafts) == 1 and not (last.attributes or last.relations)
+    if not plain or last.trigger != "bare" or not is_room(last.head):
+        return index
+    reading.drafts.clear()
+    end = read_place_first(reading, index) if index < len(reading.said) else index
+    if end == index:
+        reading.drafts.append(last)
+    return end
+
+
 def _is_place(phrase: NounPhrase, *, first: bool) -> bool:
     """Tell whether a noun phrase alone says where: "second floor, room 210, top cupboard:"."""
     part = not first and holds_things(phrase.head) and bool(phrase.attributes) and phrase.shared

@@ -12,12 +12,14 @@ from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.goals.pronouns import read_place_named
 from ippon.guidance.language.goals.references import complained, refer, replaced, selects
 from ippon.guidance.language.grammar import phrases
-from ippon.guidance.language.grammar.determiners import is_person_at
+from ippon.guidance.language.grammar.determiners import NUMBERS, count_again, is_person_at
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PRONOUNS
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import read_relation, relation_to
 from ippon.guidance.language.grammar.utterance import Utterance
+from ippon.guidance.language.requests.left_out import is_left_out
+from ippon.guidance.language.requests.list_order import is_named_first, read_packages
 from ippon.guidance.language.words import word_set
 
 MAX_DRAFTS: Final = 60
@@ -76,6 +78,8 @@ def separator(reading: Reading, index: int) -> tuple[Order, int, NounPhrase] | N
         return None
     phrase = read_noun_phrase(said, start)
     if phrase is None or not _is_item(reading, start, phrase, lone=not length):
+        return None
+    if is_left_out(said, phrase) or is_named_first(reading, phrase):
         return None
     return order, start, phrase
 
@@ -235,6 +239,13 @@ def read_modifiers(reading: Reading, index: int) -> int:
         room = _bare_room(reading, index)
         if room > index:
             index = room
+            continue
+        index = read_packages(reading, index)
+        about = index + (said.word(index) in ("about", "around", "roughly", "exactly"))
+        counted = count_again(said, about) if said.breaks(index) else 0
+        if counted > 1:
+            goal.count = NUMBERS[said.word(about)]
+            index = about + counted  # "Rope stands, six of them".
             continue
         end = reading.match(phrases.GONE, index)
         goal.gone = goal.gone or end > index

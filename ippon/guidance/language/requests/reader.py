@@ -26,7 +26,13 @@ from ippon.guidance.language.requests.courtesy import (
 )
 from ippon.guidance.language.requests.declined import drop_rooms, not_this
 from ippon.guidance.language.requests.earlier import read_after, read_before
-from ippon.guidance.language.requests.leading_places import read_hint, read_place_first
+from ippon.guidance.language.requests.leading_places import (
+    read_hint,
+    read_place_again,
+    read_place_first,
+)
+from ippon.guidance.language.requests.left_out import skip_left_out
+from ippon.guidance.language.requests.list_order import read_each, read_first_of, settle_each
 from ippon.guidance.language.requests.lists import (
     MAX_DRAFTS,
     read_goals,
@@ -78,6 +84,7 @@ class RequestReader:
         if index < len(self._said):
             self.reading.stray.append(self._said.said(index, len(self._said))[:200])
         drop_rooms(self.reading)
+        settle_each(self.reading)
         return self.reading
 
     def _by_name(self) -> None:
@@ -131,12 +138,18 @@ class RequestReader:
             return index
         if not self.reading.drafts:
             return max(self._declined(index), index if after == index + 1 else after)
+        again = read_place_again(self.reading, after)
+        if again > after:
+            return again
         return read_correction(self.reading, index, skip_asking(self.reading, after))
 
     def _declined(self, index: int) -> int:
-        return clauses.skip_declined(self.reading, index)
+        return max(skip_left_out(self.reading, index), clauses.skip_declined(self.reading, index))
 
     def _ordering(self, index: int) -> int:
+        first = read_first_of(self.reading, index)
+        if first > index:
+            return first
         length = self._said.starts(index, phrases.FIRST)
         if length and not self.reading.drafts and self._said.word(index + length) != "aid":
             return index + length
@@ -200,6 +213,9 @@ class RequestReader:
     def _described(self, index: int) -> int:
         """Read what is said of the objects before: "not upstairs", "the blue one"."""
         said = self._said
+        counted = read_each(self.reading, index)
+        if counted > index:
+            return counted
         if not self.reading.drafts:
             return index
         room = read_noun_phrase(said, index) if said.ends(index) else None
@@ -216,6 +232,10 @@ class RequestReader:
         if counted:
             self.reading.drafts[-1].count = NUMBERS[said.word(index + 1)]
             return index + 1 + counted  # "All four of them".
+        counted = count_again(said, index) if said.breaks(index) else 0
+        if counted > 1:
+            self.reading.drafts[-1].count = NUMBERS[said.word(index)]
+            return index + counted  # "Cups! Six of them".
         subject = said.word(index) in ("they", "they're", "both", "these")
         relation = read_relation(said, index)
         listed = self.reading.drafts[self.reading.list_start :]

@@ -4,7 +4,6 @@ import json
 import os
 import re
 import signal
-import socket
 import time
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from app.links.network.session import open_client
 from app.messages import keys
 from app.messages.control import decode
 from app.messages.status import Status
+from tests.ports import free_port
 
 pytestmark = [pytest.mark.process, pytest.mark.slow]
 
@@ -54,9 +54,7 @@ def wait_until_gone(pids, timeout_s):
 
 @pytest.fixture
 def free_page_port():
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        return str(listener.getsockname()[1])
+    return str(free_port())
 
 
 @pytest.fixture

@@ -1,21 +1,19 @@
 """`ippon control` with a robot as the network shows it."""
 
 import json
-import socket
 
 import pytest
 
 from app.cli.main import run
 from app.messages.status import GoalStatus
 from tests.app.nodes.console.published_home import PublishedHome
+from tests.ports import free_port
 
 
 @pytest.fixture
 def robot():
     """A robot that searches for the hat, and the words that name it on the command line."""
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        port = listener.getsockname()[1]
+    port = free_port()
     home = PublishedHome(port)
     home.where = ("--connect", f"tcp/127.0.0.1:{port}")
     yield home

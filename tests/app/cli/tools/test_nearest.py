@@ -11,7 +11,7 @@ from app.links.network.session import open_router
 from app.messages.control import Bid
 from app.messages.status import GoalStatus
 from tests.app.nodes.console.light_navigators import LightNavigator, wait_until_listed
-from tests.app.nodes.console.served import free_port
+from tests.ports import free_port
 
 
 def room(way_m, obstacle="", detail=""):

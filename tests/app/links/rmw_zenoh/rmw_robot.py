@@ -191,7 +191,15 @@ class ActionServer:
 
     def finish(self, status, code=0):
         """End the last goal."""
+        self.finish_query(self.take_result(), status, code)
+
+    def take_result(self):
+        """Return the request for the last goal's end, which `finish_query` answers."""
         query, self._result = self._result, None
+        return query
+
+    def finish_query(self, query, status, code=0):
+        """End the goal of a request."""
         payload = struct.pack("<4sbxHI1s", b"\0\1\0\0", status, code, 1, b"\0")
         query.reply(query.key_expr, payload, attachment=query.attachment.to_bytes())
         query.drop()

@@ -123,6 +123,42 @@ def test_a_goal_whose_acceptance_is_lost_is_cancelled(scout):
     server.cancelled.wait_for(lambda m: m == [(number, None)])
 
 
+def test_a_goal_does_not_go_on_where_the_one_in_its_place_has_failed(scout):
+    """Nav2 goes on to the first goal where it gives up the second before it begins."""
+    _, server, navigator = scout
+    navigator.send(7)
+    navigator.keep(7, server.has_result)
+    ((_, first),) = server.goals.messages
+    server.accepts = False
+    navigator.send(8)
+    navigator.keep(8, navigator.knows((7, ACCEPTED), (8, FAILED)))
+    server.cancelled.wait_for(lambda m: m == [(first, None)])
+
+
+def test_a_stop_cancels_the_goal_that_was_to_be_replaced_by_one_without_an_answer(scout):
+    _, server, navigator = scout
+    navigator.send(7)
+    navigator.keep(7, server.has_result)
+    server.silent = 1
+    navigator.send(8)
+    (_, first), (_, second) = server.goals.wait_for(lambda m: len(m) == 2)
+    # The navigator falls silent.
+    server.cancelled.wait_for(lambda m: {number for number, _ in m} == {first, second})
+
+
+def test_the_end_of_a_cancelled_goal_does_not_end_the_same_goal_sent_again(scout):
+    _, server, navigator = scout
+    navigator.send(7)
+    navigator.keep(7, server.has_result)
+    server.cancelled.wait_for(len)
+    first = server.take_result()
+    navigator.keep(7, lambda: len(server.goals.messages) == 2 and server.has_result())
+    server.finish_query(first, 5)
+    navigator.keep(7, lambda: len(navigator.outcomes.messages) >= 2)
+    time.sleep(0.3)
+    assert {outcome for outcome, _ in navigator.outcomes.messages} == {(7, ACCEPTED)}
+
+
 def test_a_goal_that_somebody_else_cancels_comes_back_so(scout):
     _, server, navigator = scout
     navigator.send(7)

@@ -1,5 +1,4 @@
 import json
-import socket
 import struct
 import threading
 import time
@@ -17,6 +16,7 @@ from app.messages.cdr import decode
 from app.messages.motion import StampedTwist, encode_number, encode_twist
 from app.ros2.ippon_ros2.settings import read_settings
 from app.ros2.ippon_ros2.zenoh_side import claim
+from tests import ports
 from tests.app.links.rmw_zenoh.rmw_robot import LATCHED, RELIABLE, SENSOR, Received, RmwRobot
 
 IMAGE = "sensor_msgs::msg::dds_::Image_"
@@ -278,9 +278,7 @@ def test_a_node_that_comes_back_with_another_version_of_ros_is_found(sessions, s
 
 
 def test_the_robots_own_router_is_waited_for_and_may_start_again(sessions, start, hear):
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{listener.getsockname()[1]}"
+    endpoint = ports.free_endpoint()
     heard = hear("tf")
     link = start({"router": endpoint})
     wait_for_note(link, f"waiting for the robot: no router of the robot answers at {endpoint}")
@@ -298,9 +296,7 @@ def test_the_robots_own_router_is_waited_for_and_may_start_again(sessions, start
 
 def test_the_robots_router_may_connect_to_the_navigator(sessions, free_endpoint, start, hear):
     heard = hear("tf")
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{listener.getsockname()[1]}"
+    endpoint = ports.free_endpoint()
     config = zenoh.Config()
     for key, value in {
         "mode": "router",

@@ -328,6 +328,21 @@ def test_a_detector_that_lags_teaches_with_the_pose_of_its_image(assembler):
     assert assembler.take_late() is None
 
 
+@pytest.mark.parametrize("behind", [3, 8, 30])
+def test_what_a_slow_network_sees_is_joined_however_late(assembler, behind):
+    """Up to 6 s: only a step back of images says that the robot's clock was set back."""
+    joined = []
+    for k in range(1, 100):
+        feed(assembler, k * PERIOD, with_heatmap=False)
+        assembler.take()
+        if k > behind:
+            assembler.add_heatmap(heatmap((k - behind) * PERIOD))
+            late = assembler.take_late()
+            joined += [] if late is None else [late.stamp_ns]
+    assert assembler.restarts == 0
+    assert len(joined) > 20
+
+
 def test_detections_with_the_stamp_of_no_image_are_counted(assembler):
     for n in range(1, 6):
         feed(assembler, n * PERIOD, with_heatmap=False)

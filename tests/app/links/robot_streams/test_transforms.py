@@ -44,6 +44,15 @@ def test_beyond_the_newest_only_within_the_tolerance():
     assert buffer.lookup("map", "base_link", SECOND - 60_000_000) is None
 
 
+def test_between_poses_in_two_frames_there_is_none():
+    """Two nodes that publish one frame under different parents: a mean of both is nowhere."""
+    buffer = TransformBuffer()
+    buffer.add(stamped(0, 0.0))
+    buffer.add(stamped(20_000_000, 10.0, parent="odom"))
+    assert buffer.lookup("map", "base_link", 10_000_000) is None
+    assert buffer.lookup("map", "base_link", 0)[0, 3] == 0.0
+
+
 def test_a_chain_of_moving_and_fixed_frames():
     buffer = TransformBuffer()
     buffer.add(stamped(0, 1.0, math.pi / 2))

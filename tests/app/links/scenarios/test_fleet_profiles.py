@@ -23,7 +23,7 @@ from app.messages.control import (
 from app.nodes.console.fleet import robot_list
 from app.nodes.console.fleet.robot_list import RobotList
 from tests.app.nodes.console.drawn_home import status_of
-from tests.app.nodes.console.served import free_port
+from tests.ports import free_port
 
 ROBOTS = ("near", "site/far")
 WAYS_M = {"near": 2.0, "site/far": 9.0}

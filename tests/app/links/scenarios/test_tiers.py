@@ -14,8 +14,8 @@ from app.links.network.session import PROFILE, open_client, open_router
 from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.control import ControlReply, ControlRequest
-from tests.app.nodes.console.served import free_port
 from tests.app.relay import Relay
+from tests.ports import free_port
 
 IMAGE = "ippon/camera/color/image_raw/compressed"
 SIZE = 2000

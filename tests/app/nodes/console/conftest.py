@@ -30,8 +30,8 @@ from tests.app.nodes.console.served import (
     ConsoleProcess,
     SceneWatcher,
     Served,
-    free_port,
 )
+from tests.ports import free_port
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -2,7 +2,6 @@
 
 import asyncio
 import json
-import socket
 import struct
 import subprocess
 import sys
@@ -79,13 +78,6 @@ class Served:
         self.http.close()
         self._server.should_exit = True
         self._thread.join(10)
-
-
-def free_port():
-    """Return a loopback port that nobody listens on."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 START = """

@@ -1,6 +1,5 @@
 """A published robot, and a viewer that shows it in a thread."""
 
-import socket
 import threading
 import time
 from contextlib import contextmanager
@@ -9,14 +8,13 @@ import pytest
 
 from app.nodes.viewers.live_robot import LiveRobot
 from tests.app.nodes.console.published_home import PublishedHome
+from tests.ports import free_port
 
 
 @pytest.fixture
 def port():
     """A port that nobody listens on."""
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        return listener.getsockname()[1]
+    return free_port()
 
 
 @pytest.fixture

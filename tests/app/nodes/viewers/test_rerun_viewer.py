@@ -1,6 +1,5 @@
 """Files of Rerun read back with its SDK, and a server of Rerun that comes and goes."""
 
-import socket
 import subprocess
 import threading
 import time
@@ -36,6 +35,7 @@ from app.nodes.viewers.rerun_scene import (
 )
 from app.nodes.viewers.rerun_viewer import RerunConfig, RerunViewer
 from app.view.colors import ooi_colors
+from tests.ports import free_port
 
 pytestmark = pytest.mark.process
 
@@ -138,12 +138,10 @@ def _rows(points):
     return {tuple(row) for row in np.round(np.asarray(points, np.float64), 3).tolist()}
 
 
-@pytest.fixture
-def free_port():
+@pytest.fixture(name="free_port")
+def free_port_fixture():
     """A port for a viewer."""
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        return listener.getsockname()[1]
+    return free_port()
 
 
 @pytest.fixture

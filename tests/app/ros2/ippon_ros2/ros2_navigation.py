@@ -2,13 +2,15 @@
 
 The wheels are in the test: each goal goes out on `robot/goal` over zenoh, `robot/result` ends it
 ("reached" or "failed"), and the x of a cancelled one is said on `robot/cancelled`. As Nav2 does, it
-gives up its goal when a new one comes.
+gives up its goal when it accepts another. By x, a goal is refused (over 50), accepted only after
+7 s (over 40), or cancelled only at the second request (over 30).
 """
 
 import contextlib
 import json
 import sys
 import threading
+import time
 
 import rclpy
 import zenoh
@@ -17,6 +19,18 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.serialization import serialize_message
+
+
+class ForgetfulServer(ActionServer):
+    """Loses as many requests to cancel as it is told."""
+
+    to_lose = 0
+
+    async def _execute_cancel_request(self, request):
+        if self.to_lose > 0:
+            self.to_lose -= 1
+            return
+        await super()._execute_cancel_request(request)
 
 
 class Server:
@@ -30,15 +44,20 @@ class Server:
         from nav2_msgs.action import NavigateToPose
 
         self._action = NavigateToPose
-        self._server = ActionServer(
+        self._server = ForgetfulServer(
             node, NavigateToPose, options["action"], self._execute,
             goal_callback=self._accept, cancel_callback=lambda _: CancelResponse.ACCEPT,
             callback_group=ReentrantCallbackGroup(),
         )  # fmt: skip
 
     def _accept(self, goal):
-        refused = goal.pose.pose.position.x > 50.0
-        return GoalResponse.REJECT if refused else GoalResponse.ACCEPT
+        x = goal.pose.pose.position.x
+        if x > 50.0:
+            return GoalResponse.REJECT
+        if x > 40.0:
+            time.sleep(7.0)
+        self._server.to_lose = 1 if 30.0 < x < 40.0 else 0
+        return GoalResponse.ACCEPT
 
     def _on_result(self, sample):
         self._text = sample.payload.to_string()

@@ -120,6 +120,20 @@ def test_a_goal_waits_for_a_navigation_that_starts_late(goals, navigation, caplo
     assert navigation.sent == [pose(FIRST)]
 
 
+def test_a_goal_does_not_go_on_where_nobody_takes_the_one_in_its_place(goals, navigation):
+    drive(goals, FIRST, 0.1)
+    navigation.there = False
+    drive(goals, SECOND, 0.1, 0.1)
+    assert navigation.cancelled == 1
+
+
+def test_a_goal_does_not_go_on_where_the_one_in_its_place_was_lost(goals, navigation, said):
+    drive(goals, FIRST, 0.1)
+    goals.take_active(pose(SECOND), 0.1)
+    assert navigation.cancelled == 1
+    assert said == [(SECOND, GoalOutcome.CANCELLED)]
+
+
 def test_a_goal_from_before_the_bridge_is_given_back(goals, said):
     goals.take_active(pose(FIRST), 0.0)
     assert said == [(FIRST, GoalOutcome.CANCELLED)]

@@ -1,6 +1,5 @@
 """A whole search by a simulated robot that is known through topics of rmw_zenoh alone."""
 
-import socket
 import threading
 
 import pytest
@@ -11,6 +10,7 @@ from app.messages import keys
 from app.nodes.robot_sim import RobotSim, RobotSimConfig
 from app.robot_file import read_profile
 from ippon.simulation.scene_reader import load_scene
+from tests import ports
 from tests.app.links.rmw_zenoh.rmw_robot import LATCHED, RELIABLE, SENSOR, RmwRobot
 
 pytestmark = [pytest.mark.process, pytest.mark.slow]
@@ -66,9 +66,7 @@ class RosRobot(RobotSim):
 
 
 def test_a_robot_behind_its_own_router_finds_a_hat(launch, tmp_path, free_endpoint, room):
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{listener.getsockname()[1]}"
+    endpoint = ports.free_endpoint()
     router = open_router(endpoint)
     path = tmp_path / "scout.yaml"
     path.write_text(PROFILE.replace("ROUTER", endpoint), encoding="utf-8")

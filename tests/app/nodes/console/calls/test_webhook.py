@@ -21,7 +21,7 @@ from app.nodes.console.calls.webhook import (
     read_secret,
 )
 from app.nodes.console.config import ConsoleConfig, ConsoleError
-from tests.app.nodes.console.served import free_port
+from tests.ports import free_port
 
 SECRET = b"a-secret"
 QUICK = Patience(timeout_s=0.5, pauses_s=(0.02, 0.05))

@@ -13,7 +13,8 @@ from app.nodes.console.web.access import OpenAccess
 from app.nodes.console.web.gateway import Gateway
 from app.nodes.console.web.guard import Hosts
 from tests.app.nodes.console.light_navigators import LightNavigator, wait_until_listed
-from tests.app.nodes.console.served import free_port, hear
+from tests.app.nodes.console.served import hear
+from tests.ports import free_port
 
 BID = Bid(obstacle="", ground="area", explored_m2=12.0)
 

@@ -10,7 +10,7 @@ from app.view.words import Words
 def test_a_thing_is_chosen_by_its_name():
     gui = MagicMock()
     for name in ("add_dropdown", "add_slider", "add_checkbox"):
-        getattr(gui, name).side_effect = lambda *_, **__: MagicMock(value=1.0)
+        getattr(gui, name).side_effect = lambda *_, **__: MagicMock(value=1.0, min=0.0, max=4.0)
     panel = MapPanel(gui, lambda _: None, lambda: None, Words("de"))
     rows = [SimpleNamespace(label=label) for label in ("wall", "chest_of_drawers", "bed")]
     model = SimpleNamespace(

@@ -2,7 +2,6 @@
 
 import io
 import re
-import socket
 import ssl
 
 import httpx
@@ -11,6 +10,7 @@ import trustme
 import websockets.sync.client
 
 from app.cli.main import run
+from tests.ports import free_port
 
 PASSWORD = "correct horse"
 
@@ -53,9 +53,7 @@ def test_login_over_tls(launch, users, tmp_path):
     certificate, key = tmp_path / "cert.pem", tmp_path / "key.pem"
     issued.cert_chain_pems[0].write_to_path(str(certificate))
     issued.private_key_pem.write_to_path(str(key))
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        port = listener.getsockname()[1]
+    port = free_port()
     console = launch(
         "console", "--connect", "tcp/127.0.0.1:1", "--port", str(port), "--users", str(users),
         "--tls-cert", str(certificate), "--tls-key", str(key),

@@ -338,6 +338,10 @@ def test_a_thing_is_named_and_denied_by_a_person_and_markup_stays_text(page, par
     row.get_by_role("button", name="Opa's table may be a table").press("Enter")
     expect(row).to_contain_text("table 90 %")
     row.get_by_role("button", name="Give Opa's table a name").press("Enter")
+    page.keyboard.press("Enter")
+    # The name is as it was, and the field is gone.
+    expect(page.get_by_label("Name of the thing; empty for none")).to_have_count(0)
+    row.get_by_role("button", name="Give Opa's table a name").press("Enter")
     page.keyboard.type("<b>Anna's</b> table")
     page.keyboard.press("Enter")
     row = things.locator("#things-list li", has_text="<b>Anna's</b> table")

@@ -165,6 +165,35 @@ def test_a_notice_can_be_closed_on_a_phone_and_comes_back_for_another_find(home,
     expect(notice).to_be_visible()
 
 
+def test_the_list_of_goals_leads_to_where_something_was_found(home, page):
+    at = (4.0, 1.0, 0.5)
+    ended = GoalStatus(goal_id=9, object="tv", outcome="found", confirmed=True, position_world=at)
+    home.status_changes = {"history": [ended]}
+    if page.locator("#explanation-close").is_visible():
+        page.locator("#explanation-close").click()
+    page.keyboard.press("g")
+    page.locator("#goals-ended").get_by_role("button", name="Show where tv was found").click()
+    expect(page.locator("#explanation")).to_be_visible()
+    page.keyboard.press("g")
+
+
+def test_of_two_pages_of_one_browser_one_rings_for_several_calls_at_once(page):
+    rung = page.evaluate(
+        """async () => {
+          const { Calls } = await import("/assets/calls.js");
+          const open = () => Object.assign(
+            Object.create(Calls.prototype),
+            { instance: "other", rung: 0, ring() { this.rung += 1; } },
+          );
+          const pages = [open(), open()];
+          const call = (number) => ({ number, title: "", occasion: { kind: "found", text: "" } });
+          for (const one of pages) for (const number of [1, 2]) one.call(call(number));
+          return pages.map((one) => one.rung);
+        }"""
+    )
+    assert rung == [2, 0]
+
+
 def test_calls_lead_to_their_find_and_repeat_what_was_not_found(home, page, stage):
     _find(home, stage, position_world=(4.0, 1.0, 0.5))
     expect_state(page, "Found")

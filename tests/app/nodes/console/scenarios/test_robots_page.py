@@ -179,7 +179,7 @@ def test_in_german_and_if_nobody_is_free(parts, stage):
         "Kein Roboter ist frei: Niemand hat das Ziel bekommen, und keiner hat es vorgemerkt."
     )
     row = page.locator("#robots-list li", has_text="lager")
-    expect(row).to_contain_text("Anna steuert · kitchen, 1,1 m entfernt")
+    expect(row).to_contain_text("Anna steuert · Küche, 1,1 m entfernt")
     expect(page.locator("#robots-goal")).to_have_value("red mug")
     assert [key for key, _ in home.requests if key != "lease"] == ["bid"]
     assert second.searches == []

@@ -1,12 +1,16 @@
-"""The scene thread fetches the map again when messages were dropped."""
+"""The scene thread fetches the map again when messages were dropped, and forgets recorders."""
+
+import time
 
 import pytest
 
 from app.links.network.inbox import Inbox
 from app.messages import keys
+from app.messages.control import encode
 from app.messages.driving import PaintedRegions, PaintedStroke
+from app.messages.recording import RecordingStatus
 from app.nodes.console.link.navigator_link import NavigatorLink
-from app.nodes.console.scene.scene_thread import EVERY, SceneThread
+from app.nodes.console.scene.scene_thread import EVERY, RECORDER_S, SceneThread
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.browsers import Browsers
 from app.nodes.console.web.viser_server import start_viser
@@ -51,3 +55,17 @@ def test_what_is_told_on_change_alone_is_fetched_with_the_map_after_a_clock_rest
     model.on_status(status_of(stamp_ns=1_000_000_000))
     assert model.painted == ()
     assert on_map <= set(scene_thread._missing())
+
+
+@pytest.mark.parametrize(("state", "left"), [("recording", 0), ("failed", 1)])
+def test_a_recorder_that_is_silent_is_not_shown_as_recording(viser_server, state, left):
+    inbox = Inbox(EVERY)
+    link = NavigatorLink("tcp/127.0.0.1:1", "r", [], inbox, print)
+    scene_thread = SceneThread(viser_server, link, inbox, StateFeed(), print)
+    status = RecordingStatus(state=state, text="no space", session="sessions/a", seconds=70.0)
+    scene_thread._take(keys.RECORDING, encode(status))
+    now = time.monotonic()
+    scene_thread._notice(now + RECORDER_S - 1.0)
+    assert len(scene_thread.model.recorders.statuses) == 1
+    scene_thread._notice(now + RECORDER_S + 1.0)
+    assert len(scene_thread.model.recorders.statuses) == left

@@ -4,7 +4,6 @@ import datetime as dt
 import json
 import random
 import signal
-import socket
 import threading
 import time
 from pathlib import Path
@@ -21,6 +20,7 @@ from app.messages.motion import StampedTwist, encode_twist
 from tests.app.messages.robot_messages import odometry
 from tests.app.ros2.ippon_ros2.ros2_process import Ros2Process
 from tests.locations import ROS2_PYTHON
+from tests.ports import free_endpoint
 
 pytestmark = [
     pytest.mark.process,
@@ -115,9 +115,7 @@ class Rig:
 
 @pytest.fixture(scope="module")
 def rig(tmp_path_factory):
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{listener.getsockname()[1]}"
+    endpoint = free_endpoint()
     made = Rig(tmp_path_factory.mktemp("ros2"), random.Random().randrange(1, 100), endpoint)
     yield made
     made.close()

@@ -151,6 +151,29 @@ def test_silence_of_the_navigator_cancels_and_its_return_goes_on(rig, monkeypatc
     assert rig.goals.get(timeout=20.0).T_frame_base[0, 3] == 6.0
 
 
+def test_a_goal_does_not_go_on_where_the_one_in_its_place_is_refused(rig):
+    rig.give(20, x=8.0)
+    rig.until_reported(20, GoalOutcome.ACCEPTED)
+    rig.give(21, x=60.0)
+    rig.until_reported(21, GoalOutcome.FAILED)
+    rig.until_cancelled(8.0)
+
+
+def test_a_cancel_without_an_answer_is_sent_again(rig):
+    rig.give(22, x=31.0)
+    rig.until_reported(22, GoalOutcome.ACCEPTED)
+    rig.stream.halt()
+    rig.until_cancelled(31.0)
+    assert rig.stream.release(rig.stream.halts)
+
+
+def test_a_goal_that_is_accepted_too_late_has_failed_and_is_cancelled(rig):
+    rig.give(23, x=41.0)
+    rig.until_reported(23, GoalOutcome.FAILED)
+    assert "does not answer" in rig.bridge.log()
+    rig.until_cancelled(41.0)
+
+
 def test_the_end_of_the_bridge_cancels(rig):
     rig.give(8, x=7.0)
     while rig.goals.get(timeout=20.0).T_frame_base[0, 3] != 7.0:

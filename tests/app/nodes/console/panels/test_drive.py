@@ -1,0 +1,48 @@
+"""The Drive tab: its slider shows the speed limit that the navigator has."""
+
+from types import SimpleNamespace
+from unittest.mock import MagicMock
+
+import pytest
+
+from app.messages.driving import DriveStatus
+from app.nodes.console.link.commands import CommandError
+from app.nodes.console.panels.drive import DrivePanel
+from app.view.words import ENGLISH
+
+OPERATOR = SimpleNamespace(client="a browser")
+NOBODY = SimpleNamespace(client=None)
+
+
+@pytest.fixture
+def panel():
+    """A panel whose handles hold what they are given, as viser's do."""
+    gui = MagicMock()
+    gui.add_html.side_effect = lambda content, **_: MagicMock(content=content)
+    gui.add_slider.side_effect = lambda *_, initial_value, **__: MagicMock(value=initial_value)
+    return DrivePanel(gui, MagicMock(say=ENGLISH))
+
+
+def _show(panel, **drive):
+    status = SimpleNamespace(drive=DriveStatus(**drive))
+    panel.update(SimpleNamespace(status=status), frozenset({"status"}))
+
+
+def test_another_mode_keeps_the_limit_that_the_navigator_has(panel):
+    _show(panel, speed_limit=0.4)
+    assert panel._limit.value == 40
+    panel._set_mode("manual")
+    panel._actions.set_drive.assert_called_once_with("manual", 0.4)
+
+
+def test_a_limit_from_the_navigator_is_not_sent_back(panel):
+    panel._move_limit(NOBODY)
+    panel._actions.set_drive.assert_not_called()
+
+
+def test_a_limit_that_was_refused_does_not_stay_on_the_slider(panel):
+    _show(panel, speed_limit=0.4)
+    panel._limit.value = 90
+    panel._actions.set_drive.side_effect = CommandError("another browser has control")
+    panel._move_limit(OPERATOR)
+    assert panel._limit.value == 40
