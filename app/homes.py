@@ -38,9 +38,11 @@ def check_home(text: str) -> None:
         return
     folder = Path(text)
     if not text or not folder.is_dir():
+        added = ", ".join(extensions.names(extensions.SCENES)) or "none is installed"
         raise UsageError(
             f"no home {text!r}: give a seed (a whole number, for example 3), {_LARGE_FLOOR}SEED "
-            "for a floor of a large building, or a folder that holds scene.glb and scene.json"
+            "for a floor of a large building, a folder that holds scene.glb and scene.json, or "
+            f"NAME:TEXT for scenes that another package adds ({added})"
         )
     missing = [name for name in ("scene.glb", "scene.json") if not (folder / name).is_file()]
     if missing:

@@ -119,3 +119,26 @@ def test_commands_that_are_shown_are_understood(document, capsys):
             except SystemExit as ended:
                 wrong += [(line, capsys.readouterr().err)] if ended.code else []
     assert wrong == []
+
+
+SPEAKING = [
+    *(one for one in DOCUMENTS if one.name != "CHANGELOG.md"),
+    *sorted((ROOT / "docs" / "examples").rglob("*.py")),
+    *sorted((ROOT / "app" / "cli" / "options").glob("*.py")),
+]
+
+
+@pytest.mark.parametrize("document", SPEAKING, ids=name)
+def test_options_and_commands_within_sentences_exist(document, capsys):
+    """`ippon …` in backquotes may lack arguments, and names no unknown command or option."""
+    wrong = []
+    for command in re.findall(r"`(ippon [a-z][^`{}…|\[]*)`", FENCE.sub("", document.read_text())):
+        if "..." in command:
+            continue
+        try:
+            parse(shlex.split(command.split(" > ")[0])[1:])
+        except SystemExit as ended:
+            said = capsys.readouterr().err
+            unknown = re.search("unrecognized|invalid choice", said, re.IGNORECASE)
+            wrong += [(command, said)] if ended.code and unknown else []
+    assert wrong == []

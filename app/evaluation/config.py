@@ -13,7 +13,8 @@ class EvaluationConfig:
     """Folder for the results; it is created if missing."""
     homes: tuple[str, ...] = ("1001:1010",)
     """Homes: seeds of generated homes, single or first:last (inclusive); seeds of floors of large
-    buildings, floor:3 or floor:1:9; folders with scene.glb and scene.json."""
+    buildings, floor:3 or floor:1:9; folders with scene.glb and scene.json; NAME:TEXT for scenes
+    that another package adds."""
     methods: str = "ippon"
     """Comma-separated names, or the groups "ablations", "baselines" and "all"."""
     objects: str = "habitat,small"

@@ -26,6 +26,7 @@ def test_a_home_that_is_written_in_two_ways_is_searched_once(room):
         (["3:²"], "no home '3:²'"),
         (["floor:5:3"], "from a smaller seed to a larger one"),
         (["floor:"], "no home 'floor:'.*floor:SEED"),
+        (["studio:6"], "no home .studio:6.*another package adds .none is installed"),
     ],
 )
 def test_homes_that_are_none(homes, text):

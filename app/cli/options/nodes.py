@@ -22,8 +22,8 @@ class Demo:
     """
 
     home: str = "24"
-    """Seed of a generated home, floor:SEED for a 1,000 m2 floor of a large building, or a folder
-    with scene.glb and scene.json."""
+    """Seed of a generated home, floor:SEED for a 1,000 m2 floor of a large building, a folder with
+    scene.glb and scene.json, or NAME:TEXT for scenes that another package adds."""
     object: str = "hat"
     """Object to search for."""
     context: str | None = None
@@ -64,8 +64,8 @@ class Sim:
     """Run a simulated robot in a simulated home, or draw or export the home."""
 
     home: str = "24"
-    """Seed of a generated home, floor:SEED for a 1,000 m2 floor of a large building, or a folder
-    with scene.glb and scene.json."""
+    """Seed of a generated home, floor:SEED for a 1,000 m2 floor of a large building, a folder with
+    scene.glb and scene.json, or NAME:TEXT for scenes that another package adds."""
     picture: Path | None = None
     """Write a picture of the home from above to this PNG and exit."""
     export: Path | None = None

@@ -41,8 +41,8 @@ class Export:
     recording: Positional[Path]
     """A recording, the folder of a session, or a folder of sessions."""
     what: Positional[tuple[str, ...]] = ()
-    """ply, glb, mesh, tum, csv, finds, camera, map-video, report, viser, page; by default all.
-    Before `report`, further recordings."""
+    """ply, glb, mesh, tum, csv, finds, camera, map-video, report, viser, page, or an export that
+    another package adds; by default all. Before `report`, further recordings."""
     out: Path | None = None
     """Folder for the files; by default "export" in the session's folder."""
     language: str = "en"
@@ -204,8 +204,8 @@ class Profile:
     """
 
     profile: Positional[str] = "zed"
-    """zed, habitat, anymal-zedx, spot, turtlebot4-oakd, go2-realsense, hand-held, or a YAML
-    file."""
+    """zed, habitat, anymal-zedx, spot, turtlebot4-oakd, go2-realsense, hand-held, one that another
+    package adds, or a YAML file."""
     from_robot: str | None = None
     """Key prefix of a live robot: print its profile, with view and mount of its camera as its
     messages say."""

@@ -1,4 +1,7 @@
-"""A detector for `ippon segment --backend installed --model blobs`: bright blobs are lamps."""
+"""A detector: bright blobs are lamps.
+
+`ippon segment --segmentation.backend installed --segmentation.model blobs` runs it.
+"""
 
 from pathlib import Path
 

@@ -1,4 +1,7 @@
-"""A segmentation for `ippon segment --backend installed --model red`: what is red is sought."""
+"""A segmentation: what is red is sought.
+
+`ippon segment --segmentation.backend installed --segmentation.model red` runs it.
+"""
 
 from pathlib import Path
 
