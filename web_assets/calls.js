@@ -11,8 +11,11 @@ const WAYS = ["sound", "notification"];
 
 const muted = () => new Set(JSON.parse(localStorage.getItem(MUTED) ?? "[]"));
 
+// With its day, unless that is today.
 function timeOf(call) {
-  return new Date(call.wall_ns / 1e6).toLocaleTimeString(LANGUAGE, { hour: "2-digit", minute: "2-digit" });
+  const date = new Date(call.wall_ns / 1e6);
+  const day = date.toDateString() === new Date().toDateString() ? {} : { day: "numeric", month: "short" };
+  return date.toLocaleString(LANGUAGE, { ...day, hour: "2-digit", minute: "2-digit" });
 }
 
 export class Calls {
@@ -32,6 +35,7 @@ export class Calls {
     sides.add("calls", "KeyN", (open) => {
       this.isOpen = open;
       this.markSeen();
+      this.renderTimes();
       this.renderPermission();
     });
     at("calls-allow").addEventListener("click", async () => {
@@ -157,7 +161,12 @@ export class Calls {
     }
     replaceRows(at("calls-list"), [...this.rows.values()].map((row) => row.node));
     at("calls-none").hidden = this.calls.length > 0;
+    this.renderTimes();
     this.renderControl();
+  }
+
+  renderTimes() {
+    for (const { call, time } of this.rows.values()) time.textContent = ` ${timeOf(call)}`;
   }
 
   // Only a page that commands the robot can have it search again.
@@ -168,15 +177,15 @@ export class Calls {
 
   makeRow(call) {
     const node = make("li", "entry");
-    const webhook = make("small");
+    const [webhook, time] = [make("small"), make("small")];
     const told = make("span", "told");
     const name = make("b", "", call.title);
-    name.append(make("small", "", ` ${timeOf(call)}`));
+    name.append(time);
     told.append(name, make("small", "", call.occasion.text));
     if (call.count > 1) told.append(make("small", "", say("calls.times", { n: call.count })));
     told.append(webhook);
     node.append(told, this.acts(call.occasion));
-    return { node, webhook };
+    return { node, webhook, time, call };
   }
 
   acts({ kind, goal_id, object, position_world }) {

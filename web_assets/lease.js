@@ -13,7 +13,7 @@ export class Lease {
     this.view = view;
     this.you = { name: "", role: "operator", standing: "watches", detail: "", has_login: false };
     this.lease = { state: "free", holder: "", requester: "", epoch: 0 };
-    // A page in the background sends no beat, and its lease expires.
+    // A page that the browser puts to sleep sends no beat, and its lease expires.
     setInterval(() => {
       send({ type: "alive" });
       // The panels may load long after the last lease update.

@@ -119,7 +119,9 @@ export class Plan {
     this.isFetching = true;
     try {
       const scene = await fetched("plan.json");
-      if (scene) this.scene = scene;
+      this.scene = scene;
+      // The map of a navigator that was started again is another one.
+      if (scene === null) this.cells = this.image = null;
       const isNew = scene && scene.revision !== this.cells?.revision;
       if (isNew && performance.now() - this.fetchedAt > CELLS_MS) {
         this.fetchedAt = performance.now();
@@ -367,7 +369,10 @@ export class Plan {
   }
 }
 
+// Returns null while there is no map.
 async function fetched(name) {
   const answer = await get(`${BASE}api/export/${name}`);
-  return answer.ok ? answer.json() : null;
+  if (answer.status === 404) return null;
+  if (!answer.ok) throw new Error(`${name}: ${answer.status}`);
+  return answer.json();
 }

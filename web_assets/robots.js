@@ -6,6 +6,7 @@ import { make, replaceRows } from "./side.js";
 import { nameOf, say, sayCount } from "./words.js";
 
 const EVERY_MS = 2000;
+const GIVE_MS = 90000; // Longer than the console waits for its turn, the reading and all robots.
 const at = (id) => document.getElementById(id);
 
 export class Robots {
@@ -44,7 +45,8 @@ export class Robots {
     this.answer(say("robots.give.asking"));
     try {
       const body = JSON.stringify({ sentence, sure });
-      const reply = await fetch("/api/robots/give", { method: "POST", body });
+      const signal = AbortSignal.timeout(GIVE_MS);
+      const reply = await fetch("/api/robots/give", { method: "POST", body, signal });
       const given = reply.ok
         ? await reply.json()
         : { ok: false, text: (await reply.text()).trim(), others: [] };

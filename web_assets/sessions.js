@@ -84,4 +84,4 @@ at("compare").onclick = () => {
   const [a, b] = [...chosen].sort();
   location.href = `/session/${encodeURIComponent(a)}?beside=${encodeURIComponent(b)}`;
 };
-load();
+load().catch(() => (at("count").textContent = say("link.silence.sentence")));

@@ -24,6 +24,10 @@ _LIFT_M: Final = 0.06
 """Height of trail and path above the floor voxels."""
 _CHEVRON_EVERY_M: Final = 1.2
 _CHEVRON_M: Final = 0.16
+_TRAIL: Final = 4000
+"""Points of the trail that are drawn."""
+_TAIL: Final = 100
+"""Points after which the whole trail is sent again; what is newer is a line of its own."""
 
 
 class RobotLayer:
@@ -42,6 +46,9 @@ class RobotLayer:
         self._path: Any = None
         self._goal: Any = None
         self._trail: Any = None
+        self._tail: Any = None
+        self._sent: tuple[int, tuple[float, float, float] | None] = (0, None)
+        """Points of the trail when it was sent as a whole, and the last one of them."""
 
     def draw_pose(
         self,
@@ -113,19 +120,36 @@ class RobotLayer:
     def draw_trail(self, trail_world: list[tuple[float, float, float]], visible: bool) -> None:
         """Draw the trail, fading with age, with chevrons in the direction of travel."""
         if not visible or len(trail_world) < 2:
-            if self._trail is not None:
-                self._trail.visible = False
+            for handle in (self._trail, self._tail):
+                if handle is not None:
+                    handle.visible = False
+            self._sent = (0, None)
             return
-        points = np.array(trail_world[-4000:], dtype=np.float32)
+        n, last = self._sent
+        grows = 0 < n <= len(trail_world) <= n + _TAIL and trail_world[n - 1] == last
+        if not grows:
+            n = len(trail_world)
+            self._sent = (n, trail_world[-1])
+            self._trail = self._line(self._trail, "/trail/line", trail_world[-_TRAIL:], 0.5)
+        if n < len(trail_world):
+            self._tail = self._line(self._tail, "/trail/tail", trail_world[n - 1 :], 1.0)
+        elif self._tail is not None:
+            self._tail.visible = False
+
+    def _line(
+        self, handle: Any, name: str, trail: list[tuple[float, float, float]], oldest: float
+    ) -> Any:
+        """Draw a part of the trail, whose first point has a share of the brightness."""
+        points = np.array(trail, dtype=np.float32)
         points[:, 2] += _LIFT_M
         lines = np.stack([points[:-1], points[1:]], axis=1)
-        age = np.linspace(0.5, 1.0, len(lines), dtype=np.float32)
+        age = np.linspace(oldest, 1.0, len(lines), dtype=np.float32)
         chevrons, at = _chevrons(points)
         segments = np.concatenate([lines, chevrons])
         fade = np.concatenate([age, age[at]])
         colors = (np.array(ROBOT, dtype=np.float32) * fade[:, None]).astype(np.uint8)
         colors = np.repeat(colors[:, None, :], 2, axis=1)
-        self._trail = self._segments(self._trail, "/trail", segments, colors, 0.035)
+        return self._segments(handle, name, segments, colors, 0.035)
 
     def _segments(
         self,

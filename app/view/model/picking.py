@@ -127,10 +127,9 @@ class SurfaceLookup:
         column = (i // COLUMN, j // COLUMN)
         known = self._columns.get(column)
         if known is None:
-            voxels = self._store.column(column, self._below)
+            local, attributes = self._store.surface(column, self._below)
             known = self._columns[column] = {
-                (a, b, c): row
-                for (a, b, c), row in zip(voxels.local.tolist(), voxels.attributes, strict=True)
+                (a, b, c): row for (a, b, c), row in zip(local.tolist(), attributes, strict=True)
             }
         return known.get((i % COLUMN, j % COLUMN, k))
 
@@ -198,7 +197,7 @@ def _centers_near(
         corner = np.array(column, dtype=np.float64) * edge
         if np.linalg.norm(corner + 0.5 * edge - xy) > reach_m + edge:
             continue
-        local = store.column(column).local.astype(np.float64)
+        local = store.surface(column)[0].astype(np.float64)
         if len(local):
             offset = np.array([column[0] * COLUMN, column[1] * COLUMN, 0.0])
             parts.append((local + offset + 0.5) * voxel_size_m)

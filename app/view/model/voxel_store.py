@@ -158,6 +158,14 @@ class VoxelStore:
             column: Index of the column; empty if it never had a voxel.
             below: Voxels from this layer upwards are excluded, and cast no shadow.
         """
+        local, attributes = self.surface(column, below)
+        openness = self._openness(column, local, below)
+        return ColumnVoxels(local=local, attributes=attributes, openness=openness)
+
+    def surface(
+        self, column: Column, below: int | None = None
+    ) -> tuple[NDArray[np.int16], NDArray[np.uint8]]:
+        """Return indices and attributes of `column`, without the openness, which takes longest."""
         rows = np.array(self._columns.get(column, ()), dtype=np.int64)
         which, cell = np.nonzero(self._present[rows])
         local = np.empty((len(cell), 3), dtype=np.int16)
@@ -168,21 +176,17 @@ class VoxelStore:
         if below is not None:
             kept = local[:, 2] < below
             which, cell, local = which[kept], cell[kept], local[kept]
-        return ColumnVoxels(
-            local=local,
-            attributes=self._attributes[rows[which], cell],
-            openness=self._openness(column, local, below),
-        )
+        return local, self._attributes[rows[which], cell]
 
     def all_voxels(self) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
         """Return (N, 3) indices in a fixed order and their (N, 8) attributes."""
         indices, attributes = [], []
         for column in sorted(self._columns):
-            voxels = self.column(column)
+            local, held = self.surface(column)
             corner = np.array([column[0] * COLUMN, column[1] * COLUMN, 0], dtype=np.int64)
-            order = np.lexsort(voxels.local.T)
-            indices.append((voxels.local + corner)[order])
-            attributes.append(voxels.attributes[order])
+            order = np.lexsort(local.T)
+            indices.append((local + corner)[order])
+            attributes.append(held[order])
         if not indices:
             return np.empty((0, 3), np.int64), np.empty((0, ATTRIBUTES), np.uint8)
         return np.concatenate(indices), np.concatenate(attributes)

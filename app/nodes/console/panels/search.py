@@ -48,7 +48,7 @@ class SearchPanel:
         self._verdict: tuple[Any, ...] = ()
         """The buttons for it; none for a recording."""
         self._judged: int | None = None
-        """Number of the goal of a tour whose find is shown."""
+        """Number of the goal whose find is shown: a press judges no other one's."""
         self._state = ""
         self._fades = False
         """Whether the shown reply is removed when the search ends."""
@@ -269,7 +269,7 @@ class SearchPanel:
             # Later images no longer show what its box outlines.
             show_jpeg_in_panel(self._crop, outlined(model.image.encoded, find.box_px))
         self._find, self._find_waits = find, waits
-        self._judged = find.goal_id if find is not None and status.tour else None
+        self._judged = None if find is None else find.goal_id
         name = "" if find is None else find_name(find, status, self._words)
         self._found.content = "" if find is None else find_card(find, self._words, name=name)
         self._find_box.visible = find is not None

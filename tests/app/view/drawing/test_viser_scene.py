@@ -16,6 +16,7 @@ from app.messages.scene import FoundObject
 from app.messages.status import CountedFind, FarEvidenceCells, GoalStatus, LevelRow, LevelTable
 from app.nodes.navigator.config import NavigatorConfig
 from app.view.drawing.find_layer import found_before, marks_of
+from app.view.drawing.robot_layer import RobotLayer
 from app.view.drawing.viser_scene import ALL_PARTS, ViserScene
 from app.view.model.scene_model import SceneModel
 from app.view.model.scene_reader import SceneReader
@@ -183,7 +184,7 @@ NODES = {
     "tree": "/tree/nodes",
     "path": "/path/line",
     "camera": "/camera",
-    "trail": "/trail",
+    "trail": "/trail/line",
     "finds": "/finds/0/label",
 }
 
@@ -204,6 +205,24 @@ def _draw_everything(server, model, make):
     model.on_tree(_tree(5))
     model.on_status(make.status(find=make.find()))
     return _draw(server, model)
+
+
+def test_a_long_trail_is_not_sent_again_with_every_step(server):
+    layer = RobotLayer(server.scene)
+    trail = [(0.05 * n, 0.0, 0.0) for n in range(2_000)]
+    layer.draw_trail(trail, True)
+    whole = _node(server, "/trail/line").points.copy()
+    for n in range(2_000, 2_050):
+        trail.append((0.05 * n, 0.0, 0.0))
+        layer.draw_trail(trail, True)
+    assert np.array_equal(_node(server, "/trail/line").points, whole)
+    tail = _node(server, "/trail/tail")
+    drawn = tail.points[..., 0]
+    assert drawn.min() == pytest.approx(0.05 * 1_999)
+    assert drawn.max() == pytest.approx(0.05 * 2_049)
+    layer.draw_trail([(1.0, 0.05 * n, 0.0) for n in range(10)], True)
+    assert len(_node(server, "/trail/line").points) == 9, "another trail"
+    assert not tail.visible
 
 
 def test_the_picture_travels_as_it_came(server, model, make):

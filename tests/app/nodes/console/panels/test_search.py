@@ -1,4 +1,4 @@
-"""The Search tab: the picture of a find."""
+"""The Search tab: the picture of a find, and the verdict on it."""
 
 from unittest.mock import MagicMock
 
@@ -21,3 +21,17 @@ def test_the_picture_of_a_find_stays_when_the_find_is_judged(monkeypatch, stage)
         model.on_status(stage.status_of("found", goal=goal, find=stage.find_of()))
         panel.update(model, model.take_changes())
     assert shown == [b"of the find"]
+
+
+def test_a_verdict_names_the_goal_of_the_find_that_is_shown(monkeypatch, stage):
+    monkeypatch.setattr(search, "show_jpeg_in_panel", lambda *_: None)
+    gui, actions = MagicMock(), MagicMock(say=ENGLISH, recorded=False)
+    buttons = {}
+    gui.add_button.side_effect = lambda label, **_: buttons.setdefault(label, MagicMock())
+    panel = search.SearchPanel(gui, actions)
+    model = SceneModel()
+    model.on_status(stage.status_of("found", find=stage.find_of()))
+    panel.update(model, model.take_changes())
+    (press,), _ = buttons[ENGLISH("panel.search.confirm")].on_click.call_args
+    press(None)
+    actions.confirm_find.assert_called_once_with(1)

@@ -1,5 +1,7 @@
 """What the page says and offers when a search ends, in a real browser."""
 
+import re
+
 import msgspec
 import pytest
 from playwright.sync_api import expect
@@ -177,6 +179,17 @@ def test_the_list_of_goals_leads_to_where_something_was_found(home, page):
     page.keyboard.press("g")
 
 
+def test_a_map_that_is_gone_is_not_shown_on_the_plan(page):
+    page.keyboard.press("p")
+    none = page.locator("#plan-none")
+    expect(none).to_be_hidden()
+    page.route("**/api/export/plan.json", lambda route: route.fulfill(status=404))
+    expect(none).to_be_visible()
+    page.unroute("**/api/export/plan.json")
+    expect(none).to_be_hidden()
+    page.keyboard.press("p")
+
+
 def test_of_two_pages_of_one_browser_one_rings_for_several_calls_at_once(page):
     rung = page.evaluate(
         """async () => {
@@ -192,6 +205,23 @@ def test_of_two_pages_of_one_browser_one_rings_for_several_calls_at_once(page):
         }"""
     )
     assert rung == [2, 0]
+
+
+def test_a_call_of_another_day_says_which(page):
+    shown = page.evaluate(
+        """async () => {
+          const { Calls } = await import("/assets/calls.js");
+          const times = (ago_ms) => {
+            const call = { wall_ns: (Date.now() - ago_ms) * 1e6 };
+            const row = { call, time: document.createElement("small") };
+            Calls.prototype.renderTimes.call({ rows: new Map([[1, row]]) });
+            return row.time.textContent.trim();
+          };
+          return [times(0), times(3 * 86400e3)];
+        }"""
+    )
+    assert re.fullmatch(r"\d\d:\d\d( [AP]M)?", shown[0])
+    assert re.match(r"[A-Z][a-z]{2} \d", shown[1]), shown
 
 
 def test_calls_lead_to_their_find_and_repeat_what_was_not_found(home, page, stage):

@@ -115,7 +115,7 @@ def test_a_find_is_shown_and_can_be_rejected(growing, stage):
     reject.click()
     expect_state(page, "Searching")
     expect(reject).to_be_hidden()
-    assert home.requests[-1] == (keys.FEEDBACK, b'{"verdict":"reject"}')
+    assert home.requests[-1] == (keys.FEEDBACK, b'{"verdict":"reject","goal_id":1}')
     _a_search_that_ends_without_a_find_lists_places(home, page)
 
 
