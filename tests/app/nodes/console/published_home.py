@@ -191,7 +191,8 @@ class PublishedHome:
     def _responder(self, key, answer):
         def respond(query):
             payload = b"" if query.payload is None else query.payload.to_bytes()
-            if payload:
+            # Pages ask for the memory by themselves, at any time.
+            if payload and key != keys.MEMORY:
                 self.requests.append((key, payload))
             query.reply(f"{self.robot}/{key}", answer(payload))
 

@@ -236,8 +236,8 @@ def test_calls_lead_to_their_find_and_repeat_what_was_not_found(home, page, stag
     home.state = "exhausted"
     page.locator("#calls-list").get_by_role("button", name="Search for hat again").first.click()
     expect(page.locator("#calls-answer")).not_to_be_empty()
-    # The page asks for the memory meanwhile.
-    payload = [payload for key, payload in home.requests if key == keys.QUEUE][-1]
+    key, payload = home.requests[-1]
+    assert key == keys.QUEUE
     assert b'"action":"repeat"' in payload
     page.locator("#calls-close").click()
 
