@@ -156,8 +156,13 @@ class Mission:
         self.voxel_map.integrate_heatmap(frame)
         self.goals.observe(frame)
 
-    def decide(self, frame: Frame) -> StepResult:
-        """Decide what to do next, after `observe` of the same frame: the second half of `step`."""
+    def decide(self, frame: Frame, age_s: float = 0.0) -> StepResult:
+        """Decide what to do next, after `observe` of the same frame: the second half of `step`.
+
+        Args:
+            frame: The frame.
+            age_s: Seconds since it was taken, during which the robot has driven on.
+        """
         frame = self.motion.with_known_tilt(frame)
         dt_s = self._advance(frame)
         self.goals.update_candidates(frame)
@@ -167,7 +172,7 @@ class Mission:
         stops = self.operator.held is not None or self._behaviors.recovery.active
         wanted = self.motion.accelerate(action, dt_s, brakes_at_once=stops)
         self._behaviors.recovery.watch(frame, wanted if self.operator.follows_mission else None)
-        command, reason = self.motion.avoid_collision(wanted, frame, dt_s)
+        command, reason = self.motion.avoid_collision(wanted, frame, dt_s, age_s)
         if moves_base(wanted) and not moves_base(command):
             # No space to turn: the look around cannot be completed here.
             self._behaviors.look_around.abandon(self.search)

@@ -13,6 +13,9 @@ from ippon.robot import RobotProfile
 MIN_HORIZON_S: Final = 0.1
 MAX_HORIZON_S: Final = 0.5
 """Bounds of the time until the next frame, which the last interval predicts."""
+MAX_AGE_S: Final = 1.0
+"""Age of a frame beyond which its obstacles are checked no farther ahead: robots refuse commands
+that answer older ones."""
 
 
 def moves_base(command: Command) -> bool:
@@ -60,7 +63,7 @@ class SafeMotion:
         return limit_acceleration(command, self.last, self._robot, dt_s, brakes_at_once=at_once)
 
     def avoid_collision(
-        self, command: Command, frame: Frame, dt_s: float
+        self, command: Command, frame: Frame, dt_s: float, age_s: float = 0.0
     ) -> tuple[Command, str | None]:
         """Scale a command down until it is free of collisions, and keep it as the last one.
 
@@ -68,13 +71,14 @@ class SafeMotion:
             command: The wanted command.
             frame: Pose and newest image.
             dt_s: Seconds since the last frame.
+            age_s: Seconds since the frame was taken: the robot has driven on meanwhile.
 
         Returns:
             The safe command, and the reason if it differs from the wanted one.
         """
         reason = None
         if moves_base(command):
-            horizon_s = min(max(dt_s, MIN_HORIZON_S), MAX_HORIZON_S)
+            horizon_s = min(max(dt_s, MIN_HORIZON_S), MAX_HORIZON_S) + min(age_s, MAX_AGE_S)
             command, reason = filter_command(
                 command, frame.T_world_base, self._robot, self._voxel_map.arrays(), horizon_s, frame
             )

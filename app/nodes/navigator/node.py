@@ -184,7 +184,8 @@ class Navigator:
         if by_hand is not None:
             self._mission.motion.resume_from(by_hand, manual=True)
         fused = self._stopwatch.lap("map", started)
-        result = self._mission.decide(frame)
+        age_s = time.perf_counter() - self._intake.arrived_at
+        result = self._mission.decide(frame, age_s)
         self._stopwatch.lap("plan", fused)
         self._stopwatch.lap("step", started)
         self._snapshot = result.snapshot
