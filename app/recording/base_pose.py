@@ -7,10 +7,9 @@ from operator import matmul
 from typing import Final
 
 from app.messages.motion import StampedTransform
+from app.recording.frame_tree import BASE, WORLD
 from ippon.geometry import Float64Array
 
-WORLD: Final = "map"
-BASE: Final = "base_link"
 _FIXED_NS: Final = -1
 """Instead of the stamp of a fixed transform, which is not a time of the robot."""
 

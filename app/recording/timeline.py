@@ -19,8 +19,8 @@ from app.messages.motion import decode_transforms
 from app.messages.status import Event, LevelTable, Status
 from app.recording.base_pose import BasePose
 from app.recording.errors import RecordingError
-from app.recording.reading.decompression import unpack_zstd
 from app.recording.reading.recording import Recording
+from ippon.decompression import unpack_zstd
 
 TIMELINE_ATTACHMENT: Final = "ippon/digest.json.zst"
 TIMELINE_KEYS: Final = (keys.STATUS, keys.EVENT, keys.TF, keys.TF_STATIC, keys.LEVELS)

@@ -17,6 +17,7 @@ import zstandard
 from numpy.typing import NDArray
 
 from ippon.atomic_file import replace_file
+from ippon.decompression import unpack_zstd
 from ippon.errors import MapFileError
 
 MAGIC: Final = b"IPPONMAP"
@@ -78,13 +79,8 @@ def decode(content: bytes, max_bytes: int = 1 << 32) -> tuple[dict[str, Any], Ar
     sizes = [dtype.itemsize * _count(shape) for _, dtype, shape in entries]
     if sum(sizes) > max_bytes:
         raise MapFileError(f"map file holds {sum(sizes)} bytes; at most {max_bytes} are read")
-    packed = content[start:body_end]
     try:
-        # The limit of the library does not apply to a frame that states its own size.
-        stated = zstandard.frame_content_size(packed)
-        if stated > sum(sizes):
-            raise MapFileError(f"map file states {stated} bytes; it holds {sum(sizes)}")
-        body = zstandard.ZstdDecompressor().decompress(packed, max_output_size=max(1, sum(sizes)))
+        body = unpack_zstd(content[start:body_end], max(1, sum(sizes)))
     except zstandard.ZstdError as error:
         raise MapFileError(f"map file cannot be unpacked: {error}") from error
     if len(body) != sum(sizes):

@@ -10,7 +10,7 @@ from typing import Final
 import zstandard
 
 from app.recording.errors import RecordingError
-from app.recording.reading.decompression import unpack_zstd
+from ippon.decompression import unpack_zstd
 
 RECORD_HEAD: Final = struct.Struct("<BQ")
 CHUNK_HEAD: Final = struct.Struct("<QQQII")

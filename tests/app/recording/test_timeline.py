@@ -5,6 +5,7 @@ import pytest
 
 from app.messages import keys
 from app.messages.motion import StampedTransform, encode_transforms
+from app.recording.errors import RecordingError
 from app.recording.timeline import SessionTimeline, pack_timeline, unpack_timeline
 
 S = 1_000_000_000
@@ -28,3 +29,11 @@ def test_a_robot_that_drives_by_odometry_under_localisation_leaves_a_trail():
     assert (timeline.trail[0].x, timeline.trail[-1].time_ns) == (1.0, 10 * S)
     stored = unpack_timeline(pack_timeline(timeline))
     assert stored.trail == timeline.trail
+
+
+def test_a_timeline_that_states_a_terabyte_is_refused():
+    assert unpack_timeline(pack_timeline(SessionTimeline())) == SessionTimeline()
+    # Magic number, descriptor for a size of eight bytes, window, size, and an empty last block.
+    bomb = b"\x28\xb5\x2f\xfd" + b"\xc0\x58" + (1 << 40).to_bytes(8, "little") + b"\x01\0\0"
+    with pytest.raises(RecordingError, match="it states 1099511627776 bytes"):
+        unpack_timeline(bomb)

@@ -5,13 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ippon.camera import PinholeCamera
-from ippon.frame import Frame
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform, rotation_z
 from ippon.mapping.config import MapConfig
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.memory.frame_check import FrameCheck
 from ippon.vocabulary import MATTERPORT_40
+from tests.wall_image import wall_image
 
 CAMERA = np.array([0.0, 0.0, 1.0])
 BEYOND = np.array([[4.0, y, 1.0] for y in np.linspace(-0.5, 0.5, 200)])
@@ -20,17 +19,7 @@ AHEAD = make_transform(R_BASE_CAMERA_LEVEL, (0.0, 0.0, 1.0))
 
 def image(stamp_s=1, T=AHEAD, depth_m=2.0):
     """An image of a wall."""
-    return Frame(
-        stamp_ns=stamp_s * 10**9,
-        color=np.zeros((90, 120, 3), np.uint8),
-        depth=np.full((90, 120), depth_m, np.float32),
-        camera=PinholeCamera.from_horizontal_fov(120, 90, 1.2),
-        T_world_camera=T,
-        T_world_base=np.eye(4),
-        tilt_rad=0.0,
-        heatmap=None,
-        contact=False,
-    )
+    return wall_image(depth_m, T_world_camera=T, stamp_ns=stamp_s * 10**9)
 
 
 @pytest.fixture

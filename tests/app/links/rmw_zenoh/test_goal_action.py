@@ -181,7 +181,9 @@ def test_the_end_of_the_link_cancels_the_goal(sessions, monkeypatch):
     server.cancelled.wait_for(len)
 
 
-def test_goals_can_be_a_topic_and_a_stop_is_a_goal_where_the_robot_stands(sessions, monkeypatch):
+@pytest.fixture
+def goal_topic(sessions, monkeypatch):
+    """A robot that takes goals on a topic and was sent goal 7: link and received messages."""
     monkeypatch.setattr(robot_link, "DISCOVER_S", 0.05)
     robot = RmwRobot(sessions[1])
     received = robot.subscription("/goal_pose", POSE)
@@ -190,40 +192,29 @@ def test_goals_can_be_a_topic_and_a_stop_is_a_goal_where_the_robot_stands(sessio
         "motion": {"takes": ["goals"]},
     }
     link = RobotLink(sessions[0], "r", read_settings(profile))
-    try:
-        robot.sees("MP/%/%/ippon/%goal_pose/")
-        navigator = Navigator(sessions[1])
-        navigator.send(7, x=2.5)
-        navigator.keep(7, navigator.knows((7, ACCEPTED)))
-        (first, _), *_ = received.wait_for(len)
-        assert decode_pose(first).T_frame_base[0, 3] == 2.5
-        messages = received.wait_for(lambda m: len(m) == 2)
-        assert decode_pose(messages[1][0]).T_frame_base[0, 3] == 1.0, "where the robot stands"
-    finally:
-        link.close()
+    robot.sees("MP/%/%/ippon/%goal_pose/")
+    navigator = Navigator(sessions[1])
+    navigator.send(7, x=2.5)
+    navigator.keep(7, navigator.knows((7, ACCEPTED)))
+    yield link, received
+    link.close()
 
 
-def test_what_is_no_pose_ends_no_watchdog(sessions, monkeypatch):
-    monkeypatch.setattr(robot_link, "DISCOVER_S", 0.05)
-    robot = RmwRobot(sessions[1])
-    received = robot.subscription("/goal_pose", POSE)
-    profile = {
-        "ros2": {"middleware": "rmw_zenoh", "goal": "goal_pose"},
-        "motion": {"takes": ["goals"]},
-    }
-    link = RobotLink(sessions[0], "r", read_settings(profile))
-    try:
-        robot.sees("MP/%/%/ippon/%goal_pose/")
-        navigator = Navigator(sessions[1])
-        navigator.send(7, x=2.5)
-        navigator.keep(7, navigator.knows((7, ACCEPTED)))
-        # Its stamp is that of the goal, and the rest is missing.
-        sessions[1].put("r/navigation/active", pose(7)[:24])
-        messages = received.wait_for(lambda m: len(m) == 2)
-        assert decode_pose(messages[1][0]).T_frame_base[0, 3] == 1.0
-        assert link._watchdog.is_alive()
-    finally:
-        link.close()
+def test_goals_can_be_a_topic_and_a_stop_is_a_goal_where_the_robot_stands(goal_topic):
+    _, received = goal_topic
+    (first, _), *_ = received.wait_for(len)
+    assert decode_pose(first).T_frame_base[0, 3] == 2.5
+    messages = received.wait_for(lambda m: len(m) == 2)
+    assert decode_pose(messages[1][0]).T_frame_base[0, 3] == 1.0, "where the robot stands"
+
+
+def test_what_is_no_pose_ends_no_watchdog(goal_topic, sessions):
+    link, received = goal_topic
+    # Its stamp is that of the goal, and the rest is missing.
+    sessions[1].put("r/navigation/active", pose(7)[:24])
+    messages = received.wait_for(lambda m: len(m) == 2)
+    assert decode_pose(messages[1][0]).T_frame_base[0, 3] == 1.0
+    assert link._watchdog.is_alive()
 
 
 def test_nobody_who_takes_goals_is_said(sessions, monkeypatch):

@@ -16,5 +16,5 @@ def unpack_zstd(packed: bytes, most_bytes: int) -> bytes:
     # The limit of the library does not apply to a frame that states its own size.
     stated = zstandard.frame_content_size(packed)
     if stated > most_bytes:
-        raise zstandard.ZstdError(f"it states {stated} bytes; {most_bytes} are expected at most")
+        raise zstandard.ZstdError(f"it states {stated} bytes; it holds {most_bytes} at most")
     return zstandard.ZstdDecompressor().decompress(packed, max_output_size=most_bytes)
