@@ -7,7 +7,8 @@ const BEAT_MS = 1000;
 const at = (id) => document.getElementById(id);
 
 export class Lease {
-  // send: passes one message on; act: does what a button says; view: the scene's frame.
+  // send: passes one message on; act: does what a button says to the one who asks for control;
+  // view: the scene's frame.
   constructor(send, act, view) {
     this.act = act;
     this.view = view;
@@ -20,13 +21,18 @@ export class Lease {
       this.disablePanels();
     }, BEAT_MS);
     for (const button of document.querySelectorAll("button[data-lease]")) {
-      button.addEventListener("click", () => act(button.dataset.lease));
+      button.addEventListener("click", () => act(button.dataset.lease, this.asks));
     }
     at("log-out").addEventListener("click", () => this.logOut());
   }
 
   get holds() {
     return this.you.standing === "holds" && this.lease.state !== "free";
+  }
+
+  // Who asks for control on the page: grant and deny answer nobody else.
+  get asks() {
+    return at("asked").hidden ? "" : this.lease.requester;
   }
 
   // Why the panels are disabled on this page, "" when they are enabled.

@@ -189,7 +189,7 @@ function obstacle() {
 }
 
 const drive = new Drive(send, (mode) => insist(request({ type: "drive", mode })), obstacle);
-const lease = new Lease(send, (action) => insist(request({ type: "lease", action })), view);
+const lease = new Lease(send, (action, requester) => insist(request({ type: "lease", action, requester })), view);
 const verdict = (word) => ({ find }) =>
   insist(request({ type: "verdict", verdict: word, goal_id: find.goal_id }));
 const notice = new Notice({

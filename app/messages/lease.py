@@ -22,12 +22,17 @@ class Credential(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Epoch of the session's lease, 0 without one."""
 
 
-class LeaseRequest(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class LeaseRequest(
+    Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
+):
     """Request, keep or pass on control: key `lease`, with a `Credential` attached."""
 
     action: Literal["request", "renew", "release", "grant", "deny"]
     """`request` takes a free lease or asks its holder; `renew`, twice per second, keeps a lease or
     a request; `release` gives up either; `grant` and `deny` answer the requester."""
+    requester: Annotated[str, Meta(max_length=40)] = ""
+    """Name of the requester that `grant` and `deny` answer, refused when another one asks by now;
+    empty for whoever asks."""
 
 
 class TakeRequest(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

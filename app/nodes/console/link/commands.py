@@ -49,8 +49,12 @@ class Controller(Protocol):
         """
         ...
 
-    async def lease(self, action: LeaseAction) -> LeaseReply:
+    async def lease(self, action: LeaseAction, requester: str = "") -> LeaseReply:
         """Request, renew, release, grant, deny or take control for the acting browser.
+
+        Args:
+            action: What to do.
+            requester: Name of who is granted or denied control; empty for whoever asks.
 
         Raises:
             CommandError: It was not delivered, or was refused.

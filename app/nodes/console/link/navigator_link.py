@@ -130,9 +130,9 @@ class NavigatorLink(PanelRequests):
         limit = self.drive_status.speed_limit if speed_limit is None else speed_limit
         return await asyncio.to_thread(self.set_drive, mode, limit)
 
-    async def lease(self, action: LeaseAction) -> LeaseReply:
+    async def lease(self, action: LeaseAction, requester: str = "") -> LeaseReply:
         """Request, renew, release, grant, deny or take control for the acting browser."""
-        return await asyncio.to_thread(self._lease, action)
+        return await asyncio.to_thread(self._lease, action, requester)
 
     def lease_in(self, status: Status) -> LeaseStatus:
         """Return the control lease that the pages show."""
@@ -185,7 +185,7 @@ class NavigatorLink(PanelRequests):
         self._control(ControlRequest(action="cancel", requester=REQUESTER))
         return self.say("reply.ended")
 
-    def _lease(self, action: LeaseAction) -> LeaseReply:
+    def _lease(self, action: LeaseAction, requester: str = "") -> LeaseReply:
         browser = acting_browser()
         if browser is None:
             raise CommandError(self.say("refusal.page"))
@@ -195,7 +195,8 @@ class NavigatorLink(PanelRequests):
                 raise CommandError(refusal)
             reply = self._request(keys.LEASE_TAKE, TakeRequest(), LeaseReply)
         else:
-            reply = self._request(keys.LEASE, LeaseRequest(action=action), LeaseReply)
+            request = LeaseRequest(action=action, requester=requester)
+            reply = self._request(keys.LEASE, request, LeaseReply)
         browser.update_lease(reply)
         return reply
 

@@ -1,4 +1,4 @@
-"""The Drive tab: drive mode, speed limit, and what a click on the map does."""
+"""The Drive tab: drive mode, speed limit, and what a browser's clicks on the map do."""
 
 from collections.abc import Callable
 from typing import Any, Final, Literal, get_args
@@ -7,14 +7,52 @@ from app.messages.driving import DriveModeName, DriveStatus
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.drive_markup import intervention, painted
+from app.nodes.console.panels.map import value_of
 from app.view.colors import QUIET
 from app.view.model.painted_area import mapped_m2
 from app.view.model.scene_model import Part, SceneModel
+from app.view.words import Words
 
 Tool = Literal["explain", "go", "look_here", "not_here"]
 
 MODES: Final[tuple[DriveModeName, ...]] = get_args(DriveModeName)
 TOOLS: Final[tuple[Tool, ...]] = get_args(Tool)
+
+
+class ClickTool:
+    """What a click on the map does, in one browser; built inside the current container."""
+
+    def __init__(self, gui: Any, say: Words) -> None:
+        """Add the controls.
+
+        Args:
+            gui: viser's, of the browser.
+            say: The words of the controls.
+        """
+        self.chosen: Tool = "explain"
+        self._words = say
+        tools: dict[str, Tool] = {say(f"panel.drive.{tool}"): tool for tool in TOOLS}
+        self._tools = gui.add_button_group(say("panel.drive.does"), tuple(tools))
+        self._text = gui.add_html("")
+        self._brush = gui.add_slider(
+            say("panel.drive.brush"),
+            min=0.2,
+            max=2.0,
+            step=0.1,
+            initial_value=0.6,
+            hint=say("panel.drive.brush.hint"),
+        )
+        self._tools.on_click(lambda event: self._choose(tools[event.target.value]))
+        self._choose("explain")
+
+    @property
+    def brush_m(self) -> float:
+        """Radius of the brush in metres."""
+        return value_of(self._brush)
+
+    def _choose(self, tool: Tool) -> None:
+        self.chosen = tool
+        self._text.content = markup.choice(tool, self._words(f"panel.drive.{tool}.text"))
 
 
 class DrivePanel:
@@ -23,11 +61,8 @@ class DrivePanel:
     def __init__(self, gui: Any, actions: Actions) -> None:
         self._actions = actions
         self._drive = DriveStatus()
-        self.tool: Tool = "explain"
-        """What a click on the map does."""
         say = self._words = actions.say
         modes: dict[str, DriveModeName] = {say(f"panel.drive.{mode}"): mode for mode in MODES}
-        tools: dict[str, Tool] = {say(f"panel.drive.{tool}"): tool for tool in TOOLS}
         self._mode = gui.add_button_group(say("panel.drive.mode"), tuple(modes))
         self._mode_text = gui.add_html("")
         self._limit = gui.add_slider(
@@ -40,34 +75,18 @@ class DrivePanel:
         )
         self._filter = gui.add_html("")
         self._cancel = gui.add_button(say("panel.drive.cancel"), color=QUIET, visible=False)
-        with gui.add_folder(say("panel.drive.click")):
-            self._tools = gui.add_button_group(say("panel.drive.does"), tuple(tools))
-            self._tool_text = gui.add_html("")
-            self._brush = gui.add_slider(
-                say("panel.drive.brush"),
-                min=0.2,
-                max=2.0,
-                step=0.1,
-                initial_value=0.6,
-                hint=say("panel.drive.brush.hint"),
-            )
-            self._undo = gui.add_button_group(
-                say("panel.drive.painted"), (say("panel.drive.undo"), say("panel.drive.clear"))
-            )
-            self._regions = gui.add_html("")
+        self.clicks = gui.add_folder(say("panel.drive.click"))
+        """Container of each browser's `ClickTool`."""
+        self._undo = gui.add_button_group(
+            say("panel.drive.painted"), (say("panel.drive.undo"), say("panel.drive.clear"))
+        )
+        self._regions = gui.add_html("")
         self._answer = gui.add_html("")
         self._mode.on_click(lambda event: self._set_mode(modes[event.target.value]))
         self._limit.on_update(self._move_limit)
         self._cancel.on_click(lambda _: self.attempt(actions.cancel_go_to))
-        self._tools.on_click(lambda event: self._choose(tools[event.target.value]))
         self._undo.on_click(lambda event: self._unpaint(event.target.value))
         self._show(DriveStatus())
-        self._choose("explain")
-
-    @property
-    def brush_m(self) -> float:
-        """Radius of the brush in metres."""
-        return float(self._brush.value)
 
     def update(self, model: SceneModel, changed: frozenset[Part]) -> None:
         """Show what changed."""
@@ -99,10 +118,6 @@ class DrivePanel:
         # Without a client it is the navigator's limit that `_show` has shown.
         if event.client is not None and not self._set_mode(self._drive.mode):
             self._limit.value = _shown_limit(self._drive)
-
-    def _choose(self, tool: Tool) -> None:
-        self.tool = tool
-        self._tool_text.content = markup.choice(tool, self._words(f"panel.drive.{tool}.text"))
 
     def _unpaint(self, word: str) -> None:
         undo = word == self._words("panel.drive.undo")

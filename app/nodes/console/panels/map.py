@@ -78,11 +78,11 @@ class MapPanel:
 
     def options(self) -> ViewOptions:
         """Return the current choice."""
-        cut = _value_of(self._ceiling)
+        cut = value_of(self._ceiling)
         return ViewOptions(
             mode=self._chosen,
             ceiling_m=None if cut >= _NO_CUT_M else cut,
-            object_threshold=_value_of(self._threshold),
+            object_threshold=value_of(self._threshold),
             thing=self._rows.get(str(self._thing.value)),
             layers=frozenset(layer for layer, box in self._layers.items() if box.value),
         )
@@ -122,11 +122,11 @@ class MapPanel:
         is_one = str(self._thing.value) in self._rows
         kinds = None if is_one else with_rest(self._kinds, self._words)
         self._legend.content = markup.legend(
-            legend(self._chosen, _value_of(self._ceiling), self._words, kinds), self._chosen
+            legend(self._chosen, value_of(self._ceiling), self._words, kinds), self._chosen
         )
 
 
-def _value_of(slider: Any) -> float:
+def value_of(slider: Any) -> float:
     """Return the value of a slider within its range: a browser may send any number."""
     value = float(slider.value)
     return min(max(value, slider.min), slider.max) if math.isfinite(value) else float(slider.max)

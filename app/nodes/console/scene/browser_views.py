@@ -1,9 +1,10 @@
-"""View options of each browser: its Map tab, and its own drawing once its options differ."""
+"""What each browser has of its own: Map tab, what its clicks do, its drawing once it differs."""
 
 import queue
 from collections.abc import Callable
 from typing import Any, Final
 
+from app.nodes.console.panels.drive import ClickTool
 from app.nodes.console.panels.map import MapPanel
 from app.nodes.console.web.browsers import Browser
 from app.view.drawing.camera_follow import CameraFollow
@@ -41,6 +42,7 @@ class BrowserView:
         client: Any,
         browser: Browser | None,
         tab: Any,
+        clicks: Any,
         on_change: Callable[[], None],
         say: Words,
     ) -> None:
@@ -57,6 +59,11 @@ class BrowserView:
         self._is_light = False
         with client.atomic(), tab:
             self._panel = MapPanel(client.gui, self._choose, self._recall, say)
+        self.tool: ClickTool | None = None
+        """What a click on the map does; None where there is nothing to choose."""
+        if clicks is not None:
+            with client.atomic(), clicks:
+                self.tool = ClickTool(client.gui, say)
         self._controls = {uuid_of(handle) for handle in self._panel.controls()}
         if browser is not None:
             browser.own_controls |= self._controls
@@ -113,6 +120,7 @@ class BrowserViews:
         self,
         server: Any,
         tab: Any,
+        clicks: Any,
         follow: CameraFollow,
         on_change: Callable[[], None],
         say: Words = ENGLISH,
@@ -121,7 +129,8 @@ class BrowserViews:
 
         Args:
             server: viser's.
-            tab: Container of each browser's own controls.
+            tab: Container of each browser's own Map tab.
+            clicks: Container of what each browser's clicks do; None for a recording.
             follow: Keeps the map in view in each browser.
             on_change: Called when a browser has changed its options.
             say: The words of the controls.
@@ -129,6 +138,7 @@ class BrowserViews:
         self._words = say
         self._common = ViserScene(server, say)
         self._tab = tab
+        self._clicks = clicks
         self._follow = follow
         self._on_change = on_change
         self._news: queue.SimpleQueue[tuple[Any, Browser | None, bool]] = queue.SimpleQueue()
@@ -148,6 +158,11 @@ class BrowserViews:
         """Return the view options of a browser."""
         view = self._open.get(client_id)
         return ViewOptions() if view is None else view.options
+
+    def tool_of(self, client_id: int) -> ClickTool | None:
+        """Return what the clicks of a browser do; None for one that has not been added yet."""
+        view = self._open.get(client_id)
+        return None if view is None else view.tool
 
     def of(self, browser: Browser) -> list[BrowserView]:
         """Return the views that a browser has open."""
@@ -184,7 +199,7 @@ class BrowserViews:
             if comes:
                 with ignore_disconnect(client):
                     self._open[client.client_id] = BrowserView(
-                        client, browser, self._tab, self._on_change, self._words
+                        client, browser, self._tab, self._clicks, self._on_change, self._words
                     )
                 self._follow.add(client)
                 continue

@@ -1,12 +1,13 @@
 """Clicks on the scene: commands for the robot, or requests for an explanation."""
 
 import queue
+from collections.abc import Callable
 from typing import Any, Final
 
 import numpy as np
 
 from app.nodes.console.link.commands import Actions, CommandError
-from app.nodes.console.panels.drive import DrivePanel, Tool
+from app.nodes.console.panels.drive import ClickTool, DrivePanel
 from app.view.model.drag_region import brush_strokes, floor_region
 from app.view.model.picking import floor_point
 from ippon.geometry import Float64Array
@@ -24,15 +25,23 @@ NOBODY: Final = -1
 class Clicks:
     """Sends commands in the thread of the click; explanations wait for the scene thread."""
 
-    def __init__(self, server: Any, panel: DrivePanel | None, actions: Actions) -> None:
+    def __init__(
+        self,
+        server: Any,
+        panel: DrivePanel | None,
+        tool_of: Callable[[int], ClickTool | None],
+        actions: Actions,
+    ) -> None:
         """Listen to the scene.
 
         Args:
             server: viser's.
-            panel: Selects what a click does; None makes every click ask for an explanation.
+            panel: Shows the answers; None makes every click ask for an explanation.
+            tool_of: Returns what the clicks of a browser do, by its number; None to explain.
             actions: Sends the commands.
         """
         self._panel = panel
+        self._tool_of = tool_of
         self._actions = actions
         self._questions: queue.SimpleQueue[Question] = queue.SimpleQueue()
         server.scene.on_click()(self._clicked)
@@ -54,32 +63,32 @@ class Clicks:
         ray = np.array(event.ray_origin), np.array(event.ray_direction)
         if not np.isfinite(ray).all() or not ray[1].any():
             return
-        panel = self._panel
-        if panel is None or panel.tool == "explain":
+        panel, tool = self._panel, self._tool_of(event.client_id)
+        if panel is None or tool is None or tool.chosen == "explain":
             if self._questions.qsize() < MAX_WAITING:
                 self._questions.put((*ray, event.client_id))
             return
-        panel.attempt(lambda: self._command(panel, *ray))
+        panel.attempt(lambda: self._command(tool, *ray))
 
     def _dragged(self, panel: DrivePanel, event: Any) -> None:
-        panel.attempt(lambda: self._paint_region(panel.tool, event))
+        panel.attempt(lambda: self._paint_region(self._tool_of(event.client_id), event))
 
-    def _paint_region(self, tool: Tool, event: Any) -> str:
-        if tool not in ("look_here", "not_here"):
+    def _paint_region(self, tool: ClickTool | None, event: Any) -> str:
+        if tool is None or tool.chosen not in ("look_here", "not_here"):
             raise CommandError(self._actions.say("panel.drive.choose"))
         try:
             corners = floor_region(event.client.camera, event.screen_min, event.screen_max, 0.0)
         except ValueError as error:
             raise CommandError(self._actions.say("click.not_floor")) from error
         dabs, radius_m = brush_strokes(corners)
-        return self._actions.paint(tool, dabs, radius_m)
+        return self._actions.paint(tool.chosen, dabs, radius_m)
 
-    def _command(self, panel: DrivePanel, origin: Float64Array, direction: Float64Array) -> str:
+    def _command(self, tool: ClickTool, origin: Float64Array, direction: Float64Array) -> str:
         try:
             x, y, _ = floor_point(origin, direction, 0.0).tolist()
         except ValueError as error:
             raise CommandError(self._actions.say("click.not_floor")) from error
-        if panel.tool == "go":
+        if tool.chosen == "go":
             return self._actions.go_to(x, y)
-        action = "look_here" if panel.tool == "look_here" else "not_here"
-        return self._actions.paint(action, [(x, y)], panel.brush_m)
+        action = "look_here" if tool.chosen == "look_here" else "not_here"
+        return self._actions.paint(action, [(x, y)], tool.brush_m)

@@ -85,10 +85,16 @@ class SceneThread:
         self._instance = secrets.token_hex(8)
         self.follow = CameraFollow()
         self._tabs = Tabs(viser_server.server, link)
+        drive = self._tabs.drive
         self._browser_views = BrowserViews(
-            viser_server.server, self._tabs.map, self.follow, inbox.wake, link.say
+            viser_server.server,
+            self._tabs.map,
+            None if drive is None else drive.clicks,
+            self.follow,
+            inbox.wake,
+            link.say,
         )
-        self._clicks = Clicks(viser_server.server, self._tabs.drive, link)
+        self._clicks = Clicks(viser_server.server, drive, self._browser_views.tool_of, link)
         self._explanations = Explanations(
             self.model, link, self._browser_views, self.follow, state_feed.show
         )

@@ -63,6 +63,8 @@ class ShellLease(msgspec.Struct, tag="lease", forbid_unknown_fields=True):
 
     id: int
     action: Literal["request", "release", "grant", "deny", "take"]
+    requester: Annotated[str, msgspec.Meta(max_length=40)] = ""
+    """Who is granted or denied control, as the page showed it."""
 
 
 class ShellRoom(msgspec.Struct, tag="room", forbid_unknown_fields=True):

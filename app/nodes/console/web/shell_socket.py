@@ -176,7 +176,7 @@ class _Standing:
     async def act(self, message: ShellLease) -> None:
         """Carry out a command of a button."""
         try:
-            answer = await self._controller.lease(message.action)
+            answer = await self._controller.lease(message.action, message.requester)
             reply = ShellReply(id=message.id, ok=True, text=answer.detail)
         except CommandError as error:
             reply = ShellReply(id=message.id, ok=False, text=str(error))

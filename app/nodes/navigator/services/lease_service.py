@@ -31,9 +31,14 @@ class LeaseService:
         self._shown = LeaseStatus()
 
     def ask(self, request: LeaseRequest, who: Credential | None) -> LeaseReply:
-        """Answer a request for control."""
+        """Answer a request for control.
+
+        Raises:
+            RequestRefusedError: It has no credential, or answers a requester who asks no more.
+        """
         who = _required(who)
         lease = self._lease
+        answers = request.action in {"grant", "deny"} and request.requester != ""
         act = {
             "request": lease.request,
             "renew": lease.renew,
@@ -42,7 +47,11 @@ class LeaseService:
             "deny": lease.deny,
         }[request.action]
         with self._lock:
-            return act(who, self._clock())
+            now = self._clock()
+            problem = lease.answer_refusal(request.requester, now) if answers else None
+            if problem is not None:
+                raise RequestRefusedError(problem)
+            return act(who, now)
 
     def take(self, _: TakeRequest, who: Credential | None) -> LeaseReply:
         """Take control from its holder."""

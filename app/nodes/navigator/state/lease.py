@@ -136,6 +136,13 @@ class Lease:
             "(ippon ask --take)"
         )
 
+    def answer_refusal(self, requester: str, now_s: float) -> str | None:
+        """Return why a requester cannot be answered: it asks no more, or another one does."""
+        self._expire(now_s)
+        if self._requester is not None and self._requester.name == requester:
+            return None
+        return f"{requester} no longer asks for control"
+
     def teleop_refusal(self, session: str, epoch: int, now_s: float) -> str | None:
         """Return why teleoperation is refused, None when accepted: it always needs the lease."""
         self._expire(now_s)

@@ -74,7 +74,7 @@ class Navigator:
     def may_use_panels(self, browser):
         return self.is_free
 
-    async def lease(self, action):
+    async def lease(self, action, requester=""):
         if action != "renew" or self.counts_renewals:
             self.actions.append(action)
         if self.problem is not None:

@@ -5,6 +5,7 @@ import io
 import math
 import struct
 import threading
+import time
 
 import msgspec
 import numpy as np
@@ -92,8 +93,9 @@ class Console:
         self.server = server
         self.model = SceneModel()
         tab = server.gui.add_tab_group().add_tab("Map")
+        clicks = server.gui.add_folder("A click on the map")
         self.changed = threading.Event()
-        self.views = BrowserViews(server, tab, CameraFollow(), self.changed.set)
+        self.views = BrowserViews(server, tab, clicks, CameraFollow(), self.changed.set)
         self.browsers = []
         self._came = threading.Semaphore(0)
         self._left = threading.Semaphore(0)
@@ -172,6 +174,26 @@ def test_a_choice_is_each_browsers_own(console):
     assert modes == {"ooi", "height"}
     first.close()
     second.close()
+
+
+def test_what_a_click_does_is_each_browsers_own(console):
+    first, second = console.open(), console.open()
+    tools = first.wait(lambda m: m.get("props", {}).get("label") == "does")
+    tab = next(m for m in first.heard() if m.get("props", {}).get("label") == "A click on the map")
+    assert tools["container_uuid"] == tab["uuid"]
+    first.send({"type": "GuiUpdateMessage", "uuid": tools["uuid"], "updates": {"value": "Go"}})
+    _wait_until(lambda: console.views.tool_of(0).chosen == "go")
+    assert console.views.tool_of(1).chosen == "explain"
+    assert console.views.tool_of(2) is None, "it has not connected yet"
+    first.close()
+    second.close()
+
+
+def _wait_until(condition):
+    deadline = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
 
 
 def test_a_browser_gets_a_change_of_colours_as_one(console, stage):

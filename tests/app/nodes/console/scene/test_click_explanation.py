@@ -148,14 +148,13 @@ def test_a_picture_that_cannot_be_read_is_shown_as_it_came():
     assert marked(picture, 5, 5) == b"no picture"
 
 
+CLIENT = 7
+
+
 class Panel:
     """Stands in for the Drive tab."""
 
-    brush_m = 0.5
-
-    def __init__(self, tool) -> None:
-        self.tool = tool
-        self.said = ""
+    said = ""
 
     def attempt(self, command) -> None:
         try:
@@ -164,9 +163,9 @@ class Panel:
             self.said = f"refused: {error}"
 
 
-def _click(tool, origin=(1.0, 2.0, 3.0), direction=(0.0, 0.0, -1.0)):
+def _click(tool, origin=(1.0, 2.0, 3.0), direction=(0.0, 0.0, -1.0), client=CLIENT):
     clicks, said = _clicks(tool)
-    clicks._clicked(SimpleNamespace(ray_origin=origin, ray_direction=direction, client_id=7))
+    clicks._clicked(SimpleNamespace(ray_origin=origin, ray_direction=direction, client_id=client))
     return said(), clicks.questions()
 
 
@@ -178,8 +177,9 @@ def _clicks(tool):
         go_to=lambda x, y: f"to {x:g} {y:g}",
         paint=lambda wish, strokes, radius: f"{wish} {strokes} {radius}",
     )
-    panel: Any = Panel(tool)
-    clicks = Clicks(SimpleNamespace(scene=scene), panel, actions)
+    panel: Any = Panel()
+    tools: Any = {CLIENT: SimpleNamespace(chosen=tool, brush_m=0.5)}
+    clicks = Clicks(SimpleNamespace(scene=scene), panel, tools.get, actions)
     return clicks, lambda: panel.said
 
 
@@ -190,7 +190,8 @@ def _drag(tool, low=(0.5, 0.25), high=(0.75, 0.5), height_m=4.0):
     )
     clicks, said = _clicks(tool)
     panel: Any = clicks._panel
-    event = SimpleNamespace(client=SimpleNamespace(camera=camera), screen_min=low, screen_max=high)
+    client = SimpleNamespace(camera=camera)
+    event = SimpleNamespace(client=client, client_id=CLIENT, screen_min=low, screen_max=high)
     clicks._dragged(panel, event)
     return said()
 
@@ -201,7 +202,12 @@ def test_what_a_click_does_is_what_the_tab_says():
     assert _click("not_here")[0] == "not_here [(1.0, 2.0)] 0.5"
     said, questions = _click("explain")
     assert said == ""
-    assert [client for _, _, client in questions] == [7]
+    assert [client for _, _, client in questions] == [CLIENT]
+
+
+def test_a_click_of_a_browser_that_chose_nothing_explains():
+    said, questions = _click("go", client=CLIENT + 1)
+    assert (said, len(questions)) == ("", 1)
 
 
 def test_a_drag_paints_a_region_and_nothing_else():

@@ -20,6 +20,7 @@ from app.nodes.navigator.services.request_services import declare_endpoints
 
 ANNA = Credential(session="a" * 20, name="Anna")
 BERT = Credential(session="b" * 20, name="Bert")
+CARL = Credential(session="c" * 20, name="Carl")
 
 
 @pytest.fixture
@@ -48,8 +49,9 @@ def office(sessions):
         ),
     ]
 
-    def request(action, who):
-        return ask(client, "r/lease", LeaseRequest(action=action), LeaseReply, 2.0, who)
+    def request(action, who, requester=""):
+        message = LeaseRequest(action=action, requester=requester)
+        return ask(client, "r/lease", message, LeaseReply, 2.0, who)
 
     def command(who, message=FeedbackRequest(verdict="confirm"), kind=Accepted):  # noqa: B008
         key = "r/control" if isinstance(message, ControlRequest) else "r/feedback"
@@ -103,6 +105,20 @@ def test_control_is_asked_for_and_granted(office):
     office.request("grant", anna)
     bert = holding(office, BERT)
     office.command(bert)
+
+
+@pytest.mark.parametrize("answer", ["grant", "deny"])
+def test_an_answer_reaches_no_other_requester_than_the_one_it_names(office, answer):
+    anna = holding(office, ANNA)
+    office.request("request", BERT)
+    office.request("release", BERT)
+    office.request("request", CARL)
+    with pytest.raises(RequestRefusedError, match="Bert no longer asks for control"):
+        office.request(answer, anna, requester="Bert")
+    assert office.service.status().holder == "Anna"
+    assert office.service.status().requester == "Carl"
+    office.request(answer, anna, requester="Carl")
+    assert office.service.status().requester == ""
 
 
 def test_a_supervisor_takes_control_by_a_key_of_its_own(office):
