@@ -18,11 +18,13 @@ from playwright.sync_api import (
 
 from tests.browser import system_browser
 
+GPU = "IPPON_TEST_GPU"
+"""Set it to the arguments with which Chromium draws on this machine's GPU, for example
+`--use-gl=angle --use-angle=vulkan --ignore-gpu-blocklist`."""
+SOFTWARE = "--use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader"
 ARGUMENTS = [
     "--no-sandbox",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
+    *os.environ.get(GPU, SOFTWARE).split(),
     "--disable-background-networking",
     "--disable-dev-shm-usage",
 ]
@@ -67,7 +69,7 @@ def open_browser(*, as_users: bool = KEEP_PICTURES in os.environ) -> Iterator[Br
         env: dict[str, str | float | bool] = dict(os.environ)
         if path is not None and os.geteuid() == 0 and shutil.which("setpriv") is not None:
             env["IPPON_TEST_BROWSER"], path = path, str(HUMBLE)
-        arguments = ARGUMENTS if as_users else [*ARGUMENTS, *CHEAP]
+        arguments = ARGUMENTS if as_users or GPU in os.environ else [*ARGUMENTS, *CHEAP]
         browser = playwright.chromium.launch(
             executable_path=path, args=arguments, timeout=PATIENCE_MS, env=env
         )
