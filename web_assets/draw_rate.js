@@ -5,6 +5,7 @@
 // times a second this never ends, and without a fast GPU nothing is left for the page. Frames that
 // only messages ask for are therefore spaced by a multiple of what one takes. The client judges its
 // speed by frames per second, which are then few on every machine: what one takes is the measure here.
+// Of that, only what the GPU takes becomes less with fewer pixels; browsers that can say so are asked.
 //
 // A frame that has begun cannot be stopped. Where one takes long, the next begins when it is done, and
 // messages are applied before it, not in it: a change that a person asked for is in the first frame.
@@ -44,6 +45,7 @@ globalThis.ipponDrawRate = {
   drawnAt: 0,
   usedUntil: performance.now() + MOVE_MS,
   frame_ms: 16,
+  pixels_ms: 16,
   isTimed: false,
   timer: 0,
   timed: 0,
@@ -73,26 +75,37 @@ globalThis.ipponDrawRate = {
     if (this.drawnAt < this.until) this.plan(draw);
   },
 
-  // Measure how long the GPU, or what stands in for it, takes for the frame that starts now.
+  // Measure the frame that starts now: until the GPU, or what stands in for it, is done with it, and
+  // how long it worked on it.
   time(gl) {
     if (!gl) return;
     this.isTimed = true;
     const start = performance.now();
-    const poll = (fence) => {
+    const timer = gl.getExtension("EXT_disjoint_timer_query_webgl2");
+    const query = timer && gl.createQuery();
+    if (query) gl.beginQuery(timer.TIME_ELAPSED_EXT, query);
+    const poll = (fence, drawn) => {
       if (gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.UNSIGNALED && !gl.isContextLost()) {
-        setTimeout(poll, 8, fence);
+        setTimeout(poll, 8, fence, drawn);
         return;
       }
+      const end = performance.now();
+      const isKnown = query && gl.getQueryParameter(query, gl.QUERY_RESULT_AVAILABLE) &&
+        !gl.getParameter(timer.GPU_DISJOINT_EXT);
+      const worked_ms = isKnown ? gl.getQueryParameter(query, gl.QUERY_RESULT) / 1e6 : end - drawn;
       gl.deleteSync(fence);
-      this.frame_ms += 0.3 * (performance.now() - start - this.frame_ms);
+      gl.deleteQuery(query);
+      this.frame_ms += 0.3 * (end - start - this.frame_ms);
+      this.pixels_ms += 0.3 * (worked_ms - this.pixels_ms);
       this.isTimed = false;
       this.timed += 1;
       if (this.held) this.plan(this.held);
     };
     setTimeout(() => {
+      if (query) gl.endQuery(timer.TIME_ELAPSED_EXT);
       const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
       gl.flush();
-      poll(fence);
+      poll(fence, performance.now());
     });
   },
 
@@ -100,8 +113,8 @@ globalThis.ipponDrawRate = {
   sharpen(setRatio) {
     if (this.timed < JUDGED_FRAMES) return;
     const wider = SHARPNESS[this.blur - 1] / SHARPNESS[this.blur];
-    if (this.frame_ms > SLOW_MS && this.blur < SHARPNESS.length - 1) this.blur += 1;
-    else if (this.frame_ms * wider ** 2 < SMOOTH_MS) this.blur -= 1;
+    if (this.pixels_ms > SLOW_MS && this.blur < SHARPNESS.length - 1) this.blur += 1;
+    else if (this.pixels_ms * wider ** 2 < SMOOTH_MS) this.blur -= 1;
     else return;
     this.timed = 0;
     setRatio(Math.min(Math.max(devicePixelRatio, 1), 2) * SHARPNESS[this.blur]);

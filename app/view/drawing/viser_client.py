@@ -64,6 +64,15 @@ _CHANGES: Final = (
         ),
         rb"\1.type===`retry`?\2!==null&&\4?.readyState!==WebSocket.CONNECTING&&\3()",
     ),
+    # Of all that was entered within 50 ms, in whichever control, only the last was sent: a text was
+    # lost if a button was pressed that soon.
+    (
+        re.compile(
+            rb"(function \w+\((\w+)\)\{let (\w+)=\w+\.mutable\.current;\3\.sendMessage!==null&&\()"
+            rb"(?=(\w+)=\2,\w+\?\(\3\.sendMessage\(\2\),(\w+)=!1,)"
+        ),
+        rb"\1\5&&\4.uuid!==\2.uuid&&\3.sendMessage(\4),",
+    ),
     # Start of a connection, and start of a message batch: both call `map_first.js`.
     (
         re.compile(rb"\b(\w+)\.messageQueue\.length=0,\1\.firstMessageBatch=!0"),

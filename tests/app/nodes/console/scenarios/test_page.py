@@ -1,5 +1,6 @@
 """The page in a real browser."""
 
+import os
 import time
 
 import pytest
@@ -14,7 +15,7 @@ from tests.app.nodes.console.opened_page import (
     text_field,
 )
 from tests.app.relay import Relay
-from tests.chromium import box_at_rest, new_window
+from tests.chromium import GPU, box_at_rest, new_window
 
 pytestmark = pytest.mark.browser
 
@@ -111,6 +112,22 @@ def test_a_refused_query_says_why(home, page):
     view.get_by_role("button", name="Save the note").click()
     expect(view.get_by_text("A note has at most 2000 characters; this is 10000.")).to_be_visible()
     assert [key for key, _ in home.requests] == [keys.SEARCH]
+
+
+def test_what_is_typed_right_before_a_click_is_not_lost(home, page):
+    view = panels(page)
+    text_field(page, "Find").evaluate(
+        """(field, search) => {
+            const value = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value");
+            for (const text of ["unic", "unicorn"]) {
+                value.set.call(field, text);
+                field.dispatchEvent(new Event("input", { bubbles: true }));
+            }
+            search.click();
+        }""",
+        view.get_by_role("button", name="Search").element_handle(),
+    )
+    expect(view.get_by_text("nobody has ever seen a unicorn")).to_be_visible()
 
 
 def test_stop_by_click_and_by_space_and_resume(home, page):
@@ -370,7 +387,7 @@ def test_lines_are_smoothed_with_a_gpu_only(shared):
     page = shared.window.new_page()
     page.goto(f"{shared.console.url}/assets/draw_rate.js")
     page.add_script_tag(url="draw_rate.js")
-    assert page.evaluate("ipponDrawRate.smooths()") is False, "the tests have no GPU"
+    assert page.evaluate("ipponDrawRate.smooths()") is (GPU in os.environ)
     page.evaluate("""() => {
         ipponDrawRate.isSmooth = null;
         HTMLCanvasElement.prototype.getContext = () => ({
@@ -388,8 +405,10 @@ def test_a_scene_that_takes_long_to_draw_has_fewer_pixels(shared):
     page.add_script_tag(url="draw_rate.js")
     ratios = """(frames_ms) => {
         const ratios = [];
+        // The page's own share, which fewer pixels leave as it is.
+        ipponDrawRate.frame_ms = 200;
         for (const frame_ms of frames_ms) {
-            ipponDrawRate.frame_ms = frame_ms;
+            ipponDrawRate.pixels_ms = frame_ms;
             for (let frame = 0; frame < 10; frame++) {
                 ipponDrawRate.timed += 1;
                 ipponDrawRate.sharpen((ratio) => ratios.push(ratio / devicePixelRatio));
@@ -401,4 +420,37 @@ def test_a_scene_that_takes_long_to_draw_has_fewer_pixels(shared):
     assert page.evaluate(ratios, [120, 80, 80]) == [0.75, 0.5], "no lower than a half"
     assert page.evaluate(ratios, [20, 14, 40]) == [], "more pixels would be slow again"
     assert page.evaluate(ratios, [12, 12]) == [0.75, 1]
+    page.close()
+
+
+def test_the_share_of_the_gpu_in_a_frame_is_its_own_figure_where_there_is_one(shared):
+    page = shared.window.new_page()
+    page.goto(f"{shared.console.url}/assets/draw_rate.js")
+    page.add_script_tag(url="draw_rate.js")
+    shares = """async ([hasTimer, isKnown]) => {
+        const nothing = () => ({});
+        const doneAt = performance.now() + 150;
+        const gl = {
+            UNSIGNALED: "unsignaled", QUERY_RESULT_AVAILABLE: "available",
+            createQuery: nothing, beginQuery: nothing, endQuery: nothing, deleteQuery: nothing,
+            fenceSync: nothing, deleteSync: nothing, flush: nothing,
+            isContextLost: () => false, getParameter: () => false,
+            getExtension: () => (hasTimer ? {} : null),
+            getSyncParameter: () => (performance.now() < doneAt ? "unsignaled" : "signaled"),
+            getQueryParameter: (_, what) => (what === "available" ? isKnown : 2e6),
+        };
+        Object.assign(ipponDrawRate, { frame_ms: 0, pixels_ms: 0, timed: 0 });
+        ipponDrawRate.time(gl);
+        // The page's own share.
+        while (performance.now() < doneAt - 100);
+        while (!ipponDrawRate.timed) await new Promise((go) => setTimeout(go, 5));
+        return [ipponDrawRate.frame_ms / 0.3, ipponDrawRate.pixels_ms / 0.3];
+    }"""
+    for case, has_figure in (((True, True), True), ((True, False), False), ((False, False), False)):
+        frame_ms, pixels_ms = page.evaluate(shares, case)
+        assert frame_ms > 140.0
+        if has_figure:
+            assert pixels_ms == pytest.approx(2.0)
+        else:
+            assert 2.0 < pixels_ms < frame_ms - 45.0, "without the page's own share"
     page.close()
