@@ -1,5 +1,6 @@
-"""A map of 200,000 voxels in a real browser: its heap, and a switch of colours."""
+"""A map of 200,000 voxels in a real browser: its heap, a switch of colours, and frames in orbit."""
 
+import itertools
 import statistics
 from collections.abc import Iterator
 from typing import Any
@@ -17,6 +18,8 @@ VOXELS = 200_000
 MODES = ("Object", "Height", "Proximity", "Camera")
 _DRAWN_MS = 25_000
 _SWITCHED_MS = 4_000
+_ORBIT_STEPS, _ORBIT_PX = 100, 3
+"""Steps of the drag that turns the scene, and the length of each."""
 _WATCH = """
 (() => {
   const contexts = new Set();
@@ -38,10 +41,25 @@ _WATCH = """
       return [...pixel.slice(0, 3)];
     }).flat();
   };
+  let draws = 0;
+  for (const name of ["drawArrays", "drawElements", "drawElementsInstanced"]) {
+    const draw = WebGL2RenderingContext.prototype[name];
+    WebGL2RenderingContext.prototype[name] = function (...given) {
+      draws += 1;
+      draw.apply(this, given);
+    };
+  }
+  // Once it is an array: [start, duration] of the page's part of every frame, in ms.
+  window.frames = null;
   const request = requestAnimationFrame.bind(window);
   let [last, before] = [null, null];
   window.requestAnimationFrame = (draw) => request((time) => {
+    const [start, drawn] = [performance.now(), draws];
     draw(time);
+    if (window.frames) {
+      if (draws > drawn) window.frames.push([start, performance.now() - start]);
+      return;
+    }
     last = taken();
     const others = before && last?.filter((value, n) => Math.abs(value - before[n]) > 25).length;
     if (others >= 6 && !window.switchedMs) window.switchedMs = performance.now() - window.pressedAt;
@@ -89,10 +107,26 @@ def colour_rows() -> Iterator[Row]:
                 data = f"{VOXELS} voxels, {name}"
                 yield Row(name="console.colour_switch_shown", data=data, value=value, unit="s")
             yield _heap(page, f"{len(MODES)} switches")
+            yield from _orbit(page, frame)
             window.close()
     finally:
         console.close()
         home.close()
+
+
+def _orbit(page: Any, frame: Any) -> Iterator[Row]:
+    """Turn the scene by a drag of the mouse."""
+    page.mouse.move(400, 450)
+    page.mouse.down()
+    frame.evaluate("window.frames = []")
+    for step in range(_ORBIT_STEPS):
+        page.mouse.move(400 + _ORBIT_PX * step, 450)
+    page.mouse.up()
+    starts, took_ms = zip(*frame.evaluate("window.frames"), strict=True)
+    apart_ms = [later - start for start, later in itertools.pairwise(starts)]
+    data = f"{VOXELS} voxels"
+    yield Row(name="console.orbit_frame", data=data, median_ms=statistics.median(took_ms))
+    yield Row(name="console.orbit_interval", data=data, median_ms=statistics.median(apart_ms))
 
 
 def _heap(page: Any, when: str) -> Row:
