@@ -37,10 +37,14 @@ def wait_until_listed(zenoh_port, names, timeout_s=20.0):
 
 
 class LightNavigator:
-    """One navigator that searches for an object and publishes at a rate."""
+    """One navigator that searches for an object and publishes at a rate.
 
-    def __init__(self, zenoh_port, robot, wanted="hat", hz=5.0, profile=ZED, bid=None):
+    `before` is what its status says instead until it takes a search.
+    """
+
+    def __init__(self, zenoh_port, robot, wanted="hat", hz=5.0, profile=ZED, bid=None, before=None):
         self.robot, self.ticks = robot, 0
+        self._before = before or {}
         self.searches = []
         """Searches that it took; without a bid it is a navigator that does not know of bids."""
         self.who = []
@@ -75,6 +79,7 @@ class LightNavigator:
         if request.if_free and self.searches:
             raise RequestRefusedError("it is not free any more: searching")
         self.searches.append(request)
+        self._before = {}
         self.goal = GoalStatus(goal_id=2, object=request.object, outcome="active")
         return SearchAccepted(goal_id=2, object=request.object, position=0)
 
@@ -83,7 +88,8 @@ class LightNavigator:
         return as_reading(SentenceAnswer(read, RULES, "", "", ""), 1.0)
 
     def status(self):
-        return encode(status_of(robot=self.robot, goal=self.goal, frames=self.ticks))
+        said = {"goal": self.goal} | self._before
+        return encode(status_of(robot=self.robot, frames=self.ticks, **said))
 
     def close(self):
         self._stop.set()

@@ -12,6 +12,7 @@ import pytest
 from playwright.sync_api import expect
 
 from app.messages.control import Bid
+from app.messages.lease import LeaseStatus
 from ippon.robot import ZED, CollisionSphere
 from tests.app.nodes.console.light_navigators import LightNavigator
 from tests.chromium import KEEP_PICTURES, new_window
@@ -36,6 +37,16 @@ BIDS = {
     6: Bid(obstacle="lost", detail="waiting for tf (3.0 s)", ground="unknown", place="kitchen"),
 }
 """Of the first robots; the others are of a version without bids."""
+FREE = {"state": "starting", "why": "waiting for a goal", "goal": None}
+STATUSES = {
+    1: FREE,
+    2: {"lease": LeaseStatus(state="held", holder="Anna", epoch=1)},
+    3: FREE,
+    4: FREE,
+    5: {"state": "stopped", "why": "stopped: press Resume to continue"},
+    6: {"state": "lost", "why": "waiting for tf (3.0 s)"},
+}
+"""What they say when they are not asked."""
 THINGS = ("hat", "keys", "red mug", "remote", "plant", "phone")
 
 
@@ -60,6 +71,7 @@ def parts(stage, browser):
             hz=5.0 if KEEP_PICTURES in os.environ else 2.0,
             profile=DOG if n == 2 else ZED,
             bid=BIDS.get(n),
+            before=STATUSES.get(n),
         )
         for n in range(1, 21)
     ]
