@@ -3,7 +3,6 @@
 const RECENT_MS = 10000;
 
 export function showAnswers(inner) {
-  if (!inner.body) return;
   let pressedAt = -Infinity;
   inner.addEventListener("click", () => (pressedAt = performance.now()), true);
   new MutationObserver((changes) => {
@@ -11,5 +10,5 @@ export function showAnswers(inner) {
     for (const node of changes.flatMap((change) => [...change.addedNodes])) {
       if (node.classList?.contains("ip-answer")) node.scrollIntoView({ block: "nearest" });
     }
-  }).observe(inner.body, { childList: true, subtree: true });
+  }).observe(inner, { childList: true, subtree: true });
 }

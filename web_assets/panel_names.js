@@ -48,7 +48,7 @@ export function nameFields(inner) {
       timer = 0;
       name();
     }, 300);
-  }).observe(inner.body, {
+  }).observe(inner, {
     childList: true, subtree: true, attributes: true, attributeFilter: ["aria-label"],
   });
   name();

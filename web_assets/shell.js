@@ -342,7 +342,7 @@ function adoptView() {
   onHover(view.contentWindow);
   view.contentWindow.addEventListener("keydown", onExplanationKey);
   showAnswers(inner);
-  if (inner.body) nameFields(inner);
+  nameFields(inner);
   view.contentWindow.dispatchEvent(new Event("focus"));
 }
 

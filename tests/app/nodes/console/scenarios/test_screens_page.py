@@ -182,6 +182,27 @@ def test_every_control_has_a_name_and_every_text_contrast_in_both_themes(at_firs
             _keep(at_first, f"{theme}-{name}")
 
 
+HALF_READ = """async () => {
+  const { nameFields } = await import("/assets/panel_names.js");
+  const frame = document.body.appendChild(document.createElement("iframe"));
+  const inner = frame.contentDocument;
+  inner.open();
+  inner.write("<head>");
+  const hadBody = inner.body !== null;
+  nameFields(inner);
+  inner.write("<body><div><label>Pinsel</label><input></div>");
+  inner.close();
+  await new Promise((done) => setTimeout(done, 600));
+  const name = inner.querySelector("input").getAttribute("aria-label");
+  frame.remove();
+  return [hadBody, name];
+}"""
+
+
+def test_fields_have_names_where_the_page_adopts_a_document_that_is_half_read(at_first):
+    assert at_first.evaluate(HALF_READ) == [False, "Pinsel"]
+
+
 def _states(home, stage):
     """Have the robot do one thing after the other; yields what the page calls each."""
     home.find = stage.find_of()
