@@ -34,7 +34,7 @@ from ippon.observation_model import (
 from ippon.segmentation.detectors.vocabulary import closed_vocabulary
 from ippon.segmentation.errors import SegmentationError
 from ippon.segmentation.segmenter import Segmenter
-from ippon.vocabulary import canonical_label
+from ippon.vocabulary import MATTERPORT_40, canonical_label
 
 NOTHING_TOLD: Final = 2
 """Exit status where the network can tell none of the objects."""
@@ -58,13 +58,14 @@ def run_recognise(command: Recognise) -> int:
         path = command.observation_model
         own = None if path is None else read_observation_model(path)
         models = ObservationModels([] if own is None else [own])
-        recognition = Recognition(objects, models, voxel_size_m=command.voxel_size_m)
         segmenter = segmenter_of(command.segmentation)
-        label_of = _labels_of(segmenter, objects, recognition.labels)
+        label_of = _labels_of(segmenter, objects)
         if not label_of:
             for name in objects:
                 _print(name, [], as_json=command.json)
             return NOTHING_TOLD
+        labels = tuple(dict.fromkeys(label_of.values()))
+        recognition = Recognition(labels, models, voxel_size_m=command.voxel_size_m)
         with Progress(console=Console(file=sys.stderr), transient=True) as progress:
             task = progress.add_task("frames", total=source.count)
             recognise(
@@ -114,11 +115,15 @@ def _observed(
     return seen
 
 
-def _labels_of(segmenter: Segmenter, objects: list[str], labels: Sequence[str]) -> dict[str, str]:
-    """Return the labels of the objects; report objects that the network does not recognise."""
+def _labels_of(segmenter: Segmenter, objects: list[str]) -> dict[str, str]:
+    """Return the labels of the objects; report objects that the network does not recognise.
+
+    An object may have the label of a class with several names: a monitor that of tv.
+    """
     vocabulary = closed_vocabulary(segmenter)
     if vocabulary is None:
         return {name: name for name in objects}
+    labels = tuple(dict.fromkeys((*MATTERPORT_40, *objects)))
     label_of: dict[str, str] = {}
     for name in objects:
         label = vocabulary.label_for(name, labels)

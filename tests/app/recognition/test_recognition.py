@@ -169,6 +169,13 @@ def fake(tmp_path, monkeypatch):
     return network
 
 
+def test_an_object_is_found_by_any_name_of_its_class(fake, tmp_path, monkeypatch, capsys):
+    vocabulary = ClosedVocabulary.of(("tv", "cup"))
+    monkeypatch.setattr(command, "closed_vocabulary", lambda _: vocabulary)
+    assert run(["recognise", str(tmp_path), "--find", "monitor,mug,cup,unicorn"]) == 0
+    assert capsys.readouterr().out == "monitor: none\nmug: none\ncup: none\nunicorn: none\n"
+
+
 MODEL_TEXT = """{"source": "SOURCE", "kind": "scores", "provenance": "by hand",
  "table": {"scores": [0.3, 0.6], "nats": [0, 6], "not_recognised": -0.5}}"""
 
