@@ -111,8 +111,9 @@ class RobotDetector:
         if self._vocabulary is None:
             looked_for = tuple(label for label in asked if label in set(names))
         else:
-            knows = self._vocabulary.knows
-            looked_for = tuple(one for one in asked if one in names or knows(one))
+            # Of two labels of one class, that without boxes is not looked for.
+            told = {*names, *map(self._label_of, self._vocabulary.classes)}
+            looked_for = tuple(label for label in asked if label in told)
         return make_detections(
             boxes.boxes_px,
             boxes.scores,

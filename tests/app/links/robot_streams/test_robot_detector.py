@@ -89,6 +89,13 @@ def test_further_objects_of_interest_come_before_common_ones():
     one.ask((*ASKED, "cup"), "sofa", ("mug",))
     seen = one.detections(boxes((BOX, 0.9, "couch"), (BOX, 0.8, "cup")), None, (48, 64))
     assert [x.label for x in seen.instances] == ["sofa", "mug"]
+    assert seen.labels == ("sofa", "mug"), "no surface is said to be no cup for its boxes of mugs"
+
+
+def test_a_common_label_whose_boxes_are_the_objects_is_not_said_to_be_missing():
+    one = detector(names=["cup", "dining table"], ooi="desk")
+    heatmap = one.heatmap(boxes((BOX, 0.9, "dining table")), None, DEPTH)
+    assert (heatmap.labels, heatmap.ooi) == ((), "desk")
 
 
 def test_masks_are_used_where_they_fit_and_boxes_where_not():
