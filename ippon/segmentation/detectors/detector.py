@@ -23,13 +23,17 @@ from ippon.segmentation.detectors.model_file import find_model, open_network
 from ippon.segmentation.detectors.network import Network, Tensors
 from ippon.segmentation.detectors.suppression import non_maximum_suppression
 from ippon.segmentation.detectors.vocabulary import Assignment
-from ippon.segmentation.errors import CheckpointError
+from ippon.segmentation.errors import CheckpointError, SegmentationError
 from ippon.segmentation.instances import MAX_INSTANCES, make_detections
 from ippon.segmentation.segmenter import checked_channels
 
 LEAST_SCORE: Final = 0.05
 """Least score of a box; low, because the observation model weighs scores, and not lower, because
 hundreds of boxes per image follow."""
+NOT_NUMBERS: Final = (
+    "the network gave scores that are not numbers, for example after overflow of half precision: "
+    "export it in float32"
+)
 _SIDE_PX: Final = 640
 """Side of the input if the file leaves it open, as in most detectors."""
 _SIZES: Final = ("orig_target_sizes", "images_sizes", "orig_size")
@@ -113,7 +117,10 @@ class Detector:
     def _detections(self, found: Candidates, place: Placement, assigned: Assignment) -> Detections:
         """Return the detections of the requested labels, one box per object."""
         columns = [k for k, one in enumerate(assigned.label_of_class) if one is not None]
-        rows, picked = np.nonzero(found.scores[:, columns] >= LEAST_SCORE)
+        asked = found.scores[:, columns]
+        if np.isnan(asked).any():
+            raise SegmentationError(NOT_NUMBERS)
+        rows, picked = np.nonzero(asked >= LEAST_SCORE)
         classes = np.array(columns, np.int64)[picked]
         # Classes of one label are suppressed together.
         kinds = np.array(

@@ -13,7 +13,7 @@ pytest.importorskip("onnx", reason="the development packages are not installed")
 from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.detectors.coco import COCO_80, COCO_91
 from ippon.segmentation.detectors.detector import source_name
-from ippon.segmentation.errors import CheckpointError
+from ippon.segmentation.errors import CheckpointError, SegmentationError
 from ippon.segmentation.loading import load_segmenter
 from tests.onnx_graphs import bright_box_network, constant_network, image_input
 
@@ -82,12 +82,20 @@ def test_invalid_boxes_are_dropped_and_counted(tmp_path):
         [np.inf, 0, 9, 9, 0.9, cup],
         [70, 70, 90, 90, 0.9, cup],
         [10, 10, 20, 20, 1.7, cup],
-        [10, 10, 20, 20, np.nan, cup],
     )
     detector = load(constant_network(tmp_path / "odd.onnx", {"output0": found}))
     seen = detector.segment(np.zeros((64, 64, 3), np.uint8), ("wall",), "cup")
     assert [one.box_px for one in seen.instances] == [(10.0, 10.0, 20.0, 20.0)]
     assert seen.dropped == 5
+
+
+def test_scores_that_are_not_numbers_are_an_error_and_no_empty_image(tmp_path):
+    output = yolov8_output(80, [(32, 32, 20, 20, COCO_80.index("cup"), np.nan)])
+    detector = load(constant_network(tmp_path / "half.onnx", {"output0": output}))
+    image = np.zeros((64, 64, 3), np.uint8)
+    with pytest.raises(SegmentationError, match="scores that are not numbers"):
+        detector.segment(image, ("wall",), "cup")
+    assert detector.segment(image, ("wall", "chair"), None).instances == ()
 
 
 def test_ten_thousand_boxes_take_no_time_and_the_best_stay(tmp_path):
