@@ -1,6 +1,6 @@
 """A closed-vocabulary detector as a segmenter."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -40,6 +40,17 @@ _SIZES: Final = ("orig_target_sizes", "images_sizes", "orig_size")
 """Names of the input of RT-DETR's and D-FINE's own exports for the size that boxes refer to."""
 _MASK: Final = "pixel_mask"
 """Name of the input of DETR's exports that marks image pixels."""
+
+
+_KINDS: Final[Mapping[object, DetectorFamily]] = {
+    "detr": "detr",
+    "yolos": "detr",
+    "rf_detr": "rf-detr",
+    "rt_detr": "rt-detr",
+    "rt_detr_v2": "rt-detr",
+    "d_fine": "rt-detr",
+}
+"""Families of types of `transformers`, whose outputs alone tell no family by 91 or 92 classes."""
 
 
 class Detector:
@@ -197,8 +208,7 @@ def _family(wanted: DetectorFamily, model: Path) -> DetectorFamily:
     """Return the configured family, or that in `config.json` beside the model."""
     if wanted != "auto":
         return wanted
-    kinds: dict[object, DetectorFamily] = {"detr": "detr", "yolos": "detr", "rf_detr": "rf-detr"}
-    return kinds.get(read_description(model).get("model_type"), "auto")
+    return _KINDS.get(read_description(model).get("model_type"), "auto")
 
 
 def image_input(layout: OutputLayout, size: tuple[int, int], model: Path) -> ImageInput:

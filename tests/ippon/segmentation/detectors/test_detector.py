@@ -223,6 +223,25 @@ def test_files_beside_a_transformers_export_are_read(tmp_path):
         load(path)
 
 
+@pytest.mark.parametrize("kind", ["rt_detr", "rt_detr_v2", "d_fine", "rf_detr"])
+@pytest.mark.parametrize("classes", [91, 92])
+def test_the_type_of_a_transformers_model_tells_its_family(tmp_path, kind, classes):
+    """Fine-tuned to as many classes as the outputs of RF-DETR or of the first DETR for COCO."""
+    logits = np.full((1, 5, classes), -9.0, np.float32)
+    logits[0, 0, classes - 1] = 2.0
+    boxes = np.full((1, 5, 4), 0.5, np.float32)
+    path = constant_network(tmp_path / "own.onnx", {"logits": logits, "pred_boxes": boxes})
+    names = {str(k): f"thing {k}" for k in range(classes)}
+    said = {"model_type": kind, "id2label": names}
+    (tmp_path / "config.json").write_text(json.dumps(said))
+    detector = load(path)
+    own = "rf-detr" if kind == "rf_detr" else "rt-detr"
+    assert detector.layout.family == own
+    last = f"thing_{classes - 1}"
+    (one,) = detector.segment(np.zeros((64, 64, 3), np.uint8), (last,), None).instances
+    assert (one.label, round(one.score, 3)) == (last, 0.881)
+
+
 def test_a_network_is_named_by_its_file_or_folder(tmp_path):
     assert source_name(tmp_path / "yolox_s.onnx") == "yolox_s"
     assert source_name(tmp_path / "rtdetr_r18" / "model.onnx") == "rtdetr_r18"
