@@ -20,7 +20,7 @@ from ippon.segmentation.detectors.labels import (
     read_labels_file,
 )
 from ippon.segmentation.detectors.model_file import find_model, open_network
-from ippon.segmentation.detectors.network import Network, Tensors
+from ippon.segmentation.detectors.network import LARGEST_SIDE_PX, Network, Tensors
 from ippon.segmentation.detectors.suppression import non_maximum_suppression
 from ippon.segmentation.detectors.vocabulary import Assignment
 from ippon.segmentation.errors import CheckpointError, SegmentationError
@@ -200,6 +200,11 @@ def image_name_and_size(network: Network, input_px: int) -> tuple[str, tuple[int
         raise CheckpointError(
             f"this network takes images of {width}x{height} alone; leave out "
             "--segmentation.input-px"
+        )
+    if max(height, width) > LARGEST_SIDE_PX:
+        raise CheckpointError(
+            f"this network takes images of {width}x{height}; a detector takes at most "
+            f"{LARGEST_SIDE_PX} pixels a side"
         )
     return name, (height, width)
 

@@ -275,6 +275,7 @@ def test_other_architectures_are_refused(tmp_path, outputs, text):
         ([image_input(shape=(1, 64, 64, 3))], "takes images (1, 64, 64, 3)"),
         ([image_input(), image_input("prompt", (1, 77))], "prompt (1, 77); a detector takes one"),
         ([image_input("ids", (1, 7))], "this network takes ids (1, 7)"),
+        ([image_input(shape=(1, 3, 10**6, 640))], "640x1000000; a detector takes at most 8192"),
     ],
 )
 def test_other_inputs_are_refused(tmp_path, inputs, text):
