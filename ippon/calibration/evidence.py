@@ -166,9 +166,11 @@ def _objects_at(
         of_object[away <= 0.5 * one.about_m + _AROUND_M] = _NEITHER
         if one in known.objects:
             cores.append(away <= max(CORE_SHARE * one.about_m, _LEAST_CORE_M))
-    seen = [core for core in cores if core.any()]
-    for n, core in enumerate(seen):
+    for n, core in enumerate(cores):
         of_object[core] = n
+    # Objects that were not seen, or whose place another one has, are none.
+    seen = np.unique(of_object[of_object >= 0])
+    of_object[of_object >= 0] = np.searchsorted(seen, of_object[of_object >= 0])
     return of_object, len(seen)
 
 
