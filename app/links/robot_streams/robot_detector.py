@@ -141,10 +141,9 @@ class RobotDetector:
 
     def _answers_of(self, name: str) -> tuple[str, ...]:
         own = self._own.get(name)
-        return synonyms_of_class(name) if own is None else (own,)
+        return synonyms_of_class(name, self._labelled) if own is None else (own,)
 
     def _vocabulary_of(self, names: Sequence[str]) -> ClosedVocabulary | None:
-        if not names:
-            return None
         classes = tuple(dict.fromkeys(canonical_label(name) for name in names))
-        return ClosedVocabulary(classes, tuple(map(self._answers_of, classes)))
+        self._labelled = {*classes, *self._own.values()}
+        return ClosedVocabulary(classes, tuple(map(self._answers_of, classes))) if names else None
