@@ -80,11 +80,17 @@ def synonyms_of_class(name: str, classes: Collection[str] = ()) -> tuple[str, ..
         classes: Labels with a class of their own. A detector that tells mugs from cups does not
             call its cups mugs, as one with COCO's classes does.
     """
-    same = next((group for group in SAME if name in group), (name,))
+    # Objects365 has names for several kinds, such as monitor/tv.
+    kinds = [kind.strip("_") for kind in name.split("/")]
+    same = [
+        label
+        for kind in kinds
+        for label in next((group for group in SAME if kind in group), (kind,))
+    ]
     also = [
         label
         for one in same
         for label in ALSO.get(one, ())
         if label in BROADER or label not in classes
     ]
-    return tuple(dict.fromkeys((name, *same, *also)))
+    return tuple(filter(None, dict.fromkeys((name, *same, *also))))
