@@ -74,6 +74,8 @@ def run_recognise(command: Recognise) -> int:
                 lambda frame, labels: _observed(segmenter, frame, labels, own),
                 lambda n: progress.update(task, completed=n),
             )
+        # The page reads the recording again.
+        left_out = source.tally.note
         for name in objects:
             label = label_of.get(name)
             finds = [] if label is None else in_own_world(recognition, label, source.T_map_world)
@@ -85,7 +87,7 @@ def run_recognise(command: Recognise) -> int:
             print(f"ippon: {command.page} shows the evidence", file=sys.stderr)
     except (DatasetError, SegmentationError, ObservationModelError, ValueError, OSError) as error:
         raise UsageError(str(error)) from error
-    if left_out := source.tally.note:
+    if left_out:
         print(f"ippon: {left_out}", file=sys.stderr)
     if recognition.refused:
         print(f"ippon: {recognition.refused} frames were refused", file=sys.stderr)
