@@ -57,9 +57,14 @@ class EvidenceCollector:
         labels: Labels with known objects, or known to be absent.
         voxel_size_m: Edge of a voxel.
         range_m: Range within which surface is used.
+
+    Raises:
+        ValueError: The edge is not positive and finite.
     """
 
     def __init__(self, labels: Sequence[str], voxel_size_m: float, range_m: float) -> None:
+        if not 0.0 < voxel_size_m < np.inf:
+            raise ValueError(f"voxel_size_m must be positive; got {voxel_size_m}")
         self.labels = tuple(labels)
         self._size = voxel_size_m
         self._range = range_m

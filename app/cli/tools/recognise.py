@@ -42,7 +42,8 @@ NOTHING_TOLD: Final = 2
 
 def run_recognise(command: Recognise) -> int:
     """Run every frame through network and map, and print the finds."""
-    objects = [name for name in map(canonical_label, command.find.split(",")) if name]
+    names_asked = dict.fromkeys(map(canonical_label, command.find.split(",")))
+    objects = [name for name in names_asked if name]
     if command.page is not None and not command.page.parent.is_dir():
         raise UsageError(f"--page: the folder {command.page.parent} does not exist")
     if not objects:

@@ -173,7 +173,7 @@ def fake(tmp_path, monkeypatch):
 def test_an_object_is_found_by_any_name_of_its_class(fake, tmp_path, monkeypatch, capsys):
     vocabulary = ClosedVocabulary.of(("tv", "cup"))
     monkeypatch.setattr(command, "closed_vocabulary", lambda _: vocabulary)
-    assert run(["recognise", str(tmp_path), "--find", "monitor,mug,cup,unicorn"]) == 0
+    assert run(["recognise", str(tmp_path), "--find", "monitor,mug,cup,,Cup,unicorn"]) == 0
     assert capsys.readouterr().out == "monitor: none\nmug: none\ncup: none\nunicorn: none\n"
 
 

@@ -78,6 +78,12 @@ def test_an_object_that_is_listed_twice_is_one(wall):
     assert score_of([evidence], TABLE, -3.7).objects == 1
 
 
+@pytest.mark.parametrize("size_m", [0.0, -0.1, np.nan, np.inf])
+def test_voxels_without_a_size_are_refused(size_m):
+    with pytest.raises(ValueError, match="voxel_size_m must be positive; got"):
+        EvidenceCollector(["cup"], size_m, 4.0)
+
+
 def test_labels_that_were_not_searched_for_have_no_evidence(wall):
     known = KnownObjects(objects=(), absent=frozenset({"sofa"}))
     (evidence,) = collected([wall(100)], known, labels=("sofa",))
