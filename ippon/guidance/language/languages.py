@@ -78,7 +78,7 @@ def other_language(sentence: str) -> str:
     known = [word for word in words if word in ENGLISH]
     table = _languages()
     counts: Counter[str] = Counter()
-    for word in set(words):
+    for word in dict.fromkeys(words):  # The first of two languages counts, not that of a set.
         if word not in ENGLISH and word not in _things():
             counts.update(table.get(word, ()))
     for before, word, thing in zip(["", *words], words, words[1:], strict=False):

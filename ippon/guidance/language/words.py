@@ -60,6 +60,7 @@ _IRREGULAR = {"knife": "knives", "shelf": "shelves", "scarf": "scarves", "loaf":
     "foot": "feet",
     "tooth": "teeth",
 }
+_SINGLES = {plural: single for single, plural in _IRREGULAR.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,9 +92,8 @@ def plain(text: str) -> str:
 
 def singular_candidates(word: str) -> tuple[str, ...]:
     """Return possible singulars of a word by the regular rules, the most likely first."""
-    for single, plural in _IRREGULAR.items():
-        if word == plural:
-            return (single,)
+    if word in _SINGLES:
+        return (_SINGLES[word],)
     if len(word) < 4 or not word.endswith("s") or word.endswith("ss"):
         return ()
     found = [word[:-1]]

@@ -37,11 +37,11 @@ _TIMES = word_set(
 )
 
 
-def clause_end(reading: Reading, start: int) -> int:
-    """Return the index after the clause that begins at a word."""
+def clause_end(reading: Reading, start: int, *, whole: bool = True) -> int:
+    """Return the index after the clause that begins at a word; without `whole`, up to a comma."""
     said = reading.said
     index = start + 1
-    while index < len(said) and not said.ends(index):
+    while index < len(said) and not said.ends(index) and (whole or not said.breaks(index)):
         joint = said.word(index) in ("and", "but", "so", "oh", "then") or said.breaks(index)
         joint = joint or said.word(index - 1) in ("and", "but", "so")
         if joint and _begins_request(reading, index):

@@ -309,7 +309,9 @@ class RequestReader:
     def _context(self, index: int) -> int:
         """Take a clause as told beside the request."""
         said = self._said
-        end = clauses.clause_end(self.reading, index)
+        told = not self.reading.drafts or said.breaks(index) or said.word(index) in _SUBJECTS
+        told = told or index == 0 or is_person_at(said, index)
+        end = clauses.clause_end(self.reading, index, whole=told)
         words = said.said(index, end)
         if all(word in PRONOUNS or word in ("and", "but", "so") for word in said.words(index, end)):
             return end
@@ -317,14 +319,10 @@ class RequestReader:
             self.reading.before.append(words)
             clauses.note_subject(self.reading, index, end)
             return end
-        told = said.breaks(index) or said.word(index) in _SUBJECTS or index == 0
-        told = told or is_person_at(said, index)
         asks = said.breaks(index) and self.reading.match(phrases.ASKED, index) > index + 1
         if asks and not any(read_relation(said, n, verbs=False) for n in range(index, end)):
             self.reading.stray.append(words)  # It asks for what no object was read of.
         if not told:
-            end = next((n for n in range(index + 1, end) if said.breaks(n)), end)
-            words = said.said(index, end)
             self.reading.stray.append(words)
             return end
         clause = said.words(index, end)
