@@ -11,7 +11,7 @@ import yaml
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import ABSTRACT, BELIEFS, NEGATIONS, RELATIONS
-from ippon.guidance.language.words import ADJECTIVES, DETERMINERS, tokenize, word_set
+from ippon.guidance.language.words import ADJECTIVES, DETERMINERS, plain, tokenize, word_set
 
 UNKNOWN: Final = "another language than English"
 _SCRIPTS: Final = {
@@ -71,6 +71,7 @@ def other_language(sentence: str) -> str:
     A noun alone is taken as English: it may be the name of anything. What a sentence borrows from
     another language ("the café in the hall") does not make it foreign.
     """
+    sentence = plain(sentence)
     script = "Spanish" if re.search("[¿¡]", sentence) else _other_script(sentence)
     if script:
         return script

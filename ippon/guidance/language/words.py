@@ -73,21 +73,42 @@ class Token:
     end: int
 
 
+def _lower(word: str) -> str:
+    # The capital i of Turkish would become an i with a second dot.
+    return word.lower().replace("i\u0307", "i").replace("’", "'")
+
+
 def tokenize(text: str) -> list[Token]:
     """Split a text into words; `start` and `end` are offsets of `text`."""
     return [
-        Token(match.group().lower().replace("’", "'"), match.start(), match.end())
+        Token(_lower(match.group()), match.start(), match.end())
         for match in _TOKEN.finditer(text)
     ]
 
 
+_APOSTROPHES = str.maketrans(dict.fromkeys("’‘ʼ‛′`´", "'"))
+"""How telephones and keyboards write an apostrophe."""
+_FRACTION = re.compile(r"(?:(\d+) ?)?([¼-¾⅐-⅞])")
+_ZERO_WIDTH_SPACE = "\u200b"
+
+
 def plain(text: str) -> str:
-    """Normalise compatibility characters and drop control and format characters."""
-    normal = unicodedata.normalize("NFKC", text)
-    kept = "".join(
-        char if not unicodedata.category(char).startswith("C") else " " for char in normal
-    )
-    return " ".join(kept.split())
+    """Normalise compatibility characters and apostrophes; drop control and format characters."""
+    text = _FRACTION.sub(_decimal, text.translate(_APOSTROPHES))
+    return " ".join("".join(map(_visible, unicodedata.normalize("NFKC", text))).split())
+
+
+def _decimal(match: re.Match[str]) -> str:
+    """Return "2½" as "2.5"."""
+    return f"{int(match[1] or 0) + unicodedata.numeric(match[2]):.4g}"
+
+
+def _visible(char: str) -> str:
+    """Return a character; nothing for one that has no width within a word, such as a soft hyphen."""
+    category = unicodedata.category(char)
+    if category == "Cf" and char != _ZERO_WIDTH_SPACE:
+        return ""
+    return " " if category.startswith("C") else char
 
 
 def singular_candidates(word: str) -> tuple[str, ...]:
