@@ -73,28 +73,23 @@ class Token:
     end: int
 
 
-def _lower(word: str) -> str:
-    # The capital i of Turkish would become an i with a second dot.
-    return word.lower().replace("i\u0307", "i").replace("’", "'")
-
-
 def tokenize(text: str) -> list[Token]:
     """Split a text into words; `start` and `end` are offsets of `text`."""
     return [
-        Token(_lower(match.group()), match.start(), match.end())
+        Token(match.group().lower().replace("’", "'"), match.start(), match.end())
         for match in _TOKEN.finditer(text)
     ]
 
 
-_APOSTROPHES = str.maketrans(dict.fromkeys("’‘ʼ‛′`´", "'"))
-"""How telephones and keyboards write an apostrophe."""
+_LETTERS = str.maketrans(dict.fromkeys("’‘ʼ‛′`´", "'") | {"İ": "I"})
+"""How telephones and keyboards write an apostrophe, and a capital i in Turkish."""
 _FRACTION = re.compile(r"(?:(\d+) ?)?([¼-¾⅐-⅞])")
 _ZERO_WIDTH_SPACE = "\u200b"
 
 
 def plain(text: str) -> str:
     """Normalise compatibility characters and apostrophes; drop control and format characters."""
-    text = _FRACTION.sub(_decimal, text.translate(_APOSTROPHES))
+    text = _FRACTION.sub(_decimal, text.translate(_LETTERS))
     return " ".join("".join(map(_visible, unicodedata.normalize("NFKC", text))).split())
 
 
@@ -104,7 +99,7 @@ def _decimal(match: re.Match[str]) -> str:
 
 
 def _visible(char: str) -> str:
-    """Return a character; nothing for one that has no width within a word, such as a soft hyphen."""
+    """Return a character; nothing for one without width within a word: a soft hyphen."""
     category = unicodedata.category(char)
     if category == "Cf" and char != _ZERO_WIDTH_SPACE:
         return ""

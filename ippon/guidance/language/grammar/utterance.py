@@ -10,6 +10,7 @@ from rapidfuzz.distance import OSA
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import RELATIONS
+from ippon.guidance.language.grammar.number_words import in_digits
 from ippon.guidance.language.grammar.reordered import in_order
 from ippon.guidance.language.grammar.typed import spelt_out
 from ippon.guidance.language.languages import ENGLISH
@@ -259,7 +260,7 @@ def hear(sentence: str) -> Utterance:
     text = plain(re.sub(r"[\r\n]+", ". ", sentence))
     if _NUMBERED.match(text):
         text = _NUMBERED.sub(", ", text).lstrip(" ,")
-    text = in_order(spelt_out(text))
+    text = in_digits(in_order(spelt_out(text)))
     text = _POINTED.sub(r"\1 the one", text)
     for sign, said in _SOUND:
         text = sign.sub(said, text)

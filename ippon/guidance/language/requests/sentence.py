@@ -16,6 +16,7 @@ from ippon.guidance.language.languages import ENGLISH, other_language
 from ippon.guidance.language.naming import TOYS, is_instance_of, resolve_object
 from ippon.guidance.language.requests.reader import RequestReader
 from ippon.guidance.language.requests.traces import lost_words
+from ippon.guidance.language.requests.withdrawn import withdrawn
 from ippon.guidance.language.words import is_many
 
 MAX_OBJECT_CHARS: Final = 80
@@ -52,7 +53,7 @@ def read_request(sentence: str, previous: Sequence[Goal] = ()) -> Request:
     reader = RequestReader(said, previous)
     reading = reader.read()
     changing, names = lost_words(reading) if reading.drafts else ([], [])
-    reading.stray += changing
+    reading.stray += [*changing, *withdrawn(reading)]
     reading.unused += names
     request = _judge(reading.drafts, reading.unused, reading.stray)
     if len(sentence.strip()) > MAX_SENTENCE_CHARS:

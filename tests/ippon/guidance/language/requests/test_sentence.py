@@ -1,3 +1,4 @@
+import unicodedata
 from collections.abc import Sequence
 from functools import cache
 
@@ -5,7 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ippon.guidance.language.goals import clauses, modifiers
 from ippon.guidance.language.goals.goal import Goal, Request
+from ippon.guidance.language.requests import lists
 from ippon.guidance.language.requests.sentence import (
     MAX_GOALS,
     MAX_OBJECT_CHARS,
@@ -283,10 +286,56 @@ def check(request) -> None:
     "word",
     ["find ", "i ", "where did a ", "look for ", "my hat left ", "a cup of ", "not ", "and ",
      "no, ", "red ", "on the ", "it's ", "the other ", "Anna's ", "in the kitchen or ", "two ",
-     "(", "go to ", "😀 ", "how many ", "the big, "],
+     "(", "go to ", "😀 ", "how many ", "the big, ", "x-", "from off ", "so lift a) ", "mug of ",
+     "pack of ", "a. "],
 )  # fmt: skip
 def test_a_very_long_sentence_is_read_in_bounded_time(word: str) -> None:
     check(read_request(word * 5000))
+    check(read_request("find the mug " + word * 5000))
+
+
+def test_no_word_of_a_long_sentence_is_read_again_and_again(monkeypatch) -> None:
+    calls: list[int] = []
+    described = modifiers.read_modifier
+    for module in (clauses, lists):
+        monkeypatch.setattr(
+            module, "read_modifier", lambda *args: (calls.append(1), described(*args))[1]
+        )
+    for words in ("so lift a) ", "from off ", "x-", "gold, "):
+        calls.clear()
+        read_request("find the mug " + words * 150)
+        assert len(calls) < 12 * 150 * len(words.split()), words
+
+
+@pytest.mark.parametrize("sentence", ["is dads phone in ፩, the car", "find the mug, ፩ please"])
+def test_digits_without_a_value_are_read(sentence: str) -> None:
+    check(read_request(sentence))
+
+
+@pytest.mark.parametrize("apostrophe", list("’‘ʼ′`´＇"))
+def test_any_apostrophe_denies(apostrophe: str) -> None:
+    assert read_request(f"don{apostrophe}t find my keys").goals == ()
+    (goal,) = read_request(f"find the mug that isn{apostrophe}t red").goals
+    assert [(one.value, one.negated) for one in goal.attributes] == [("red", True)]
+    (goal,) = read_request(f"find Anna{apostrophe}s mug").goals
+    assert [(one.kind, one.value) for one in goal.attributes] == [("owner", "Anna")]
+
+
+@pytest.mark.parametrize(
+    ("written", "plain"),
+    [
+        (unicodedata.normalize("NFD", "find Zoë's mug"), "find Zoë's mug"),
+        ("find my ke\u00adys", "find my keys"),
+        ("\u202efind my keys", "find my keys"),
+        ("FİND THE KİTCHEN KNİFE", "FIND THE KITCHEN KNIFE"),
+        ("ｆｉｎｄ ｍｙ ｋｅｙｓ", "find my keys"),
+        ("find a 2½ litre bottle", "find a 2.5 litre bottle"),
+        ("find a ½ litre bottle", "find a 0.5 litre bottle"),
+    ],
+)
+def test_letters_are_read_however_they_are_encoded(written: str, plain: str) -> None:
+    assert read_request(written) == read_request(plain)
+    assert not read_request(written).doubtful
 
 
 @pytest.mark.parametrize("text", ["hat", "red hat", "coffee machine", "toy elephant", " hat "])
