@@ -13,6 +13,14 @@ from ippon.memory.lookup import instance_named, plain_name
 from ippon.vocabulary import canonical_label
 
 MAX_NAME: Final = 40
+_DENYING: Final = re.compile(
+    r"\b(?:not|never|nor|no|except(?: for)?|without|than|apart from|anything but)\s+$",
+    re.IGNORECASE,
+)
+_PLACING: Final = re.compile(
+    r"\b(?:in|on|under|beside|next to|near|behind|by|with|from|of|inside|between|above|below)\s+$",
+    re.IGNORECASE,
+)
 
 
 def checked_name(
@@ -78,6 +86,8 @@ def denied_labels(one: Instance, deny: str, allow: str) -> tuple[str, ...]:
 def without_names(sentence: str, instances: Iterable[Instance]) -> tuple[str, tuple[Instance, ...]]:
     """Return a sentence with kinds of things in place of their names, and the things.
 
+    A thing that is denied keeps its name, and one that only says where another is, is not returned.
+
     Args:
         sentence: "find Anna's mug" becomes "find the mug".
         instances: What is remembered.
@@ -88,12 +98,11 @@ def without_names(sentence: str, instances: Iterable[Instance]) -> tuple[str, tu
     for one in sorted(named, key=lambda one: -len(one.name)):
         name = r"\s+".join(map(re.escape, plain_name(one.name).split()))
         found = re.search(rf"(?<!\w)(?:(?:the|my|our)\s+)?{name}(?!\w)", plain, re.IGNORECASE)
-        if found is not None:
-            used.append((found.start(), one))
-            kind = f"the {_kind(one)}"
-            plain = plain[: found.start()] + kind + plain[found.end() :]
-    if not used:
-        return sentence, ()
+        before = "" if found is None else plain[: found.start()]
+        if found is not None and not _DENYING.search(before):
+            if not _PLACING.search(before):
+                used.append((found.start(), one))
+            plain = f"{before}the {_kind(one)}{plain[found.end() :]}"
     return plain, tuple(one for _, one in sorted(used, key=lambda pair: pair[0]))
 
 

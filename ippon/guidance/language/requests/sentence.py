@@ -9,7 +9,7 @@ from ippon.guidance.language.goals.drafts import Draft, draft
 from ippon.guidance.language.goals.goal import Goal, Request, unchecked
 from ippon.guidance.language.grammar.attributes import listed_kind
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
-from ippon.guidance.language.grammar.phrases import CODE, SAME
+from ippon.guidance.language.grammar.phrases import CODE, OTHER_TASKS, PRONOUNS, SAME, STOP
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.utterance import hear, named_words
 from ippon.guidance.language.languages import ENGLISH, other_language
@@ -70,11 +70,13 @@ def read_request(sentence: str, previous: Sequence[Goal] = ()) -> Request:
 def is_name(text: str) -> bool:
     """Tell whether a text is the name of an object and nothing else, so that none need read it.
 
-    One word is a name, unless it is known to be of another language or names nothing ("again").
+    One word is a name, unless it is known to be of another language, or names nothing ("again",
+    "stop").
     """
     if len(text.split()) < 2:
-        known = load_knowledge().find(text.strip().lower()) is not None
-        return known or not (text.strip().lower() in ENGLISH or other_language(text))
+        word = text.strip().lower()
+        order = word in ENGLISH or word in STOP or word in PRONOUNS or word in OTHER_TASKS
+        return load_knowledge().find(word) is not None or not (order or other_language(text))
     request = read_request(text)
     if request.doubtful or request.unused or len(request.goals) != 1:
         return False
