@@ -91,6 +91,14 @@ _SOUND = (
         ),
         r"\1",
     ),
+    (re.compile(r"\bno[- ]one\b(?!['’])", re.IGNORECASE), "nobody"),
+    (re.compile(r"\bnot only(?= (?:the|an?|my|our|his|her|their)\b)", re.IGNORECASE), ""),
+    (
+        re.compile(
+            r"\b(?:(?:i|we) have )?(?:no|without(?: a| any)?) doubt\b(?: that)?", re.IGNORECASE
+        ),
+        "certainly",
+    ),
     (re.compile(r"\bmind (look|check|search)ing\b", re.IGNORECASE), r"please \1"),
     (re.compile(r"\bno (?:idea|clue)(?= (?:where|which|who)\b)", re.IGNORECASE), "i don't know"),
     (re.compile(r",? no (?:luck|hurry|rush|worries)(?: there)?(?=[,.;!?]|$)", re.IGNORECASE), ""),

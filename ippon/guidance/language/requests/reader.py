@@ -283,6 +283,8 @@ class RequestReader:
         able = said.words(index - 2, index) in (["can", "you"], ["do", "you"], ["will", "you"])
         if _is_event(said, phrase) or (able and phrase.shared and not phrase.known):
             return index  # "Can you swim?"
+        if phrase.shared and phrase.end == index + 1 and self._orders(phrase.end):
+            return index  # "Iron the shirt".
         called = index == 0 and not phrase.known and phrase.end == 1 and said.breaks(1)
         if called and self.reading.match(phrases.ASKED, 1) > 1:
             return 1  # "Nurse, where are my glasses?"
@@ -291,6 +293,12 @@ class RequestReader:
         if not gone and not stands_alone(self.reading, index, phrase):
             return index
         return read_goals(self.reading, index, "bare")
+
+    def _orders(self, index: int) -> bool:
+        """Tell whether the word before is rather a verb: "throw away the papers"."""
+        index += self._said.word(index) in ("away", "out", "up", "off", "down")
+        article = self._said.word(index) in ("the", "my", "our", "his", "her", "their", "a", "an")
+        return article and not self._said.breaks(index)
 
     def _lacking(self, index: int) -> int:
         """Read "no batteries in the drawer" as a request for some."""

@@ -18,7 +18,7 @@ _EMPTY: Final = (
     phrases.ASKED, phrases.PADDING, phrases.TAIL, phrases.GONE, phrases.TOLD, phrases.SAYS,
 )  # fmt: skip
 """What asks, and what says nothing of an object."""
-_DENYING: Final = (NEGATIONS | word_set("except unless")) - {"no", "cannot"}
+_DENYING: Final = (NEGATIONS | word_set("except unless")) - {"no", "cannot", "doubt"}
 _PLACING = word_set(
     "before under underneath behind inside outside above below between near beside upstairs "
     "downstairs"
