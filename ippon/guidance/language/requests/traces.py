@@ -18,12 +18,14 @@ _EMPTY: Final = (
     phrases.ASKED, phrases.PADDING, phrases.TAIL, phrases.GONE, phrases.TOLD, phrases.SAYS,
 )  # fmt: skip
 """What asks, and what says nothing of an object."""
-_DENYING: Final = (NEGATIONS | word_set("except unless")) - {"no", "cannot", "doubt"}
+_DENYING: Final = (NEGATIONS | word_set("except unless")) - {"no", "cannot", "doubt", "nobody"}
 _PLACING = word_set(
     "before under underneath behind inside outside above below between near beside upstairs "
     "downstairs"
 )
-_PLAIN = word_set("check need stay until ones belongs belong different preferably ideally bother")
+_PLAIN = word_set(
+    "avoid enter check need stay until ones belongs belong different preferably ideally bother"
+)
 _VISIBLE: Final = ("colour", "size", "material", "pattern", "shape")
 _GUESSED: Final = BELIEFS | DOUBTS
 _NEAR: Final = 8

@@ -14,7 +14,7 @@ _DENIED: Final = re.compile(
     r"by no means|(?<!can )never|nobody|no longer|(?:did not|didn't) (?:say|ask|mean|want|tell)|"
     r"not (?:want|going to|allowed to|to|necessary|a good idea)|(?:under|in) no circumstances|"
     r"refrain|forbidden|anything but|cancel|abort|quit|call off)"
-    r"(?! (?:know|knows|remember|recall|forget|mind|hesitate|you|we)\b)"
+    r"(?! (?:know|knows|remember|recall|forget|mind|hesitate|you|we|can|could)\b)"
     r"(?: (?!(?:and|but|or|then|so|if|because|where|until|just|how|why)\b)[\w']+){0,6}?"
     rf" (?:find(?:ing)?|{_VERBS})\b(?! (?:it|them) (?:there|in|on))"
     r"|\byou(?:'d| would| had)?(?: better| rather)? "
