@@ -13,13 +13,10 @@ from ippon.memory.lookup import instance_named, plain_name
 from ippon.vocabulary import canonical_label
 
 MAX_NAME: Final = 40
-_DENYING: Final = re.compile(
-    r"\b(?:not|never|nor|no|except(?: for)?|without|than|apart from|anything but)\s+$",
-    re.IGNORECASE,
-)
-_PLACING: Final = re.compile(
-    r"\b(?:in|on|under|beside|next to|near|behind|by|with|from|of|inside|between|above|below)\s+$",
-    re.IGNORECASE,
+_DENYING: Final = frozenset({"not", "never", "nor", "no", "except", "without", "than"})
+_PLACING: Final = frozenset(
+    {"in", "on", "under", "beside", "near", "behind", "by", "with", "from", "of", "inside"}
+    | {"between", "above", "below"}
 )
 
 
@@ -98,11 +95,14 @@ def without_names(sentence: str, instances: Iterable[Instance]) -> tuple[str, tu
     for one in sorted(named, key=lambda one: -len(one.name)):
         name = r"\s+".join(map(re.escape, plain_name(one.name).split()))
         found = re.search(rf"(?<!\w)(?:(?:the|my|our)\s+)?{name}(?!\w)", plain, re.IGNORECASE)
-        before = "" if found is None else plain[: found.start()]
-        if found is not None and not _DENYING.search(before):
-            if not _PLACING.search(before):
+        if found is None:
+            continue
+        before = plain[: found.start()].lower().split()[-2:]
+        if _DENYING.isdisjoint(before):
+            if _PLACING.isdisjoint(before[-1:]) and before != ["next", "to"]:
                 used.append((found.start(), one))
-            plain = f"{before}the {_kind(one)}{plain[found.end() :]}"
+            kind = f"the {_kind(one)}"
+            plain = plain[: found.start()] + kind + plain[found.end() :]
     return plain, tuple(one for _, one in sorted(used, key=lambda pair: pair[0]))
 
 
