@@ -176,6 +176,8 @@ ABSENT_PHRASES = (
     "not there",
     "isn't there",
     "wasn't there",
+    "aren't there",
+    "weren't there",
     "not there anymore",
     "isn't anymore",
     "gone now",

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.goals.context_text import context_text
 from ippon.guidance.language.goals.drafts import Draft, draft
 from ippon.guidance.language.goals.goal import Goal, Request, unchecked
 from ippon.guidance.language.grammar.attributes import listed_kind
@@ -137,11 +138,11 @@ def _judge(drafts: list[Draft], unused: list[str], stray: list[str]) -> Request:
     for read, goal in zip(drafts, goals, strict=False):
         reasons += _doubts(read, goal)
     reasons += [f"“{words}” was not understood" for words in stray]
-    goals = [
-        goal if len(goal.context) <= MAX_CONTEXT_CHARS
-        else replace(goal, context=goal.context[:MAX_CONTEXT_CHARS])
-        for goal in goals
-    ]  # fmt: skip
+    texts = [
+        context_text(read.context, goal.relations, goal.object)[:MAX_CONTEXT_CHARS]
+        for read, goal in zip(drafts, goals, strict=False)
+    ]
+    goals = [replace(goal, context=text) for goal, text in zip(goals, texts, strict=True)]
     return Request(
         goals=tuple(goals),
         doubtful=bool(reasons),
