@@ -158,7 +158,9 @@ def _names_room_of(said: Utterance, index: int, knowledge: Knowledge) -> bool:
     if {"the", "my", "our"} & set(said.words(max(0, index - _NEAR), index)):
         return False  # "The roof terrace".
     begin = index - 1
-    while begin > 0 and said.word(begin) not in PREPOSITIONS and not said.breaks(begin):
+    while index - begin <= _NEAR and begin > 0 and not said.breaks(begin):
+        if said.word(begin) in PREPOSITIONS:
+            break
         begin -= 1
     if said.word(begin) in PREPOSITIONS and index - begin <= _NEAR:
         return False  # "In the lift lobby".
