@@ -100,6 +100,7 @@ export class Things {
       const old = before.get(thing.instance_id);
       const key = JSON.stringify([
         thing.label, thing.name, thing.denied, thing.room, thing.has_picture, thing.alternatives,
+        thing.first_seen_ns,
       ]);
       const isSame = old !== undefined && (old.key === key || old.isEdited);
       const row = isSame ? old : { key, node: null, text: textOf(thing), isEdited: false };
@@ -141,7 +142,8 @@ export class Things {
       const image = make("img");
       image.alt = "";
       image.loading = "lazy";
-      image.src = `${BASE}api/things/${thing.instance_id}`;
+      // A navigator that was started again numbers other things from 1, and browsers keep pictures.
+      image.src = `${BASE}api/things/${thing.instance_id}?since=${thing.first_seen_ns}`;
       image.onerror = () => image.remove();
       picture.append(image);
     }

@@ -353,6 +353,21 @@ def test_ages_are_those_of_the_console_whatever_the_clock_of_the_tablet_says(
     expect(page.locator("#things-list small").nth(1)).to_contain_text("just now")
 
 
+def test_another_thing_of_the_same_number_has_its_own_picture(page, navigator):
+    asked = []
+    page.on("request", lambda one: "/api/things/" in one.url and asked.append(one.url))
+    for since_ns in (10**18, 2 * 10**18):
+        mug = msgspec.structs.replace(
+            things_of()[0], instance_id=1, first_seen_ns=since_ns, has_picture=True
+        )
+        navigator.things = lambda mug=mug: MemoryReply(things=[mug], count=1)
+        page.keyboard.press("t")
+        wanted = f"/api/things/1?since={since_ns}"
+        while not any(wanted in url for url in asked):
+            page.wait_for_event("request")
+        page.keyboard.press("Escape")
+
+
 def test_a_goal_that_has_moved_keeps_the_focus(page, post, state_feed):
     def goals(*numbers):
         common = {"outcome": "queued", "context": "", "count": 1, "rejected": 0, "took_s": None,
