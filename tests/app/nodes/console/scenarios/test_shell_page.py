@@ -135,8 +135,8 @@ def test_a_line_that_is_silent_is_left_and_the_console_is_told_for_how_long(wind
     expect_state(page, "Searching")
     opened = _sockets(page, "/api/ws")
     relay.silence()
-    _until(lambda: page.wait_for_timeout(50) or opened, 30.0)
-    assert 3.0 < float(opened[0].rpartition("?silent_s=")[2]) < 15.0
+    _until(lambda: page.wait_for_timeout(50) or opened)
+    assert 3.0 < float(opened[0].rpartition("?silent_s=")[2]) < 60.0
     expect_state(page, "Searching")
     relay.close()
 
@@ -266,7 +266,7 @@ def test_a_scene_that_loads_again_releases_keys_and_takes_a_stop_at_once(driven,
     page.keyboard.up("w")
     page.wait_for_timeout(200)
     page.keyboard.press("Space")
-    _until(lambda: page.wait_for_timeout(50) or navigator.actions == ["stop"], 20.0)
+    _until(lambda: page.wait_for_timeout(50) or navigator.actions == ["stop"])
     for route in waiting:
         route.continue_()
 
@@ -288,7 +288,7 @@ def test_a_second_finger_on_stop_stops_while_the_first_drives(driven, navigator)
     touch("touchStart", pad)
     _until(lambda: navigator.inputs and navigator.inputs[-1].forward == 1.0)
     touch("touchStart", pad, stop)
-    _until(lambda: page.wait_for_timeout(50) or navigator.actions, 20.0)
+    _until(lambda: page.wait_for_timeout(50) or navigator.actions)
     touch("touchEnd")
     touch("touchStart", stop)
     touch("touchEnd")
@@ -304,23 +304,21 @@ def test_stop_is_pressed_also_while_a_dialog_is_open(page, navigator, dialog):
     page.evaluate(f"document.getElementById('{dialog}').close()")
     page.evaluate(f"document.getElementById('{dialog}').showModal()")
     page.mouse.click(*stop)
-    _until(lambda: page.wait_for_timeout(50) or navigator.actions, 20.0)
+    _until(lambda: page.wait_for_timeout(50) or navigator.actions)
     page.evaluate(f"document.getElementById('{dialog}').close()")
     page.locator("#stop").press("Enter")
-    _until(lambda: page.wait_for_timeout(50) or len(navigator.actions) == 2, 20.0)
+    _until(lambda: page.wait_for_timeout(50) or len(navigator.actions) == 2)
     assert navigator.actions == ["stop", "stop"]
 
 
 def test_a_verdict_is_for_the_find_that_the_notice_shows(page, post, navigator):
-    post(
-        state="found",
-        find=ShownFind(
-            goal_id=7, number=2, name="hat", position=(1.0, 2.0, 0.5), size=(0.2, 0.2, 0.2),
-            perhaps=False, out_of_reach_m=None,
-        ),
+    find = ShownFind(
+        goal_id=7, number=2, name="hat", position=(1.0, 2.0, 0.5), size=(0.2, 0.2, 0.2),
+        perhaps=False, out_of_reach_m=None,
     )  # fmt: skip
+    post(msgspec.structs.replace(SEARCHING, state="found", find=find))
     page.locator("#notice").get_by_role("button", name="Confirm", exact=True).click()
-    _until(lambda: page.wait_for_timeout(50) or navigator.actions, 20.0)
+    _until(lambda: page.wait_for_timeout(50) or navigator.actions)
     assert navigator.actions == [("confirm", 7, 2)]
 
 
