@@ -50,7 +50,7 @@ def _ambiguous(recording: Recording) -> str:
         topics = recording.topics(key)
         if len(topics) > 1 and not (key == keys.COLOR_RAW and keys.COLOR in recording.keys):
             return (
-                f"it has several topics that end in {key}: {', '.join(topics[:MOST_NAMED])}. The images of two "
-                f"cameras are not mixed: {_NAMING} those of one, or their `namespace`"
+                f"it has several topics that end in {key}: {', '.join(topics[:MOST_NAMED])}. The "
+                f"images of two cameras are not mixed: {_NAMING} those of one, or their `namespace`"
             )
     return ""

@@ -272,9 +272,9 @@ class BridgeNode(Node):  # type: ignore[misc]
                     key, f"{key}: nobody subscribes to {topic.name} with a type that is carried "
                     f"({' or '.join(COMMANDS[key][1])}): the robot will not move"
                 )  # fmt: skip
-
-        if self.navigation is not None and self.navigation.problem():
+        if self.navigation is not None and self.goals is not None and self.navigation.problem():
             self._report("goals", f"{self.navigation.problem()}: the robot will not move")
+            self.goals.lost()
 
     def _find_navigation(self) -> tuple[Goals | None, GoalTopic | GoalAction | None]:
         """Return what carries goals to a robot that navigates by itself; None for others.
