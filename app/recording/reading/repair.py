@@ -11,7 +11,7 @@ from mcap.writer import CompressionType, Writer
 
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.recording.camera_topics import topic_problem
+from app.recording.camera_topics import image_problems, topic_problem
 from app.recording.channels import USUAL, Names, Topic, to_recorded, topic_of
 from app.recording.depth_pairs import DepthPairs
 from app.recording.errors import RecordingError
@@ -91,6 +91,8 @@ def check(
         # `ippon record` leaves out depth images on purpose.
         if not ours and (problem := pairs.problem()):
             problems.append(problem)
+        if not ours:
+            problems += image_problems(recording)
         if not ours and (problem := topic_problem(recording, poses=True)):
             problems.append(problem)
         expected = _SESSION if ours else _CAMERA

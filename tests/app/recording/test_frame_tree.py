@@ -70,6 +70,19 @@ def test_what_is_missing_is_said_with_the_frames_that_there_are(moving, fixed, w
     assert tree_of(*moving, fixed=fixed).problem() == f"{why}; tf has {names}"
 
 
+def test_transforms_that_are_not_rigid_are_said_where_they_are_missing():
+    tree = tree_of("map>base_link", fixed=("base_link>link",))
+    mount = encode_transforms(
+        [StampedTransform(stamp_ns=0, parent="link", child=OPTICAL, T_parent_child=np.eye(4))]
+    )
+    tree.add(keys.TF_STATIC, mount[:-8] + bytes(8))
+    problem = tree.problem()
+    assert "nothing names 'optical'" in problem
+    assert problem.endswith(
+        "tf 'link' -> 'optical': rotation is not a unit quaternion, its norm is 0"
+    )
+
+
 def image_at(stamp_ns):
     return encode_color(np.zeros((4, 4, 3), np.uint8), stamp_ns, OPTICAL)
 
