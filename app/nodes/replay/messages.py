@@ -127,6 +127,7 @@ def bag_messages(
     heatmaps: bool,
     poses: BagPoses | None = TF_ALONE,
     names: Names = USUAL,
+    told: bool = True,
 ) -> Iterator[RobotMessage]:
     """Yield the recorded messages of the robot of a bag.
 
@@ -136,6 +137,7 @@ def bag_messages(
         heatmaps: Whether to send recorded heatmaps and detections.
         poses: Which of them are sent (`bag_poses`); None for none, and a bag needs none.
         names: Topics of a robot that has names of its own.
+        told: Whether to log what is wrong with its files.
 
     Raises:
         DatasetError: It is not a bag, lacks a topic of a frame, or has those of two cameras.
@@ -145,7 +147,7 @@ def bag_messages(
     if poses is not None and (fixed := poses.fixed()) is not None:
         yield RobotMessage(0.0, keys.TF_STATIC, fixed)
     known = poses is not None
-    for message in _bag_messages(path, start_s, wanted, names, poses=known, told=True):
+    for message in _bag_messages(path, start_s, wanted, names, poses=known, told=told):
         try:
             if message.key == keys.COLOR_RAW:
                 color = encode_color(*decode_color_raw(message.payload))
