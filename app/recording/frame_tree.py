@@ -189,10 +189,7 @@ class FrameTree:
         images = self._images
         if images is None:
             return ""
-        ways = (takewhile(lambda name: name != world, self._up(end)) for end in (BASE, self.camera))
-        for span, name in ((self._moving.get(name), name) for way in ways for name in way):
-            if span is None:
-                continue
+        for name, span in self._spans(world):
             early_s = (span.first_ns - images.last_ns) / NANOSECONDS
             late_s = (images.first_ns - span.last_ns) / NANOSECONDS
             if max(early_s, late_s) > MOST_APART_S:
@@ -203,6 +200,20 @@ class FrameTree:
                     f"{name!r}: the clocks of camera and poses differ"
                 )
         return ""
+
+    def _spans(self, world: str) -> list[tuple[str, _Span]]:
+        """Return the moving frames between the world and base and camera, and their times."""
+        ways = (takewhile(lambda name: name != world, self._up(end)) for end in (BASE, self.camera))
+        names = dict.fromkeys(name for way in ways for name in way)
+        return [(name, self._moving[name]) for name in names if name in self._moving]
+
+    def count_unposed(self, image_stamps_ns: Iterable[int]) -> int:
+        """Return how many images are from before the first pose or after the last one."""
+        spans = [span for _, span in self._spans(self.world)]
+        apart_ns = round(MOST_APART_S * NANOSECONDS)
+        first_ns = max((span.first_ns for span in spans), default=-(2**63)) - apart_ns
+        last_ns = min((span.last_ns for span in spans), default=2**63) + apart_ns
+        return sum(not first_ns <= one + self._offset_ns <= last_ns for one in image_stamps_ns)
 
     def _told(self, text: str) -> str:
         names = sorted(self.names)

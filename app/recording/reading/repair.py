@@ -13,7 +13,7 @@ from app.messages import keys
 from app.messages.cdr import MessageError
 from app.recording.camera_topics import image_problems, topic_problem
 from app.recording.channels import USUAL, Names, Topic, to_recorded, topic_of
-from app.recording.depth_pairs import DepthPairs
+from app.recording.depth_pairs import FEW, DepthPairs
 from app.recording.errors import RecordingError
 from app.recording.frame_tree import NO_MOUNT, FrameTree
 from app.recording.live_file import is_held
@@ -88,6 +88,8 @@ def check(
         problems += [f"{text} ({n} messages)" for text, n in recording.damaged.items()]
         if problem := _pose_problem(recording, tree, mount=mount):
             problems.append(f"no image has a pose: {problem}")
+        elif problem := _unposed(recording, tree, pairs.colors, mount=mount):
+            problems.append(problem)
         # `ippon record` leaves out depth images on purpose.
         if not ours and (problem := pairs.problem()):
             problems.append(problem)
@@ -126,6 +128,20 @@ def _pose_problem(recording: Recording, tree: FrameTree, *, mount: bool) -> str:
     if with_odometry is None or not (problem := with_odometry.problem()):
         return problem
     return problem + (NO_MOUNT if tree.lacks_mount and not mount else "")
+
+
+def _unposed(recording: Recording, tree: FrameTree, colors: list[int], *, mount: bool) -> str:
+    """Return how many images have no pose; empty for few, and for a recording without poses."""
+    if not {keys.TF, keys.ODOM} & set(recording.keys):
+        return ""
+    used = (tree.with_odometry(mount=mount) if tree.problem() else None) or tree
+    count = used.count_unposed(colors)
+    if count <= FEW * len(colors):
+        return ""
+    return (
+        f"{count} of {len(colors)} colour images are from before the first pose or after the last "
+        "one: they are not mapped"
+    )
 
 
 def _rewrite(recording: Recording) -> None:

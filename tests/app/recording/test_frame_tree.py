@@ -83,6 +83,21 @@ def test_transforms_that_are_not_rigid_are_said_where_they_are_missing():
     )
 
 
+def test_images_before_the_first_and_after_the_last_pose_are_counted():
+    tree = tree_of(fixed=("base_link>link", f"link>{OPTICAL}"))
+    for parent, child, seconds in (("map", "odom", range(12)), ("odom", "base_link", range(3, 9))):
+        tree.add_transforms(
+            StampedTransform(
+                stamp_ns=s * 10**9, parent=parent, child=child, T_parent_child=np.eye(4)
+            )
+            for s in seconds
+        )
+    stamps = [s * 10**9 + d for s in range(12) for d in (0, 40_000_000)]
+    # 0, 1 and 2 s are too early; 9, 10 and 11 s too late; 8.04 s is near enough to the last pose.
+    assert tree.count_unposed(stamps) == 2 * (3 + 3)
+    assert FrameTree().count_unposed(stamps) == 0
+
+
 def image_at(stamp_ns):
     return encode_color(np.zeros((4, 4, 3), np.uint8), stamp_ns, OPTICAL)
 
