@@ -12,7 +12,6 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.action import ActionClient
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
@@ -89,7 +88,7 @@ class GoalAction:
         """Goals to cancel that the server has not confirmed, by number."""
         self._calls: deque[Callable[[], None]] = deque()
         self._wake = node.create_guard_condition(self._run_calls)
-        node.create_timer(AGAIN_S, self._repeat, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        node.create_timer(AGAIN_S, self._repeat)
 
     def problem(self) -> str:
         """Return why nobody takes goals; empty where somebody does."""

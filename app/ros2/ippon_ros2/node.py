@@ -279,9 +279,8 @@ class BridgeNode(Node):  # type: ignore[misc]
                 "clock", "/clock is published, and this node goes by another clock: commands would "
                 "have stamps of another time; start it with --ros-args -p use_sim_time:=true"
             )  # fmt: skip
-        if self.navigation is not None and self.goals is not None and self.navigation.problem():
+        if self.navigation is not None and self.navigation.problem():
             self._report("goals", f"{self.navigation.problem()}: the robot will not move")
-            self.goals.lost()
 
     def _find_navigation(self) -> tuple[Goals | None, GoalTopic | GoalAction | None]:
         """Return what carries goals to a robot that navigates by itself; None for others.
