@@ -141,7 +141,7 @@ def open_source(
 def _dataset_frames(dataset: Dataset, T_map_world: Float64Array) -> Iterator[Frame]:
     for one in dataset.frames:
         color = read_color(one.color, dataset.camera)
-        depth = read_depth(one.depth, dataset.depth_unit_m)
+        depth = read_depth(one.depth, dataset.depth_unit_m, dataset.camera)
         yield _frame(dataset, one.time_s, color, depth, T_map_world @ one.T_world_camera)
 
 
@@ -149,7 +149,7 @@ def _tracked_frames(dataset: Dataset, tally: Tally) -> Iterator[Frame]:
     held = HandHeldCamera(dataset.camera, HELD)
     for one in dataset.frames:
         color = read_color(one.color, dataset.camera)
-        depth = read_depth(one.depth, dataset.depth_unit_m)
+        depth = read_depth(one.depth, dataset.depth_unit_m, dataset.camera)
         tracked = held.track(color, depth)
         tally.images += 1
         if tracked.T_world_camera is not None:

@@ -69,7 +69,7 @@ def dataset_messages(
         if frame.time_s < start_s:
             continue
         stamp, at = first_stamp_ns + round(NANOSECONDS * frame.time_s), frame.time_s - start_s
-        depth = read_depth(frame.depth, dataset.depth_unit_m)
+        depth = read_depth(frame.depth, dataset.depth_unit_m, dataset.camera)
         color = read_color(frame.color, dataset.camera)
         if poses:
             yield RobotMessage(
