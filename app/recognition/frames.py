@@ -185,17 +185,19 @@ def _frame(
 
 def _bag_frames(source: FrameSource) -> Iterator[Frame]:
     assembler = FrameAssembler(AssemblerConfig(camera_clock_offset_s=source.clock_offset_s))
-    path, tally = source.path, source.tally
+    path, tally, refused = source.path, source.tally, ""
     for message in bag_messages(path, 0.0, heatmaps=False, poses=source.poses, names=source.names):
         tally.images += message.key == keys.COLOR
         try:
             assemble(assembler, message.key, message.payload)
             frame = assembler.take()
-        except (MessageError, FrameRejectedError):
+        except (MessageError, FrameRejectedError) as error:
+            refused = str(error)
             continue
         if frame is not None:
             tally.frames += 1
             yield frame
     if not tally.frames:
         lacks = assembler.missing() or "readable images"
-        raise DatasetError(f"{path}: no image can be mapped; the last one lacks {lacks}")
+        why = f". What was refused last: {refused}" if refused else ""
+        raise DatasetError(f"{path}: no image can be mapped; the last one lacks {lacks}{why}")
