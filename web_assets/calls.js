@@ -43,9 +43,13 @@ export class Calls {
       this.renderPermission();
     });
     at("calls-try").addEventListener("click", () => this.ring(say("calls.test"), say("calls.test.text"), muted(), ""));
-    // Browsers let a page make sounds after its first click or key.
+    this.listen(window);
+  }
+
+  // Browsers let a page make sounds after its first click or key, there or in the scene.
+  listen(target) {
     for (const event of ["pointerdown", "keydown"]) {
-      window.addEventListener(event, () => this.wakeAudio(), { capture: true });
+      target.addEventListener(event, () => this.wakeAudio(), { capture: true });
     }
   }
 

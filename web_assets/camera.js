@@ -134,7 +134,8 @@ export class Camera {
   // How old the picture on the screen is: its age when it was drawn, and the time since.
   age() {
     if (this.drawn === null) return null;
-    return Date.now() - this.drawn.drawnAt + (this.latency?.ms ?? this.drawn.header.held_ms);
+    const { drawnAt, waited_ms, header } = this.drawn;
+    return Date.now() - drawnAt + Math.max(this.latency?.ms ?? 0, header.held_ms + waited_ms);
   }
 
   rate() {

@@ -65,6 +65,7 @@ function sendWish() {
 }
 
 async function receive(data) {
+  const cameAt = Date.now();
   const length = new DataView(data).getUint32(0, true);
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length)));
   const jpeg = new Blob([new Uint8Array(data, 4 + length)], { type: "image/jpeg" });
@@ -75,7 +76,7 @@ async function receive(data) {
     send({ type: "drawn", number: header.number });
     return;
   }
-  const picture = { header, bitmap, bytes: data.byteLength };
+  const picture = { header, bitmap, bytes: data.byteLength, cameAt };
   // Decoding a small picture may overtake that of a larger one before it.
   if (header.number < newest) {
     drop(picture);
@@ -98,11 +99,11 @@ function show() {
   shown = next;
   next = null;
   draw();
-  const { header, bitmap, bytes } = shown;
+  const { header, bitmap, bytes, cameAt } = shown;
   send({ type: "drawn", number: header.number });
-  postMessage({
-    header, bytes, drawnAt: Date.now(), width: bitmap.width, height: bitmap.height,
-  });
+  const drawnAt = Date.now();
+  // A page that is hidden draws nothing: a picture that came then waits until it is seen.
+  postMessage({ header, bytes, drawnAt, waited_ms: drawnAt - cameAt });
 }
 
 function draw() {

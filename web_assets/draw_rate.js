@@ -143,12 +143,15 @@ globalThis.ipponDrawRate = {
   },
 };
 
+// The page outlives this document, and would keep it: the whole client, with its map.
+const isGone = new AbortController();
+addEventListener("pagehide", ({ persisted }) => persisted || isGone.abort());
 for (const area of new Set([window, parent])) {
   for (const [use, lasts_ms] of Object.entries(USES)) {
     const note = () => {
       const rate = globalThis.ipponDrawRate;
       rate.usedUntil = Math.max(rate.usedUntil, performance.now() + lasts_ms);
     };
-    area.addEventListener(use, note, { capture: true, passive: true });
+    area.addEventListener(use, note, { capture: true, passive: true, signal: isGone.signal });
   }
 }

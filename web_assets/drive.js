@@ -30,7 +30,6 @@ export class Drive {
     setInterval(() => this.moving && this.post(), PERIOD_MS);
     setInterval(() => this.renderNote(), NOTE_MS);
     document.addEventListener("visibilitychange", () => document.hidden && this.release());
-    window.addEventListener("pagehide", () => this.release());
     this.listen(window);
     for (const button of document.querySelectorAll("[data-hold]")) this.adoptPad(button);
     at("pad-auto").addEventListener("click", () => setMode("auto"));
@@ -40,7 +39,12 @@ export class Drive {
   listen(target) {
     target.addEventListener("keydown", (event) => this.onKey(event), true);
     target.addEventListener("keyup", (event) => this.onKeyUp(event), true);
+    // What takes the keyboard away, and with it the release of a key: another window, the end of the
+    // document, a menu, the list of a field.
     target.addEventListener("blur", () => this.release());
+    target.addEventListener("pagehide", () => this.release());
+    target.addEventListener("contextmenu", (event) => event.defaultPrevented || this.release());
+    target.addEventListener("pointerdown", (event) => event.target.closest?.("select") && this.release(), true);
   }
 
   update(drive, isLive) {
@@ -93,6 +97,8 @@ export class Drive {
   }
 
   onKey(event) {
+    // While the command key is held, macOS tells of no release.
+    if (event.key === "Meta") this.release();
     if (!(event.code in KEYS) || isTyping(event.target)) return;
     if (event.ctrlKey || event.altKey || event.metaKey || document.querySelector("dialog[open]")) return;
     // viser's client moves the view with the same keys, as long as they are held: a key that is

@@ -12,7 +12,7 @@ export function installFold(view) {
     button.title = word;
     button.setAttribute("aria-label", word);
     button.textContent = folded ? "▴" : "▾";
-    view.contentDocument?.documentElement.toggleAttribute("data-ip-folded", folded);
+    view.contentDocument?.documentElement?.toggleAttribute("data-ip-folded", folded);
   };
   const isFolded = () => document.body.hasAttribute("data-folded");
   // Pressing a tab expands a collapsed panel.

@@ -138,6 +138,7 @@ export class Goals {
       told.append(make("small", "", say(`goals.saved.${kind}`, { count: goal.count })));
     }
     node.dataset.outcome = goal.outcome ?? "saved";
+    node.dataset.row = goal.goal_id ?? goal.saved_id;
     const row = { key, node, number, isEdited: false };
     acts.append(...this.buttons(section, goal, name, place, row));
     node.append(number, told, acts);

@@ -246,7 +246,11 @@ export class Plan {
     context.scale(dots, dots);
     context.fillStyle = COLORS.unknown;
     context.fillRect(0, 0, box.width, box.height);
-    if (this.cells === null || this.center === null) return;
+    if (this.cells === null || this.center === null) {
+      at("plan-rooms").replaceChildren();
+      this.rooms = "";
+      return;
+    }
     const { center, scale } = this;
     const place = (x, y) => [
       box.width / 2 + (x - center[0]) * scale,

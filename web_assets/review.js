@@ -1,6 +1,7 @@
 // The timeline of a recording: play, seek, marks and notes. The scene above it is the console's.
 
 import { get } from "/assets/base.js";
+import { onScene } from "/assets/scene_frame.js";
 import { decimal, has, percent, say, LANGUAGE } from "/assets/words.js";
 import { sumOf } from "/review/outcomes.js";
 
@@ -329,9 +330,6 @@ function onKey(event) {
   act();
 }
 
-const view = document.getElementById("view");
-const adopt = () => view.contentWindow?.addEventListener("keydown", onKey, true);
 window.addEventListener("keydown", onKey, true);
-view.addEventListener("load", adopt);
-adopt();
+onScene((inner) => inner.defaultView.addEventListener("keydown", onKey, true));
 connect();

@@ -21,16 +21,15 @@ import { Things } from "./things.js";
 import { Robots } from "./robots.js";
 import { showWalk } from "./walk.js";
 import { followSceneArea } from "./scene_area.js";
+import { onScene, reloadScene } from "./scene_frame.js";
+import { Stop } from "./stop.js";
 import { Waiting } from "./waiting.js";
 import { decimal, has, say } from "./words.js";
 
 const PING_MS = 2000;
-const SILENT_MS = 5000;
-const CONNECT_MS = 15000;
+const SILENT_PINGS = 2;
+const CONNECT_PINGS = 7;
 const RETRY_MS = [250, 500, 1000, 2000];
-const STOP_PATIENCE_MS = 700;
-const STOP_LIMIT_MS = 3000;
-const STOP_TRIES = 3;
 
 const stateWord = (state) => (has(`state.${state}`) ? say(`state.${state}`) : state);
 
@@ -40,31 +39,36 @@ const view = at("view");
 let socket = null;
 let attempt = 0;
 let heardAt = 0;
-let wasSilent = false;
+let unanswered = 0; // Pings since the last message: a page that slept has sent none.
+let leftAt = null; // When the last message came on a line that was left, until there is another line.
 let instance = null;
 let state = null;
 let robot = say("page.robot.none");
 let nextCommand = 1;
-let adopted = null;
 let tellTheme = () => {};
 const pending = new Map();
 
 function connect() {
   const scheme = location.protocol === "https:" ? "wss" : "ws";
-  socket = new WebSocket(`${scheme}://${location.host}${BASE}api/ws`);
-  heardAt = performance.now();
+  socket = new WebSocket(`${scheme}://${location.host}${BASE}api/ws${left()}`);
+  unanswered = 0;
   socket.onopen = () => {
     attempt = 0;
-    heardAt = performance.now();
-    ping();
+    hear();
+    sendPing();
     tellTheme();
-    if (wasSilent) replaceOthers();
+    replaceOthers();
   };
   socket.onmessage = (event) => {
-    heardAt = performance.now();
+    hear();
     receive(JSON.parse(event.data));
   };
   socket.onclose = lose;
+}
+
+function hear() {
+  heardAt = performance.now();
+  unanswered = 0;
 }
 
 function lose() {
@@ -81,17 +85,23 @@ function lose() {
 
 // Leaves a line on which nothing arrives. Browsers report it as closed minutes later.
 function abandon() {
-  wasSilent ||= socket.readyState === WebSocket.OPEN;
+  if (socket.readyState === WebSocket.OPEN) leftAt ??= heardAt;
   socket.onopen = socket.onmessage = socket.onclose = null;
   socket.close();
   lose();
 }
 
-// The sockets of camera and scene were on that line, too.
+// Tells the console that a line was left: what was sent there may arrive now, a Resume after a Stop.
+function left() {
+  if (leftAt === null) return "";
+  return `?silent_s=${((performance.now() - leftAt) / 1000).toFixed(1)}`;
+}
+
+// The sockets of camera and scene were on the line that was left, too.
 function replaceOthers() {
-  wasSilent = false;
-  camera.reconnect();
-  view.contentWindow?.location.reload();
+  if (leftAt !== null) camera.reconnect();
+  if (leftAt !== null || view.contentDocument === null) reloadScene();
+  leftAt = null;
 }
 
 function receive(message) {
@@ -114,11 +124,17 @@ function receive(message) {
   }
 }
 
+const sendPing = () => send({ type: "ping", t: performance.now() });
+
 function ping() {
   if (socket === null) return;
   const isOpen = socket.readyState === WebSocket.OPEN;
-  if (performance.now() - heardAt > (isOpen ? SILENT_MS : CONNECT_MS)) abandon();
-  else if (isOpen) socket.send(JSON.stringify({ type: "ping", t: performance.now() }));
+  if (unanswered >= (isOpen ? SILENT_PINGS : CONNECT_PINGS)) {
+    abandon();
+    return;
+  }
+  unanswered += 1;
+  sendPing();
 }
 
 function request(message) {
@@ -148,33 +164,11 @@ function complain(text) {
   render();
 }
 
-// Stop is sent over the WebSocket; without a quick reply it is sent over HTTP as well. On a line
-// that is dead both are sent again.
-async function stop() {
-  const button = at("stop");
-  button.dataset.pending = "";
-  let reply = null;
-  for (let left = STOP_TRIES; left > 0 && reply === null; left -= 1) reply = await tryToStop();
-  delete button.dataset.pending;
+function judge(reply) {
   complain(reply === null ? say("link.silence") : reply.ok ? null : reply.text);
 }
 
-async function tryToStop() {
-  const late = new Promise((settle) => setTimeout(() => settle(null), STOP_PATIENCE_MS));
-  const reply = await Promise.race([command("stop"), late]);
-  if (reply?.ok) return reply;
-  try {
-    const signal = AbortSignal.timeout(STOP_LIMIT_MS);
-    return await (await fetch(`${BASE}api/stop`, { method: "POST", signal })).json();
-  } catch {
-    return null;
-  }
-}
-
-async function insist(answer) {
-  const reply = await answer;
-  complain(reply === null ? say("link.silence") : reply.ok ? null : reply.text);
-}
+const insist = async (answer) => judge(await answer);
 
 function send(message) {
   if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
@@ -188,10 +182,11 @@ function obstacle() {
   return { kind: "picture", text: say("pad.old", { n: decimal(age / 1000, 1) }) };
 }
 
+const stop = new Stop(() => command("stop"), judge, left);
 const drive = new Drive(send, (mode) => insist(request({ type: "drive", mode })), obstacle);
 const lease = new Lease(send, (action, requester) => insist(request({ type: "lease", action, requester })), view);
 const verdict = (word) => ({ find }) =>
-  insist(request({ type: "verdict", verdict: word, goal_id: find.goal_id }));
+  insist(request({ type: "verdict", verdict: word, goal_id: find.goal_id, find: find.number }));
 const notice = new Notice({
   places: () => openSearchAt(view, ".ip-not-found"),
   show: ({ find }) => {
@@ -275,7 +270,7 @@ function render() {
   lease.update(state?.lease);
   goals.update(state);
   calls.update(state);
-  explanation.update(state?.explanation);
+  if (live) explanation.update(state.explanation);
   showWalk(state?.link === "live" ? state.walk : null);
   drive.update(state?.drive ?? { mode: "auto" }, state?.link === "live" && lease.watching === "");
   camera.drive(live && state.link === "live" ? state.drive.mode : camera.mode);
@@ -305,63 +300,35 @@ function renderVeil(shown) {
   at("veil-hint").textContent = text[2];
 }
 
-function isStopKey(event) {
-  if (event.code !== "Space" || event.ctrlKey || event.altKey || event.metaKey) return false;
-  return !isTyping(event.target);
-}
-
-function onKey(event) {
-  if (!isStopKey(event)) return;
-  event.preventDefault();
-  event.stopImmediatePropagation();
-  if (!event.repeat) stop();
-}
-
-// Browsers press a focused button when Space is released.
-function onKeyUp(event) {
-  if (!isStopKey(event)) return;
-  event.preventDefault();
-  event.stopImmediatePropagation();
-}
-
 // viser's client reconnects only while its document has the focus. A wall display never has it,
 // and neither does the frame while the operator uses our bar; so the frame is told that it does.
-function adoptView() {
-  const inner = view.contentDocument;
-  if (inner === null || inner === adopted || inner.location.pathname !== `${BASE}view/`) return;
-  adopted = inner;
+function adoptScene(inner) {
+  const scene = inner.defaultView;
   inner.hasFocus = () => true;
-  view.contentWindow.addEventListener("keydown", onKey, true);
-  view.contentWindow.addEventListener("keyup", onKeyUp, true);
-  view.contentWindow.addEventListener("keydown", onHelpKey, true);
-  view.contentWindow.addEventListener("keydown", onCameraKey, true);
-  view.contentWindow.addEventListener("keydown", onPlanKey, true);
-  view.contentWindow.addEventListener("keydown", onSideKey, true);
-  view.contentWindow.addEventListener("keydown", onHomeKey, true);
-  drive.listen(view.contentWindow);
-  onHover(view.contentWindow);
-  view.contentWindow.addEventListener("keydown", onExplanationKey);
+  stop.listen(scene);
+  listenToKeys(scene);
+  drive.listen(scene);
+  onHover(scene);
+  calls.listen(scene);
   showAnswers(inner);
   nameFields(inner);
-  view.contentWindow.dispatchEvent(new Event("focus"));
+  scene.dispatchEvent(new Event("focus"));
 }
 
-window.addEventListener("keydown", onKey, true);
-window.addEventListener("keyup", onKeyUp, true);
-window.addEventListener("keydown", onHelpKey, true);
-window.addEventListener("keydown", onCameraKey, true);
-window.addEventListener("keydown", onPlanKey, true);
-window.addEventListener("keydown", onSideKey, true);
-window.addEventListener("keydown", onHomeKey, true);
-window.addEventListener("keydown", onExplanationKey);
-view.addEventListener("load", adoptView);
-at("stop").addEventListener("click", stop);
+function listenToKeys(target) {
+  for (const onKey of [onHelpKey, onCameraKey, onPlanKey, onSideKey, onHomeKey]) {
+    target.addEventListener("keydown", onKey, true);
+  }
+  target.addEventListener("keydown", onExplanationKey);
+}
+
+listenToKeys(window);
 at("home").addEventListener("click", frameMap);
 at("resume").addEventListener("click", () => insist(command("resume")));
 setInterval(ping, PING_MS);
+connect();
+onScene(adoptScene);
 tellTheme = installTheme(view, (theme) => send({ type: "theme", light: theme === "light" }));
 installFold(view);
 followSceneArea(view, () => camera.measure());
-adoptView();
-connect();
 render();

@@ -82,12 +82,20 @@ export function button(text, label, act) {
   return node;
 }
 
-// Puts nodes into a list and keeps the focus, which a node loses when it is moved.
+// Puts nodes into a list and keeps the focus, which a node loses when it is moved. A row that was made
+// anew, with the data-row of the one before, has the focus at the same button.
 export function replaceRows(list, nodes) {
   const same = nodes.length === list.childElementCount
     && nodes.every((node, n) => node === list.children[n]);
   if (same) return;
   const held = list.contains(document.activeElement) ? document.activeElement : null;
   list.replaceChildren(...nodes);
-  if (held?.isConnected) held.focus({ preventScroll: true });
+  (held?.isConnected ? held : held && successor(list, held))?.focus({ preventScroll: true });
+}
+
+function successor(list, held) {
+  const { row } = held.closest("[data-row]")?.dataset ?? {};
+  const now = [...list.children].find((node) => row !== undefined && node.dataset.row === row);
+  const buttons = [...(now?.querySelectorAll("button") ?? [])].filter((one) => !one.hidden);
+  return buttons.find((one) => one.textContent === held.textContent) ?? buttons[0];
 }

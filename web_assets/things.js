@@ -78,10 +78,11 @@ export class Things {
     this.asked += 1;
     const number = this.asked;
     try {
-      const reply = await (await get(`${BASE}api/things`)).json();
+      const answer = await get(`${BASE}api/things`);
+      const reply = await answer.json();
       if (number < this.answered) return;
       this.answered = number;
-      this.show(reply.things ?? [], reply.problem ?? reply.note ?? "");
+      this.show(reply.things ?? [], reply.problem ?? reply.note ?? "", answer.headers.get("date"));
     } catch {
       // The page says elsewhere that the console does not respond.
     } finally {
@@ -90,14 +91,16 @@ export class Things {
   }
 
   // Rows keep their place while they stay what they are, so that a list of thousands is not rebuilt.
-  show(things, note) {
-    this.newest = things.reduce((last, one) => Math.max(last, one.last_seen_ns / 1e6), Date.now());
+  // date: of the answer. The clock of a tablet may be wrong by hours.
+  show(things, note, date) {
+    this.newest = things.reduce((last, one) => Math.max(last, one.last_seen_ns / 1e6), Date.parse(date));
     const before = this.rows;
     this.rows = new Map();
     for (const thing of things) {
       const old = before.get(thing.instance_id);
       const key = JSON.stringify([
         thing.label, thing.name, thing.denied, thing.room, thing.has_picture, thing.alternatives,
+        thing.first_seen_ns,
       ]);
       const isSame = old !== undefined && (old.key === key || old.isEdited);
       const row = isSame ? old : { key, node: null, text: textOf(thing), isEdited: false };
@@ -139,7 +142,8 @@ export class Things {
       const image = make("img");
       image.alt = "";
       image.loading = "lazy";
-      image.src = `${BASE}api/things/${thing.instance_id}`;
+      // A navigator that was started again numbers other things from 1, and browsers keep pictures.
+      image.src = `${BASE}api/things/${thing.instance_id}?since=${thing.first_seen_ns}`;
       image.onerror = () => image.remove();
       picture.append(image);
     }
@@ -156,6 +160,7 @@ export class Things {
     }
     show.append(picture, told);
     show.title = say("things.show.hint");
+    node.dataset.row = thing.instance_id;
     Object.assign(row, { node, state, share });
     show.addEventListener("click", () => this.choose(row));
     node.append(show);

@@ -96,21 +96,25 @@ class EvaluationFolder:
                     f"would be {configuration['hash']}; use another folder for --out"
                 )
 
-    def has(self, episode_id: str, method: str, config_hash: str) -> bool:
+    def has(self, episode_id: str, method: str, config_hash: str, context: str) -> bool:
         """Return whether a row exists.
 
         Raises:
-            EvaluationError: The row has another configuration.
+            EvaluationError: The row has another configuration, or another context.
         """
         path = self._row_file(episode_id, method)
         if not path.is_file():
             return False
-        made_with = _read_row(path).config_hash
-        if made_with != config_hash:
-            raise EvaluationError(
-                f"{path} was made with configuration {made_with}, this would be {config_hash}; use "
-                "another folder for --out"
-            )
+        row = _read_row(path)
+        for what, before, now in (
+            ("configuration", row.config_hash, config_hash),
+            ("context", repr(row.context), repr(context)),
+        ):
+            if before != now:
+                raise EvaluationError(
+                    f"{path} was made with {what} {before}, this would be {now}; use another "
+                    "folder for --out"
+                )
         return True
 
     def write(self, row: EpisodeRow) -> None:

@@ -160,7 +160,11 @@ def _jobs(
         Job(spec=spec, method=name)
         for spec in episodes
         for name in methods
-        if not all(folder.has(row_id, name, hashes[name]) for row_id in spec.row_ids)
+        if not all(
+            # Later searches of an episode are without a context.
+            folder.has(row_id, name, hashes[name], "" if k else spec.context)
+            for k, row_id in enumerate(spec.row_ids)
+        )
     )
 
 

@@ -26,7 +26,8 @@ _CHANNELS: Final = {
 }  # fmt: skip
 """Bytes of a pixel, and which of them are red, green and blue."""
 _INFO: Final = "sensor_msgs/msg/CameraInfo"
-# Header of compressed_depth_image_transport before the PNG: format 0, two unused quantisers.
+# Header of compressed_depth_image_transport before the PNG: format 0, and two parameters of
+# quantisation, which 16UC1 does not use.
 _DEPTH_HEADER: Final = struct.pack("<iff", 0, 0.0, 0.0)
 _DEPTH_FORMAT: Final = "16UC1; compressedDepth png"
 
@@ -144,33 +145,52 @@ def encode_depth(depth: NDArray[np.float32], stamp_ns: int, frame_id: str) -> by
 
 
 def decode_depth(payload: bytes) -> DepthImage:
-    """Read a compressedDepth image of type 16UC1.
+    """Read a compressedDepth image: of type 16UC1, or of 32FC1 with quantised inverse depth.
 
     Raises:
         MessageError: Not such a message, damaged, or of another type.
     """
-    stamp_ns, frame_id, png = depth_png(payload)
-    millimetres = read_png(png, modes=GREY_16, expected="depth is a 16-bit grey PNG")
+    message, data = _compressed_depth(payload)
+    values = read_png(
+        data[len(_DEPTH_HEADER) :], modes=GREY_16, expected="depth is a 16-bit grey PNG"
+    ).astype(np.float32)
+    if message.format.startswith("16UC1"):
+        depth = values * np.float32(1e-3)
+    else:
+        # By codec.cpp of compressed_depth_image_transport: inverse depth, 0 for no return.
+        _, factor, offset = struct.unpack_from("<iff", data)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            depth = np.float32(factor) / (values - np.float32(offset))
+        depth[~(np.isfinite(depth) & (depth > 0.0) & (values > 0.0))] = 0.0
     return DepthImage(
-        stamp_ns=stamp_ns,
-        frame_id=frame_id,
-        depth=millimetres.astype(np.float32) * np.float32(1e-3),
+        stamp_ns=stamp_ns_of(message.header), frame_id=message.header.frame_id, depth=depth
     )
 
 
 def depth_png(payload: bytes) -> tuple[int, str, bytes]:
-    """Return stamp in nanoseconds, frame and PNG of a compressedDepth image of type 16UC1.
+    """Return stamp in nanoseconds, frame and PNG, in millimetres, of a compressedDepth image.
 
     Raises:
         MessageError: Not such a message, empty, or of another type.
     """
-    message = decode(payload, _COMPRESSED)
+    message, data = _compressed_depth(payload)
     if not message.format.startswith("16UC1"):
-        raise MessageError(f"compressed depth is 16UC1; got format {message.format[:40]!r}")
+        image = decode_depth(payload)
+        return depth_png(encode_depth(image.depth, image.stamp_ns, image.frame_id))
+    return stamp_ns_of(message.header), message.header.frame_id, data[len(_DEPTH_HEADER) :]
+
+
+def _compressed_depth(payload: bytes) -> tuple[Any, bytes]:
+    """Return a compressedDepth message, and its data with their header."""
+    message = decode(payload, _COMPRESSED)
+    if not message.format.startswith(("16UC1", "32FC1")):
+        raise MessageError(
+            f"compressed depth is 16UC1 or 32FC1; got format {message.format[:40]!r}"
+        )
     data = message.data.tobytes()
     if len(data) <= len(_DEPTH_HEADER):
         raise MessageError(f"compressed depth of {len(data)} bytes holds no image")
-    return stamp_ns_of(message.header), message.header.frame_id, data[len(_DEPTH_HEADER) :]
+    return message, data
 
 
 def encode_depth_raw(depth: NDArray[np.float32], stamp_ns: int, frame_id: str) -> bytes:

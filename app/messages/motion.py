@@ -58,18 +58,36 @@ def encode_transforms(transforms: Iterable[StampedTransform]) -> bytes:
 
 
 def decode_transforms(payload: bytes) -> tuple[StampedTransform, ...]:
-    """Read a TFMessage.
+    """Read a TFMessage; without entries that are no rigid transform, as tf2 does, if others are.
 
     Raises:
-        MessageError: Not such a message, too many entries, or an entry that is not a rigid
-            transform.
+        MessageError: Not such a message, too many entries, or none that is a rigid transform.
+    """
+    read, refused = read_transforms(payload)
+    if refused and not read:
+        raise MessageError(refused[0])
+    return read
+
+
+def read_transforms(payload: bytes) -> tuple[tuple[StampedTransform, ...], tuple[str, ...]]:
+    """Read a TFMessage; return its rigid transforms, and what is wrong with each of the others.
+
+    Raises:
+        MessageError: Not such a message, or too many entries.
     """
     message = decode(payload, "tf2_msgs/msg/TFMessage", max_bytes=2**20)
     if len(message.transforms) > MAX_TRANSFORMS:
         raise MessageError(
             f"tf of {len(message.transforms)} transforms; at most {MAX_TRANSFORMS} are accepted"
         )
-    return tuple(_read_transform(entry) for entry in message.transforms)
+    read: list[StampedTransform] = []
+    refused: list[str] = []
+    for entry in message.transforms:
+        try:
+            read.append(_read_transform(entry))
+        except MessageError as error:
+            refused.append(str(error))
+    return tuple(read), tuple(refused)
 
 
 def decode_odometry(payload: bytes) -> StampedTransform:
@@ -237,7 +255,9 @@ def _read_transform(entry: Any) -> StampedTransform:
     check_positions(translation, name)
     wxyz = (q.w, q.x, q.y, q.z)
     if not abs(math.hypot(*wxyz) - 1.0) < 0.01:
-        raise MessageError(f"{name}: rotation is not a unit quaternion")
+        raise MessageError(
+            f"{name}: rotation is not a unit quaternion, its norm is {math.hypot(*wxyz):.3g}"
+        )
     return StampedTransform(
         stamp_ns=stamp_ns_of(entry.header),
         parent=entry.header.frame_id,

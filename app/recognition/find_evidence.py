@@ -12,6 +12,7 @@ from app.recognition.recognition import Recognition
 from app.recognition.views import View
 from ippon.calibration.evidence import Evidence, EvidenceCollector
 from ippon.calibration.known_objects import KnownObject, KnownObjects
+from ippon.camera import PinholeCamera
 from ippon.frame import Frame
 from ippon.geometry import invert_transform
 from ippon.mission.snapshot import Find
@@ -117,20 +118,26 @@ def best_detection(recognition: Recognition, label: str) -> Sighting | None:
             ):
                 continue
             u, v = 0.5 * (one.box_px[0] + one.box_px[2]), 0.5 * (one.box_px[1] + one.box_px[3])
-            h, w = view.depth.shape
-            depth = float(view.depth[min(int(v), h - 1), min(int(u), w - 1)])
-            best = Sighting(view=view, pixel=(u, v), distance_m=depth, instance=one)
+            best = Sighting(view=view, pixel=(u, v), distance_m=view.depth_at(u, v), instance=one)
     return best
 
 
 def _frame_of(view: View) -> Frame:
+    """Return the frame of a view, with the pixels whose depth is stored."""
     T_world_camera = invert_transform(view.T_camera_world)
-    h, w = view.depth.shape
+    (h, w), camera, step = view.depth.shape, view.camera, view.step
     return Frame(
         stamp_ns=view.number,
         color=np.zeros((h, w, 3), np.uint8),
         depth=view.depth.astype(np.float32),
-        camera=view.camera,
+        camera=PinholeCamera(
+            width=w,
+            height=h,
+            fx=camera.fx / step,
+            fy=camera.fy / step,
+            cx=camera.cx / step,
+            cy=camera.cy / step,
+        ),
         T_world_camera=T_world_camera,
         T_world_base=T_world_camera,
         tilt_rad=0.0,

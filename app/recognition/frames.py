@@ -141,7 +141,7 @@ def open_source(
 def _dataset_frames(dataset: Dataset, T_map_world: Float64Array) -> Iterator[Frame]:
     for one in dataset.frames:
         color = read_color(one.color, dataset.camera)
-        depth = read_depth(one.depth, dataset.depth_unit_m)
+        depth = read_depth(one.depth, dataset.depth_unit_m, dataset.camera)
         yield _frame(dataset, one.time_s, color, depth, T_map_world @ one.T_world_camera)
 
 
@@ -149,7 +149,7 @@ def _tracked_frames(dataset: Dataset, tally: Tally) -> Iterator[Frame]:
     held = HandHeldCamera(dataset.camera, HELD)
     for one in dataset.frames:
         color = read_color(one.color, dataset.camera)
-        depth = read_depth(one.depth, dataset.depth_unit_m)
+        depth = read_depth(one.depth, dataset.depth_unit_m, dataset.camera)
         tracked = held.track(color, depth)
         tally.images += 1
         if tracked.T_world_camera is not None:
@@ -185,17 +185,19 @@ def _frame(
 
 def _bag_frames(source: FrameSource) -> Iterator[Frame]:
     assembler = FrameAssembler(AssemblerConfig(camera_clock_offset_s=source.clock_offset_s))
-    path, tally = source.path, source.tally
+    path, tally, refused = source.path, source.tally, ""
     for message in bag_messages(path, 0.0, heatmaps=False, poses=source.poses, names=source.names):
         tally.images += message.key == keys.COLOR
         try:
             assemble(assembler, message.key, message.payload)
             frame = assembler.take()
-        except (MessageError, FrameRejectedError):
+        except (MessageError, FrameRejectedError) as error:
+            refused = str(error)
             continue
         if frame is not None:
             tally.frames += 1
             yield frame
     if not tally.frames:
         lacks = assembler.missing() or "readable images"
-        raise DatasetError(f"{path}: no image can be mapped; the last one lacks {lacks}")
+        why = f". What was refused last: {refused}" if refused else ""
+        raise DatasetError(f"{path}: no image can be mapped; the last one lacks {lacks}{why}")

@@ -14,33 +14,46 @@ from ippon.segmentation.instance_heatmap import BORDER_SHARE, WELL_SEEN_M
 
 SEEN_SCORE: Final = 0.3
 """Minimum score of an instance for its image to show a find."""
+DEPTH_PX: Final = 320
+"""Longer side of the stored depth, twice that of a heatmap, so that both read the same pixels."""
 _BEHIND_M: Final = 0.3
 _NEAREST_M: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class View:
-    """Stored data of an image: 0.6 MB at 640x480."""
+    """Stored data of an image: 0.3 MB at any size, as recordings have thousands."""
 
     number: int
     """Index of the frame in its recording, from 0."""
     T_camera_world: Float64Array
     camera: PinholeCamera
+    """Camera of the image."""
     depth: NDArray[np.float16]
-    """(H, W) depth in metres."""
+    """(h, w) depth in metres, every `step`-th pixel of the image."""
+    step: int = 1
     detections: Detections | None
     """Instances of the network; None for a network without instances."""
 
     @classmethod
     def of(cls, number: int, frame: Frame, observation: Observation) -> "View":
         """Return the stored data of a frame."""
+        step = -(-max(frame.depth.shape) // DEPTH_PX)
+        # Whole steps, so that it stays in proportion.
+        h, w = (max(1, side // step) for side in frame.depth.shape)
         return cls(
             number=number,
             T_camera_world=invert_transform(frame.T_world_camera),
             camera=frame.camera,
-            depth=frame.depth.astype(np.float16),
+            depth=frame.depth[::step, ::step][:h, :w].astype(np.float16),
+            step=step,
             detections=observation if isinstance(observation, Detections) else None,
         )
+
+    def depth_at(self, u: float, v: float) -> float:
+        """Return the depth in metres about a pixel of the image, 0 for no return."""
+        h, w = self.depth.shape
+        return float(self.depth[min(int(v) // self.step, h - 1), min(int(u) // self.step, w - 1)])
 
     def pixel_of(
         self, point_world: tuple[float, float, float]
@@ -53,7 +66,7 @@ class View:
         u, v = (float(x[0]) for x in self.camera.project(point))
         if not (0 <= u < self.camera.width and 0 <= v < self.camera.height):
             return None
-        depth = float(self.depth[int(v), int(u)])
+        depth = self.depth_at(u, v)
         if depth > 0.0 and depth < z - _BEHIND_M:
             return None
         return u, v, z

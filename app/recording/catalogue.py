@@ -11,6 +11,7 @@ import msgspec
 from app.messages.control import decode
 from app.messages.status import GoalStatus
 from app.recording.errors import RecordingError
+from app.recording.reading.bag_files import is_one_bag
 from app.recording.reading.file_index import ByteRange
 from app.recording.reading.recording import Recording
 from app.recording.session_goals import SessionGoal, session_goal
@@ -106,8 +107,8 @@ def picture_of(folder: Path, name: str, entries: list[SessionEntry]) -> bytes | 
 
 
 def is_folder_of_recordings(path: Path) -> bool:
-    """Return whether a path is a folder to list, and not a file or the folder of one session."""
-    return path.is_dir() and len(list(path.glob("*.mcap"))) != 1
+    """Return whether a path is a folder to list, and not a file, or that of one session or bag."""
+    return path.is_dir() and not is_one_bag(path)
 
 
 def recordings_in(folder: Path) -> list[Path]:

@@ -81,8 +81,8 @@ def ros_name(path: str) -> str:
 def key_of(name: str, kind: str, metadata: dict[str, str], names: Names = USUAL) -> str | None:
     """Return the key of a recorded topic, None for an unknown topic.
 
-    In bags of other programs, which lack our metadata, the robot's own names decide, and then the
-    end of the name.
+    In bags of other programs, which lack our metadata, the robot's own names decide, and then type
+    and end of the name.
 
     Args:
         name: Of the topic.
@@ -97,8 +97,8 @@ def key_of(name: str, kind: str, metadata: dict[str, str], names: Names = USUAL)
     bare, taken = name.strip("/"), set(names.values())
     known = [
         key
-        for key in keys.ROS_TYPES
-        if key not in taken and (bare == key or bare.endswith("/" + key))
+        for key, usual in keys.ROS_TYPES.items()
+        if usual == kind and key not in taken and (bare == key or bare.endswith("/" + key))
     ]
     return max(known, key=len, default=None)
 

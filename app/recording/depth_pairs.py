@@ -8,15 +8,16 @@ from ippon.frame import NANOSECONDS
 
 TOLERANCE_S = 0.02
 """Stamps of colour and depth that differ by less belong together, see `AssemblerConfig`."""
-_FEW = 0.1
-"""Share of images without depth that is not worth a word."""
+FEW = 0.1
+"""Share of images without depth or pose that is not worth a word."""
 
 
 class DepthPairs:
     """Stamps of colour and depth images."""
 
     def __init__(self) -> None:
-        self._colors: list[int] = []
+        self.colors: list[int] = []
+        """Stamps of the colour images, nanoseconds."""
         self._depths: list[int] = []
 
     def add(self, key: str, payload: bytes) -> None:
@@ -24,16 +25,16 @@ class DepthPairs:
         if key in IMAGES or key in (keys.DEPTH, keys.DEPTH_RAW):
             stamp_ns = image_stamp_ns(payload)
             if stamp_ns is not None:
-                (self._colors if key in IMAGES else self._depths).append(stamp_ns)
+                (self.colors if key in IMAGES else self._depths).append(stamp_ns)
 
     def problem(self) -> str:
         """Return how many colour images have no depth; empty where few or all of them have none."""
         depths = sorted(self._depths)
-        alone = sum(not _has_near(depths, stamp) for stamp in self._colors)
-        if not depths or alone <= _FEW * len(self._colors):
+        alone = sum(not _has_near(depths, stamp) for stamp in self.colors)
+        if not depths or alone <= FEW * len(self.colors):
             return ""
         return (
-            f"{alone} of {len(self._colors)} colour images have no depth image within "
+            f"{alone} of {len(self.colors)} colour images have no depth image within "
             f"{1000 * TOLERANCE_S:.0f} ms of their stamp: they are not mapped"
         )
 

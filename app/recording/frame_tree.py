@@ -8,7 +8,7 @@ from typing import Final
 
 from app.messages import keys
 from app.messages.images import decode_camera
-from app.messages.motion import StampedTransform, decode_odometry, decode_transforms
+from app.messages.motion import StampedTransform, decode_odometry, read_transforms
 from ippon.frame import NANOSECONDS
 
 WORLD: Final = "map"
@@ -62,6 +62,8 @@ class FrameTree:
         self._camera: str | None = None
         self._odometry: tuple[str, str, _Span] | None = None
         self._has_fixed = False
+        self._refused: tuple[str, ...] = ()
+        """What is wrong with the first transform that is not rigid."""
 
     def add(self, key: str, payload: bytes) -> None:
         """Take a message of one of `TOPICS`; others are ignored.
@@ -77,7 +79,9 @@ class FrameTree:
             self._add_odometry(decode_odometry(payload))
         elif key in (keys.TF, keys.TF_STATIC):
             self._has_fixed = self._has_fixed or key == keys.TF_STATIC
-            self.add_transforms(decode_transforms(payload), fixed=key == keys.TF_STATIC)
+            read, refused = read_transforms(payload)
+            self._refused = self._refused or refused[:1]
+            self.add_transforms(read, fixed=key == keys.TF_STATIC)
 
     def add_transforms(
         self, transforms: Iterable[StampedTransform], *, fixed: bool = False
@@ -144,6 +148,7 @@ class FrameTree:
         tree = FrameTree(self._offset_ns / NANOSECONDS)
         tree._parents, tree._moving = dict(self._parents), dict(self._moving)
         tree._images, tree._camera, tree._has_fixed = self._images, self._camera, self._has_fixed
+        tree._refused = self._refused
         tree._parents[self.odometry_child] = self._odometry[0]
         tree._moving[self.odometry_child] = self._odometry[2]
         if mount and self.camera and self.camera not in tree._parents:
@@ -184,10 +189,7 @@ class FrameTree:
         images = self._images
         if images is None:
             return ""
-        ways = (takewhile(lambda name: name != world, self._up(end)) for end in (BASE, self.camera))
-        for span, name in ((self._moving.get(name), name) for way in ways for name in way):
-            if span is None:
-                continue
+        for name, span in self._spans(world):
             early_s = (span.first_ns - images.last_ns) / NANOSECONDS
             late_s = (images.first_ns - span.last_ns) / NANOSECONDS
             if max(early_s, late_s) > MOST_APART_S:
@@ -199,10 +201,24 @@ class FrameTree:
                 )
         return ""
 
+    def _spans(self, world: str) -> list[tuple[str, _Span]]:
+        """Return the moving frames between the world and base and camera, and their times."""
+        ways = (takewhile(lambda name: name != world, self._up(end)) for end in (BASE, self.camera))
+        names = dict.fromkeys(name for way in ways for name in way)
+        return [(name, self._moving[name]) for name in names if name in self._moving]
+
+    def count_unposed(self, image_stamps_ns: Iterable[int]) -> int:
+        """Return how many images are from before the first pose or after the last one."""
+        spans = [span for _, span in self._spans(self.world)]
+        apart_ns = round(MOST_APART_S * NANOSECONDS)
+        first_ns = max((span.first_ns for span in spans), default=-(2**63)) - apart_ns
+        last_ns = min((span.last_ns for span in spans), default=2**63) + apart_ns
+        return sum(not first_ns <= one + self._offset_ns <= last_ns for one in image_stamps_ns)
+
     def _told(self, text: str) -> str:
         names = sorted(self.names)
         listed = ", ".join(names[:MOST_NAMED]) + (", …" if len(names) > MOST_NAMED else "")
-        text += f"; tf has {listed or 'no frame'}"
+        text += f"; tf has {listed or 'no frame'}" + "".join(f"; {one}" for one in self._refused)
         return text if self._has_fixed else text + ", and there is no tf_static"
 
     def _up(self, name: str) -> list[str]:

@@ -57,9 +57,14 @@ class EvidenceCollector:
         labels: Labels with known objects, or known to be absent.
         voxel_size_m: Edge of a voxel.
         range_m: Range within which surface is used.
+
+    Raises:
+        ValueError: The edge is not positive and finite.
     """
 
     def __init__(self, labels: Sequence[str], voxel_size_m: float, range_m: float) -> None:
+        if not 0.0 < voxel_size_m < np.inf:
+            raise ValueError(f"voxel_size_m must be positive; got {voxel_size_m}")
         self.labels = tuple(labels)
         self._size = voxel_size_m
         self._range = range_m
@@ -166,9 +171,11 @@ def _objects_at(
         of_object[away <= 0.5 * one.about_m + _AROUND_M] = _NEITHER
         if one in known.objects:
             cores.append(away <= max(CORE_SHARE * one.about_m, _LEAST_CORE_M))
-    seen = [core for core in cores if core.any()]
-    for n, core in enumerate(seen):
+    for n, core in enumerate(cores):
         of_object[core] = n
+    # Objects that were not seen, or whose place another one has, are none.
+    seen = np.unique(of_object[of_object >= 0])
+    of_object[of_object >= 0] = np.searchsorted(seen, of_object[of_object >= 0])
     return of_object, len(seen)
 
 

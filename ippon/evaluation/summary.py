@@ -97,12 +97,16 @@ def by_method(rows: Iterable[EpisodeRow]) -> dict[str, list[EpisodeRow]]:
 
 
 def compare(rows: Sequence[EpisodeRow], reference: str = REFERENCE) -> tuple[Comparison, ...]:
-    """Compare every other method with the reference, episode by episode."""
+    """Compare every other method with the reference, episode by episode.
+
+    Episodes of one name with different contexts, as of two folders, are different searches.
+    """
     groups = by_method(rows)
-    mine = {row.episode_id: row for row in groups.get(reference, [])}
+    mine = {(row.episode_id, row.context): row for row in groups.get(reference, [])}
     out: list[Comparison] = []
     for name, of in groups.items():
-        pairs = [(mine[row.episode_id], row) for row in of if row.episode_id in mine]
+        keys = ((row.episode_id, row.context) for row in of)
+        pairs = [(mine[key], row) for key, row in zip(keys, of, strict=True) if key in mine]
         if name == reference or not pairs:
             continue
         wins = sum(a.success and not b.success for a, b in pairs)

@@ -13,6 +13,11 @@ from ippon.memory.lookup import instance_named, plain_name
 from ippon.vocabulary import canonical_label
 
 MAX_NAME: Final = 40
+_DENYING: Final = frozenset({"not", "never", "nor", "no", "except", "without", "than"})
+_PLACING: Final = frozenset(
+    {"in", "on", "under", "beside", "near", "behind", "by", "with", "from", "of", "inside"}
+    | {"between", "above", "below"}
+)
 
 
 def checked_name(
@@ -78,6 +83,8 @@ def denied_labels(one: Instance, deny: str, allow: str) -> tuple[str, ...]:
 def without_names(sentence: str, instances: Iterable[Instance]) -> tuple[str, tuple[Instance, ...]]:
     """Return a sentence with kinds of things in place of their names, and the things.
 
+    A thing that is denied keeps its name, and one that only says where another is, is not returned.
+
     Args:
         sentence: "find Anna's mug" becomes "find the mug".
         instances: What is remembered.
@@ -88,12 +95,14 @@ def without_names(sentence: str, instances: Iterable[Instance]) -> tuple[str, tu
     for one in sorted(named, key=lambda one: -len(one.name)):
         name = r"\s+".join(map(re.escape, plain_name(one.name).split()))
         found = re.search(rf"(?<!\w)(?:(?:the|my|our)\s+)?{name}(?!\w)", plain, re.IGNORECASE)
-        if found is not None:
-            used.append((found.start(), one))
+        if found is None:
+            continue
+        before = plain[: found.start()].lower().split()[-2:]
+        if _DENYING.isdisjoint(before):
+            if _PLACING.isdisjoint(before[-1:]) and before != ["next", "to"]:
+                used.append((found.start(), one))
             kind = f"the {_kind(one)}"
             plain = plain[: found.start()] + kind + plain[found.end() :]
-    if not used:
-        return sentence, ()
     return plain, tuple(one for _, one in sorted(used, key=lambda pair: pair[0]))
 
 

@@ -101,6 +101,8 @@ class ViewpointPlanner:
         self._levels_changed = True
         self._selector.reset()
         self._closer_look.reset()
+        # Narrow gaps that the goal before had opened stay closed until this one has nothing else.
+        self._floor.restore_margin()
         self._second_chances = self.config.second_chances
 
     def set_termination_min(self, termination_min: float) -> None:

@@ -20,13 +20,23 @@ def choose_device(name: str) -> torch.device:
     try:
         device = torch.device(name)
     except RuntimeError as error:
-        raise SegmentationError(f"a device is auto, cpu or cuda; got {name!r}") from error
+        raise SegmentationError(_unknown(name)) from error
+    if device.type not in {"cpu", "cuda"}:
+        raise SegmentationError(_unknown(name))
     if device.type == "cuda" and not torch.cuda.is_available():
         raise SegmentationError(
             f"this torch ({torch.__version__}) sees no GPU; take --segmentation.device cpu, or "
             "install a torch built for CUDA"
         )
+    if device.type == "cuda" and (device.index or 0) >= torch.cuda.device_count():
+        raise SegmentationError(
+            f"there is no {name}: torch sees {torch.cuda.device_count()} GPUs, numbered from 0"
+        )
     return device
+
+
+def _unknown(name: str) -> str:
+    return f"a device is auto, cpu, cuda or cuda:N; got {name!r}"
 
 
 def choose_dtype(precision: Precision, device: torch.device) -> torch.dtype:

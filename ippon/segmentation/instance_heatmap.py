@@ -49,8 +49,8 @@ def heatmap_of_instances(
             f"depth of {depth.shape[1]}x{depth.shape[0]} does not fit an image of {columns}x{rows}"
         )
     step = max(1, -(-max(depth.shape) // longest_px))
+    depth = np.where(np.isfinite(depth), depth, np.float32(0.0))
     near = depth[step // 2 :: step, step // 2 :: step]
-    near = np.where(np.isfinite(near), near, np.float32(0.0))
     common = tuple(label for label in detections.labels if label != detections.ooi)
     channels = common if detections.ooi is None else (*common, detections.ooi)
     mixed = _is_mixed(depth, near, step)
@@ -130,9 +130,11 @@ def _pixels(
     if box.size == 0:
         return None
     if one.mask is not None:
-        h, w = one.mask.shape
-        v = np.arange(depth.shape[0]) * h // depth.shape[0]
-        u = np.arange(depth.shape[1]) * w // depth.shape[1]
+        # The pixels of the mask at the middles of those of the heatmap.
+        v, u = (
+            (2 * np.arange(count) + 1) * of // (2 * count)
+            for count, of in zip(depth.shape, one.mask.shape, strict=True)
+        )
         return window, one.mask[np.ix_(v[window[0]], u[window[1]])] & (box > 0.0)
     h, w = box.shape
     middle = box[h // 4 : max(h // 4 + 1, h - h // 4), w // 4 : max(w // 4 + 1, w - w // 4)]

@@ -1,5 +1,6 @@
 """Points of a depth image with their normals."""
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
@@ -16,6 +17,12 @@ BESIDE: Final = 2
 EDGE: Final = 0.08
 """Difference of depth to a neighbour, as a share of the depth, above which they are not on one
 surface."""
+
+
+_MIDDLE: Final = 1 << 20
+"""Cells on either side of 0: 52 km at 5 cm."""
+_ROW_BITS: Final = 42
+"""Bits of a cell's number below those of its x."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,8 +50,14 @@ class SurfacePoints:
 
 def cells(points: Float64Array, cell_m: float) -> NDArray[np.int64]:
     """Return (N,) a number for each point's cell of a grid, the same for points of one cell."""
-    index = np.floor(points / cell_m).astype(np.int64) + (1 << 20)
-    return (index[:, 0] << 42) | (index[:, 1] << 21) | index[:, 2]
+    index = np.floor(points / cell_m).astype(np.int64) + _MIDDLE
+    return (index[:, 0] << _ROW_BITS) | (index[:, 1] << 21) | index[:, 2]
+
+
+def cells_between(low_m: float, high_m: float, cell_m: float) -> tuple[int, int]:
+    """Return the interval of the numbers of cells whose points may have x in an interval."""
+    first, last = (math.floor(x / cell_m) + _MIDDLE for x in (low_m, high_m))
+    return first << _ROW_BITS, (last + 1) << _ROW_BITS
 
 
 def points_of(

@@ -32,12 +32,17 @@ class HandHeldCamera:
             color: (H, W, 3) RGB.
             depth: (H, W) metres, registered to colour; 0 for no return.
         """
-        if self._tracker is None:
-            config = self._config
-            seen = points_of(depth, self._camera, config.nearest_m, config.farthest_m)
-            try:
-                pose = start_pose(seen.thinned(config.cell_m), self._mount)
-            except NoFloorError as error:
-                return TrackedPose(T_world_camera=None, fit=0.0, problem=str(error))
-            self._tracker = CameraTracker(self._camera, pose, config)
-        return self._tracker.track(color, depth)
+        if self._tracker is not None:
+            return self._tracker.track(color, depth)
+        config = self._config
+        seen = points_of(depth, self._camera, config.nearest_m, config.farthest_m)
+        try:
+            pose = start_pose(seen.thinned(config.cell_m), self._mount)
+        except NoFloorError as error:
+            return TrackedPose(T_world_camera=None, fit=0.0, problem=str(error))
+        tracker = CameraTracker(self._camera, pose, config)
+        first = tracker.track(color, depth)
+        # The pose is that of this frame: another one begins anew.
+        if first.T_world_camera is not None:
+            self._tracker = tracker
+        return first

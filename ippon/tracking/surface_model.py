@@ -1,12 +1,14 @@
 """The surface that a tracked camera has seen: one mean point and normal for each cell of a grid."""
 
+import math
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ippon.camera import PinholeCamera
 from ippon.geometry import Float64Array, invert_transform
-from ippon.tracking.depth_points import SurfacePoints, cells
+from ippon.tracking.depth_points import SurfacePoints, cells, cells_between
 
 MOST_COUNTED: Final = 50
 """Points that a cell averages; later ones weigh as the last of them."""
@@ -57,8 +59,10 @@ class SurfaceModel:
         self, camera: PinholeCamera, T_world_camera: Float64Array, farthest_m: float
     ) -> SurfacePoints:
         """Return the surface that faces a camera, in the world frame; hidden surface, too."""
+        # Of a large place most is far away.
+        near = self._around(T_world_camera[:3, 3], _reach_m(camera, farthest_m))
         T_camera_world = invert_transform(T_world_camera)
-        seen = SurfacePoints(self._points, self._normals).moved(T_camera_world)
+        seen = SurfacePoints(self._points[near], self._normals[near]).moved(T_camera_world)
         x, y, z = seen.points.T
         ahead = (z > 0.0) & (z < farthest_m)
         ahead &= np.sum(seen.normals * seen.points, axis=1) < 0.0
@@ -67,4 +71,20 @@ class SurfaceModel:
             u, v = camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy
             ahead &= (u > -wide) & (u < camera.width + wide)
             ahead &= (v > -high) & (v < camera.height + high)
-        return SurfacePoints(self._points[ahead], self._normals[ahead])
+        rows = near[ahead]
+        return SurfacePoints(self._points[rows], self._normals[rows])
+
+    def _around(self, centre_world: Float64Array, reach_m: float) -> NDArray[np.int64]:
+        """Return the rows of the points within a distance of a point."""
+        x = float(centre_world[0])
+        ends = cells_between(x - reach_m, x + reach_m, self._cell_m)
+        begin, end = (int(row) for row in np.searchsorted(self._cells, ends))
+        away = self._points[begin:end] - centre_world
+        return begin + np.flatnonzero(np.einsum("ni,ni->n", away, away) <= reach_m**2)
+
+
+def _reach_m(camera: PinholeCamera, farthest_m: float) -> float:
+    """Return the distance of the farthest corner of what a camera sees, with its margin."""
+    wide = max(camera.cx, camera.width - camera.cx) + MARGIN * camera.width
+    high = max(camera.cy, camera.height - camera.cy) + MARGIN * camera.height
+    return farthest_m * math.hypot(1.0, wide / camera.fx, high / camera.fy)

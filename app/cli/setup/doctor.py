@@ -123,8 +123,8 @@ def _run_file_doctor(command: Doctor) -> int:
     assert path is not None
     if path.is_dir() and not is_bag(path):
         raise UsageError(
-            f"{path} is not a recording: it holds no .mcap file. A dataset of images is checked by "
-            "`ippon recognise`, which says what it lacks"
+            f"{path} is not a recording: it holds no .mcap or .db3 file. A dataset of images is "
+            "checked by `ippon recognise`, which says what it lacks"
         )
     try:
         checkup = check(

@@ -154,7 +154,7 @@ def _read(session: zenoh.Session, robot: str, command: Ask) -> list[Wanted]:
     Raises:
         UsageError: It holds no object, or what was read is doubtful, and nobody said yes to it.
     """
-    if command.context or is_name(command.object):
+    if is_name(command.object):
         plain = SearchRequest(object=command.object, context=command.context, requester=NAME)
         return [(plain, False)]
     if len(command.object) > MAX_SENTENCE_CHARS:
@@ -164,7 +164,14 @@ def _read(session: zenoh.Session, robot: str, command: Ask) -> list[Wanted]:
         )
     request = SentenceRequest(sentence=command.object)
     reading = ask(session, f"{robot}/{keys.SENTENCE}", request, SentenceReading, READ_S)
-    return _agreed_searches(reading, command)
+    return [
+        (msgspec.structs.replace(one, context=_both(one.context, command.context)), joins)
+        for one, joins in _agreed_searches(reading, command)
+    ]
+
+
+def _both(one: str, other: str) -> str:
+    return ", ".join(filter(None, (one, other)))
 
 
 def _read_picture(session: zenoh.Session, robot: str, command: Ask, jpeg: bytes) -> list[Wanted]:

@@ -96,10 +96,16 @@ def _told(segmenter: Segmenter, names: Sequence[str], labels: Sequence[str]) -> 
     vocabulary = closed_vocabulary(segmenter)
     if vocabulary is None:
         return set(names)
-    told = {name for name in names if vocabulary.label_for(name, labels) == name}
-    if len(told) < len(set(names)):
-        others = ", ".join(sorted(set(names) - told))
+    label_of = {name: vocabulary.label_for(name, labels) for name in names}
+    told = {name for name, label in label_of.items() if label == name}
+    if others := ", ".join(sorted(name for name, label in label_of.items() if label is None)):
         print(f"ippon: this network cannot recognise {others}: not used", file=sys.stderr)
+    for name, label in sorted(label_of.items()):
+        if label not in {None, name}:
+            print(
+                f"ippon: this network's label for {name} is {label}: not used, list it as {label}",
+                file=sys.stderr,
+            )
     if not told:
         raise CalibrationError("the network can recognise none of the known objects")
     return told

@@ -34,7 +34,7 @@ from ippon.observation_model import (
 from ippon.segmentation.detectors.vocabulary import closed_vocabulary
 from ippon.segmentation.errors import SegmentationError
 from ippon.segmentation.segmenter import Segmenter
-from ippon.vocabulary import canonical_label
+from ippon.vocabulary import MATTERPORT_40, canonical_label
 
 NOTHING_TOLD: Final = 2
 """Exit status where the network can tell none of the objects."""
@@ -42,7 +42,8 @@ NOTHING_TOLD: Final = 2
 
 def run_recognise(command: Recognise) -> int:
     """Run every frame through network and map, and print the finds."""
-    objects = [name for name in map(canonical_label, command.find.split(",")) if name]
+    names_asked = dict.fromkeys(map(canonical_label, command.find.split(",")))
+    objects = [name for name in names_asked if name]
     if command.page is not None and not command.page.parent.is_dir():
         raise UsageError(f"--page: the folder {command.page.parent} does not exist")
     if not objects:
@@ -58,13 +59,14 @@ def run_recognise(command: Recognise) -> int:
         path = command.observation_model
         own = None if path is None else read_observation_model(path)
         models = ObservationModels([] if own is None else [own])
-        recognition = Recognition(objects, models, voxel_size_m=command.voxel_size_m)
         segmenter = segmenter_of(command.segmentation)
-        label_of = _labels_of(segmenter, objects, recognition.labels)
+        label_of = _labels_of(segmenter, objects)
         if not label_of:
             for name in objects:
                 _print(name, [], as_json=command.json)
             return NOTHING_TOLD
+        labels = tuple(dict.fromkeys(label_of.values()))
+        recognition = Recognition(labels, models, voxel_size_m=command.voxel_size_m)
         with Progress(console=Console(file=sys.stderr), transient=True) as progress:
             task = progress.add_task("frames", total=source.count)
             recognise(
@@ -73,6 +75,8 @@ def run_recognise(command: Recognise) -> int:
                 lambda frame, labels: _observed(segmenter, frame, labels, own),
                 lambda n: progress.update(task, completed=n),
             )
+        # The page reads the recording again.
+        left_out = source.tally.note
         for name in objects:
             label = label_of.get(name)
             finds = [] if label is None else in_own_world(recognition, label, source.T_map_world)
@@ -84,7 +88,7 @@ def run_recognise(command: Recognise) -> int:
             print(f"ippon: {command.page} shows the evidence", file=sys.stderr)
     except (DatasetError, SegmentationError, ObservationModelError, ValueError, OSError) as error:
         raise UsageError(str(error)) from error
-    if left_out := source.tally.note:
+    if left_out:
         print(f"ippon: {left_out}", file=sys.stderr)
     if recognition.refused:
         print(f"ippon: {recognition.refused} frames were refused", file=sys.stderr)
@@ -114,11 +118,15 @@ def _observed(
     return seen
 
 
-def _labels_of(segmenter: Segmenter, objects: list[str], labels: Sequence[str]) -> dict[str, str]:
-    """Return the labels of the objects; report objects that the network does not recognise."""
+def _labels_of(segmenter: Segmenter, objects: list[str]) -> dict[str, str]:
+    """Return the labels of the objects; report objects that the network does not recognise.
+
+    An object may have the label of a class with several names: a monitor that of tv.
+    """
     vocabulary = closed_vocabulary(segmenter)
     if vocabulary is None:
         return {name: name for name in objects}
+    labels = tuple(dict.fromkeys((*MATTERPORT_40, *objects)))
     label_of: dict[str, str] = {}
     for name in objects:
         label = vocabulary.label_for(name, labels)

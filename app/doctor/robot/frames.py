@@ -1,5 +1,6 @@
 """The tree of a robot's coordinate frames, and the pose that it gives."""
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -10,7 +11,12 @@ from app.doctor.robot.images import read_all, unreadable
 from app.doctor.robot.samples import Samples
 from app.links.robot_streams.transforms import TransformBuffer
 from app.messages import keys
-from app.messages.motion import StampedTransform, decode_odometry, decode_transforms
+from app.messages.motion import (
+    StampedTransform,
+    decode_odometry,
+    decode_transforms,
+    read_transforms,
+)
 
 WORLD, BASE = "map", "base_link"
 JUMP_M: Final = 0.5
@@ -27,7 +33,7 @@ def check_frames(samples: Samples, optical: str | None, stamps_ns: list[int]) ->
         stamps_ns: Stamps of the images.
     """
     moving, problem = read_all(samples.arrivals.get(keys.TF, []), decode_transforms)
-    fixed, _ = read_all(samples.arrivals.get(keys.TF_STATIC, []), decode_transforms)
+    fixed, fixed_problem = read_all(samples.arrivals.get(keys.TF_STATIC, []), decode_transforms)
     if not moving and not fixed:
         if samples.arrivals.get(keys.ODOM):
             return _check_odometry(samples)
@@ -38,7 +44,10 @@ def check_frames(samples: Samples, optical: str | None, stamps_ns: list[int]) ->
             parents.setdefault(t.child, set()).add(t.parent)
     findings = _shape_of(parents)
     if not findings:
-        findings = _chain(parents, optical)
+        findings = [
+            replace(one, detail="; ".join([one.detail, *_refused(samples, problem, fixed_problem)]))
+            for one in _chain(parents, optical)
+        ]
     if findings:
         return findings
     buffer = TransformBuffer()
@@ -53,6 +62,15 @@ def check_frames(samples: Samples, optical: str | None, stamps_ns: list[int]) ->
                 StampedTransform(stamp_ns=stamp, parent=WORLD, child=BASE, T_parent_child=T)
             )
     return [_judge(poses, len(stamps_ns), len(parents) + 1, rate_hz(samples.of(keys.TF)[1]))]
+
+
+def _refused(samples: Samples, *problems: str) -> list[str]:
+    """Return what is wrong with the first message or transform that is not used; else nothing."""
+    texts = [text for text in problems if text]
+    for key in (keys.TF, keys.TF_STATIC):
+        read, _ = read_all(samples.arrivals.get(key, []), read_transforms)
+        texts += [text for _, (_, refused) in read for text in refused]
+    return texts[:1]
 
 
 def _shape_of(parents: dict[str, set[str]]) -> list[Finding]:

@@ -3,6 +3,8 @@
 import concurrent.futures
 import multiprocessing
 import os
+import pickle
+import traceback
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from typing import Protocol, TypeVar
@@ -49,7 +51,7 @@ class ProcessWorkers:
         self, work: Callable[[Item], Result], items: Sequence[Item]
     ) -> Iterator[tuple[Item, Result | BaseException]]:
         """See `Workers.each`."""
-        waiting = {self._pool.submit(work, item): item for item in items}
+        waiting = {self._pool.submit(_restorable, work, item): item for item in items}
         for done in concurrent.futures.as_completed(waiting):
             error = done.exception()
             if isinstance(error, BrokenProcessPool):
@@ -65,6 +67,20 @@ class ProcessWorkers:
         for process in multiprocessing.active_children():
             process.terminate()
             process.join()
+
+
+def _restorable(work: Callable[[Item], Result], item: Item) -> Result:
+    """Do the work; an error that pickle cannot restore, which would end the pool, is described."""
+    try:
+        return work(item)
+    except Exception as error:
+        try:
+            pickle.loads(pickle.dumps(error))  # noqa: S301 - made in this process
+        except Exception:  # noqa: BLE001 - whatever the error's class raises
+            described = RuntimeError(f"{type(error).__name__}: {error}")
+            described.add_note("".join(traceback.format_exception(error)))
+            raise described from None
+        raise
 
 
 def _start(setup: WorkerSetup, parent_pid: int) -> None:

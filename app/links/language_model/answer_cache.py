@@ -14,6 +14,8 @@ from ippon.guidance.levels import LabelLevel, Level
 LOGGER = logging.getLogger(__name__)
 
 _VERSION = 1
+MAX_FILES = 2000
+"""More are removed, the oldest first."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,8 +65,17 @@ class AnswerCache:
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
             replace_file(file, json.dumps(kept).encode())
+            self._remove_oldest()
         except OSError as error:
             LOGGER.warning("the answer was not cached in %s: %s", file.parent, error.strerror)
+
+    def _remove_oldest(self) -> None:
+        files = list(self._folder.glob("*.json"))
+        if len(files) <= MAX_FILES:
+            return
+        files.sort(key=lambda file: file.stat().st_mtime_ns)
+        for file in files[: len(files) - MAX_FILES]:
+            file.unlink(missing_ok=True)
 
     def _file(self, question: str) -> Path:
         key = json.dumps([*self._scope, question])

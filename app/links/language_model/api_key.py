@@ -13,7 +13,8 @@ def read_api_key(environment: Mapping[str, str], file: Path | None = None) -> st
         ValueError: The file cannot be read or holds more than one line.
     """
     if file is None:
-        return next((environment[name] for name in KEY_VARIABLES if environment.get(name)), None)
+        keys = (environment.get(name, "").strip() for name in KEY_VARIABLES)
+        return next(filter(None, keys), None)
     try:
         text = file.read_text(encoding="utf-8").strip()
     except (OSError, UnicodeDecodeError) as error:

@@ -1,7 +1,10 @@
 """HTTP transport that bounds the duration and the size of every answer."""
 
-import time
-from collections.abc import Callable, Iterator
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import Any
 
 import httpx2
 
@@ -25,32 +28,35 @@ class AnswerCompressedError(BoundError):
 class BoundedTransport(httpx2.BaseTransport):
     """Forwards requests; ends their answers at a deadline and at a size.
 
-    The timeout of a single read does not end an answer that arrives in small pieces, and an SDK
-    reads the whole body of an error.
+    The timeout of a single read does not end an answer, nor its headers, that arrive in small
+    pieces, and an SDK reads the whole body of an error. The inner client must not keep connections
+    alive: each is cut at the deadline of its request.
     """
 
-    def __init__(
-        self,
-        inner: httpx2.Client,
-        max_bytes: int,
-        clock: Callable[[], float] = time.monotonic,
-    ) -> None:
+    def __init__(self, inner: httpx2.Client, max_bytes: int) -> None:
         self._inner = inner
         self._max_bytes = max_bytes
-        self._clock = clock
 
     def handle_request(self, request: httpx2.Request) -> httpx2.Response:
         """Send a request; its read timeout bounds the whole answer."""
-        deadline = self._clock() + float(request.extensions["timeout"]["read"])
+        deadline = _Deadline(float(request.extensions["timeout"]["read"]))
+        request.extensions = {**request.extensions, "trace": deadline.trace}
         request.headers["Accept-Encoding"] = "identity"
-        response = self._inner.send(request, stream=True)
+        try:
+            response = self._inner.send(request, stream=True)
+        except httpx2.TransportError:
+            deadline.cancel()
+            if deadline.is_over:
+                raise AnswerTooLateError from None
+            raise
         if response.headers.get("Content-Encoding", "identity").strip().lower() != "identity":
+            deadline.cancel()
             response.close()
             raise AnswerCompressedError
         return httpx2.Response(
             response.status_code,
             headers=response.headers,
-            stream=_BoundedStream(response, deadline, self._max_bytes, self._clock),
+            stream=_BoundedStream(response, deadline, self._max_bytes),
             extensions=response.extensions,
         )
 
@@ -59,28 +65,54 @@ class BoundedTransport(httpx2.BaseTransport):
         self._inner.close()
 
 
+class _Deadline:
+    """Cuts the connection of one request when its time is over."""
+
+    def __init__(self, left_s: float) -> None:
+        self.is_over = False
+        self._socket: socket.socket | None = None
+        self._timer = threading.Timer(left_s, self._cut)
+        self._timer.daemon = True
+        self._timer.start()
+
+    def cancel(self) -> None:
+        """Let the connection be."""
+        self._timer.cancel()
+
+    def trace(self, event: str, info: dict[str, Any]) -> None:
+        """Note the connection of the request; the HTTP client tells of it."""
+        if event in ("connection.connect_tcp.complete", "connection.start_tls.complete"):
+            self._socket = info["return_value"].get_extra_info("socket")
+            if self.is_over:
+                self._cut()
+
+    def _cut(self) -> None:
+        self.is_over = True
+        if self._socket is not None:
+            with suppress(OSError):  # It is closed already.
+                self._socket.shutdown(socket.SHUT_RDWR)
+
+
 class _BoundedStream(httpx2.SyncByteStream):
-    def __init__(
-        self,
-        response: httpx2.Response,
-        deadline: float,
-        max_bytes: int,
-        clock: Callable[[], float],
-    ) -> None:
+    def __init__(self, response: httpx2.Response, deadline: _Deadline, max_bytes: int) -> None:
         self._response = response
         self._deadline = deadline
         self._max_bytes = max_bytes
-        self._clock = clock
 
     def __iter__(self) -> Iterator[bytes]:
         received = 0
-        for chunk in self._response.iter_raw():
-            received += len(chunk)
-            if received > self._max_bytes:
-                raise AnswerTooLongError
-            if self._clock() > self._deadline:
-                raise AnswerTooLateError
-            yield chunk
+        try:
+            for chunk in self._response.iter_raw():
+                received += len(chunk)
+                if received > self._max_bytes:
+                    raise AnswerTooLongError
+                yield chunk
+        except httpx2.TransportError:
+            if not self._deadline.is_over:
+                raise
+        if self._deadline.is_over:
+            raise AnswerTooLateError  # What ends with its connection may be a part.
 
     def close(self) -> None:
+        self._deadline.cancel()
         self._response.close()

@@ -6,6 +6,7 @@ model is configured.
 
 import ipaddress
 import json
+import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -52,6 +53,11 @@ class ChatConfig:
             raise ValueError("base_url must not hold a password; give the key as api_key")
         if not self.model.strip():
             raise ValueError("model is empty; give its name at the endpoint, such as llama3.1")
+        if self.api_key is not None and not _is_header(self.api_key):
+            # The HTTP client would show the key in its error.
+            raise ValueError(
+                "the API key holds a space, a line break or a letter that is not ASCII"
+            )
         if not 0.0 < self.timeout_s <= 600.0:
             raise ValueError(f"timeout_s must be in (0, 600], got {self.timeout_s}")
 
@@ -96,9 +102,10 @@ class ChatEndpoint:
     def __init__(self, config: ChatConfig, *, clock: Callable[[], float] = time.monotonic) -> None:
         self._config = config
         self._clock = clock
+        self._lock = threading.Lock()
         self._forms: tuple[ResponseForm, ...] = _FORMS
         self._temperature = config.temperature
-        self._client = _connect(config, clock)
+        self._client = _connect(config)
 
     def close(self) -> None:
         """Close the connection; a pending request fails."""
@@ -122,21 +129,29 @@ class ChatEndpoint:
             ChatError: No answer in time, or an answer that is not a chat completion.
         """
         deadline = self._clock() + self._config.timeout_s
+        accepted = self._forms
         while True:
-            form = self.form
-            status, body, headers = self._post(self._body(form, messages(form), schema), deadline)
+            form, temperature = self._forms[0], self._temperature
+            question = self._body(form, temperature, messages(form), schema)
+            status, body, headers = self._post(question, deadline)
             if status == 200:
                 return self._completion(body, form)
-            if status in _REFUSED_PARAMETER and self._drop_parameter(body):
+            if status in _REFUSED_PARAMETER and self._drop_parameter(body, form, temperature):
                 continue
+            # What is refused in every form is refused for another reason, such as its length.
+            self._forms = accepted
             raise self._error(status, body, headers)
 
     def _body(
-        self, form: ResponseForm, messages: Sequence[Message], schema: dict[str, Any]
+        self,
+        form: ResponseForm,
+        temperature: float | None,
+        messages: Sequence[Message],
+        schema: dict[str, Any],
     ) -> dict[str, Any]:
         body: dict[str, Any] = {"messages": list(messages)}
-        if self._temperature is not None:
-            body["temperature"] = self._temperature
+        if temperature is not None:
+            body["temperature"] = temperature
         if form == "schema":
             named = {"name": "answer", "strict": True, "schema": schema}
             body["response_format"] = {"type": "json_schema", "json_schema": named}
@@ -176,18 +191,21 @@ class ChatEndpoint:
                 reason = str(error) or type(error).__name__
                 return ChatError(self._clean(f"no connection: {reason}"), retry=True)
 
-    def _drop_parameter(self, body: bytes) -> bool:
-        """Drop a parameter that the endpoint refuses; return False if none is left."""
+    def _drop_parameter(self, body: bytes, form: ResponseForm, temperature: float | None) -> bool:
+        """Drop a parameter that the endpoint refuses; return False if none is left.
+
+        Of several threads that are refused the same parameter, the first drops it.
+        """
         text = body[:4000].decode("utf-8", "replace").lower()
-        if "temperature" in text and self._temperature is not None:
+        if "temperature" in text and temperature is not None:
             self._temperature = None
             return True
-        if "model" in text and "not found" in text:
+        if ("model" in text and "not found" in text) or form == _FORMS[-1]:
             return False
-        if len(self._forms) > 1:
-            self._forms = self._forms[1:]
-            return True
-        return False
+        with self._lock:
+            if self._forms[0] == form:
+                self._forms = self._forms[1:]
+        return True
 
     def _error(self, status: int, body: bytes, headers: Mapping[str, str]) -> ChatError:
         detail = _error_detail(body)
@@ -197,27 +215,34 @@ class ChatEndpoint:
         )
 
     def _completion(self, body: bytes, form: ResponseForm) -> ChatReply:
-        text, complete = _read_completion(body)
+        try:
+            text, complete = _read_completion(body)
+        except ChatError as error:
+            raise ChatError(self._clean(str(error)), retry=error.retry) from None
         return ChatReply(text=self._clean(text), complete=complete, form=form)
 
     def _late(self) -> str:
         return f"no answer within {self._config.timeout_s:g} s"
 
     def _clean(self, text: str) -> str:
-        """Remove the key from a text: an endpoint may have echoed it."""
+        """Remove the key, which an endpoint may have echoed, and what no text can hold."""
         key = self._config.api_key
+        text = text.encode("utf-8", "replace").decode()  # Half a character: "\ud800".
         return text.replace(key, "***") if key else text
 
 
-def _connect(config: ChatConfig, clock: Callable[[], float]) -> OpenAI:
+def _connect(config: ChatConfig) -> OpenAI:
     """Return the SDK's client; its own retries are off, and every answer is bounded."""
     # A proxy from the environment must not be used for a model on this machine.
     use_environment = not _is_local(config.host)
     inner = httpx2.Client(
-        trust_env=use_environment, follow_redirects=False, timeout=config.timeout_s
+        trust_env=use_environment,
+        follow_redirects=False,
+        timeout=config.timeout_s,
+        limits=httpx2.Limits(max_keepalive_connections=0),
     )
     http_client = httpx2.Client(
-        transport=bounded.BoundedTransport(inner, MAX_REPLY_BYTES, clock), timeout=config.timeout_s
+        transport=bounded.BoundedTransport(inner, MAX_REPLY_BYTES), timeout=config.timeout_s
     )
     # Without a key the SDK would take one from the environment, meant for another endpoint.
     return OpenAI(
@@ -226,6 +251,10 @@ def _connect(config: ChatConfig, clock: Callable[[], float]) -> OpenAI:
         max_retries=0,
         http_client=http_client,
     )
+
+
+def _is_header(key: str) -> bool:
+    return key.isascii() and key.isprintable() and " " not in key
 
 
 def _is_local(host: str) -> bool:

@@ -74,13 +74,21 @@ class CommandOutput:
         self._image = stamp_s, at_s
         self.driver.saw_image(stamp_s, at_s)
 
-    def put(self, key: str, payload: bytes) -> bool:
-        """Publish a message, the latest one only; return False where nobody subscribes."""
+    def reaches(self, key: str, entities: Iterable[Entity]) -> bool:
+        """Return whether somebody subscribes now to what is published for a command."""
+        topic, endpoint = self._topics[key], self._endpoints.get(key)
+        match = match_topic(key, topic, COMMANDS[key][1], "MS", entities)
+        return (
+            not match.problem
+            and endpoint is not None
+            and endpoint.entity.key == match.key(self._domain, topic.name)
+        )
+
+    def put(self, key: str, payload: bytes) -> None:
+        """Publish a message, the latest one only, once somebody has subscribed."""
         endpoint = self._endpoints.get(key)
-        if endpoint is None:
-            return False
-        self._sender.put_latest(key, partial(endpoint.put, payload))
-        return True
+        if endpoint is not None:
+            self._sender.put_latest(key, partial(endpoint.put, payload))
 
     def take_velocity(self, payload: bytes) -> None:
         """Pass on a TwistStamped of the navigator."""

@@ -93,12 +93,15 @@ class RobotLink:
         graph = Graph(robot_session, settings.domain)
         self._commands = commands = CommandOutput(participant, settings)
         streams = Streams(participant, self._session, self._robot, settings, commands.saw_image)
-        action = self._find_navigation(participant, commands)
+        action = self._find_navigation(participant, commands, graph)
         self._subscribe(commands)
         while not self._ended.is_set():
             entities = graph.entities()
             try:
-                self._report(commands.follow(entities) | streams.follow(entities))
+                matches = commands.follow(entities)
+                self._report(matches | streams.follow(entities))
+                if self._goals is not None and "goal" in matches and matches["goal"].problem:
+                    self._goals.lost()
                 if action is not None:
                     self._report({"navigate": Match(problem=action.follow(entities))})
                 self._note("link", "")
@@ -147,7 +150,7 @@ class RobotLink:
         return False
 
     def _find_navigation(
-        self, participant: Participant, commands: CommandOutput
+        self, participant: Participant, commands: CommandOutput, graph: Graph
     ) -> GoalAction | None:
         """Pass goals on to a robot that navigates by itself; return its action if it has one."""
         topics = self._settings.topics
@@ -160,7 +163,7 @@ class RobotLink:
             goals.ended(goal, code)
 
         action = GoalAction(participant, topics[key], ended) if key == "navigate" else None
-        navigation = action or GoalTopic(commands, topics[key], ended)
+        navigation = action or GoalTopic(commands, topics[key], ended, graph.entities)
         goals = Goals(navigation, lambda stamp, code: status.put(goal_status(stamp, code)))
         self._goals = goals
         return action

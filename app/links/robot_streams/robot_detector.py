@@ -111,8 +111,9 @@ class RobotDetector:
         if self._vocabulary is None:
             looked_for = tuple(label for label in asked if label in set(names))
         else:
-            knows = self._vocabulary.knows
-            looked_for = tuple(one for one in asked if one in names or knows(one))
+            # Of two labels of one class, that without boxes is not looked for.
+            told = {*names, *map(self._label_of, self._vocabulary.classes)}
+            looked_for = tuple(label for label in asked if label in told)
         return make_detections(
             boxes.boxes_px,
             boxes.scores,
@@ -140,10 +141,9 @@ class RobotDetector:
 
     def _answers_of(self, name: str) -> tuple[str, ...]:
         own = self._own.get(name)
-        return synonyms_of_class(name) if own is None else (own,)
+        return synonyms_of_class(name, self._labelled) if own is None else (own,)
 
     def _vocabulary_of(self, names: Sequence[str]) -> ClosedVocabulary | None:
-        if not names:
-            return None
         classes = tuple(dict.fromkeys(canonical_label(name) for name in names))
-        return ClosedVocabulary(classes, tuple(map(self._answers_of, classes)))
+        self._labelled = {*classes, *self._own.values()}
+        return ClosedVocabulary(classes, tuple(map(self._answers_of, classes))) if names else None

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
+from app.messages.images import GREY_16
 from ippon.camera import PinholeCamera
 from ippon.geometry import Float64Array, is_rigid, make_transform, rotation_from_quaternion
 
@@ -25,6 +26,8 @@ TUM_CAMERAS: Final = {
     "freiburg2": (520.9, 521.0, 325.1, 249.7),
     "freiburg3": (535.4, 539.2, 320.1, 247.6),
 }
+_STRETCH: Final = 0.02
+"""Difference of the proportions of colour and depth that is accepted; ScanNet's is 0.004."""
 NO_POSE: Final = np.full((4, 4), np.nan)
 TUM_DEFAULT: Final = (525.0, 525.0, 319.5, 239.5)
 
@@ -97,21 +100,34 @@ def read_color(path: Path, camera: PinholeCamera) -> NDArray[np.uint8]:
     """Return a colour image (H, W, 3) in the size of the camera.
 
     Raises:
-        DatasetError: It cannot be read.
+        DatasetError: It cannot be read, or has other proportions than the camera.
     """
     with _opened(path) as image:
         size = (camera.width, camera.height)
+        stretch = image.width * camera.height / (image.height * camera.width)
+        if not 1.0 - _STRETCH < stretch < 1.0 + _STRETCH:
+            raise DatasetError(
+                f"{path} is an image of {image.width}x{image.height}; colour and depth of this "
+                f"dataset are of one view, {camera.width}x{camera.height}: register one to the "
+                "other first"
+            )
         rgb = image.convert("RGB")
         return np.asarray(rgb if rgb.size == size else rgb.resize(size, Image.Resampling.BOX))
 
 
-def read_depth(path: Path, unit_m: float) -> NDArray[np.float32]:
+def read_depth(path: Path, unit_m: float, camera: PinholeCamera) -> NDArray[np.float32]:
     """Return a depth image (H, W) in metres, 0 where there is no reading.
 
     Raises:
-        DatasetError: It cannot be read.
+        DatasetError: It cannot be read, is no depth image, or has another size than the camera.
     """
     with _opened(path) as image:
+        if image.mode not in GREY_16 or image.size != (camera.width, camera.height):
+            raise DatasetError(
+                f"{path} is an image of {image.width}x{image.height} in the mode {image.mode}; the "
+                f"camera of this dataset takes depth of {camera.width}x{camera.height}, grey of 16 "
+                "bits"
+            )
         values = np.asarray(image).astype(np.uint16, copy=True)
     values[values == NO_READING] = 0
     return values.astype(np.float32) * np.float32(unit_m)

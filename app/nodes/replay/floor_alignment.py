@@ -66,7 +66,8 @@ def _floor_height(dataset: Dataset, T_up_world: Float64Array) -> float:
     every = max(1, len(dataset.frames) // SAMPLED_FRAMES)
     heights: list[Float64Array] = []
     for frame in dataset.frames[::every]:
-        depth = read_depth(frame.depth, dataset.depth_unit_m)[v, u].astype(np.float64)
+        image = read_depth(frame.depth, dataset.depth_unit_m, camera)
+        depth = image[v, u].astype(np.float64)
         seen = (depth > 0.3) & (depth < 5.0)
         z = depth[seen]
         rays = np.stack(

@@ -1,12 +1,12 @@
 """The messages of a robot, from a dataset or a bag, in order and with their times."""
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+import logging
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 import numpy as np
-from rosbags.highlevel import AnyReader, AnyReaderError
 
 from app.messages import keys
 from app.messages.cdr import MessageError
@@ -15,12 +15,16 @@ from app.messages.motion import StampedTransform, encode_transforms
 from app.nodes.replay.bag_poses import BagPoses, poses_of
 from app.nodes.replay.datasets import Dataset, DatasetError, read_color, read_depth
 from app.nodes.replay.floor_alignment import align_to_floor, base_below, camera_on_base
-from app.recording.channels import USUAL, Names, key_of
+from app.recording.camera_topics import topic_problem
+from app.recording.channels import USUAL, Names
 from app.recording.errors import RecordingError
 from app.recording.frame_tree import BASE, TOPICS, WORLD
+from app.recording.reading.bag_files import METADATA, stored_in
 from app.recording.reading.recording import Recording
 from ippon.frame import NANOSECONDS
 from ippon.geometry import Float64Array
+
+logger = logging.getLogger(__name__)
 
 CAMERA_FRAME: Final = "camera_color_optical_frame"
 FROM_CAMERA: Final = (
@@ -28,9 +32,6 @@ FROM_CAMERA: Final = (
 )  # fmt: skip
 TF_ALONE: Final = BagPoses()
 """The poses of a bag whose tf begins at `map`."""
-POSES: Final = (keys.TF, keys.ODOM)
-MOST_NAMED: Final = 12
-"""Topics that an error names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +69,7 @@ def dataset_messages(
         if frame.time_s < start_s:
             continue
         stamp, at = first_stamp_ns + round(NANOSECONDS * frame.time_s), frame.time_s - start_s
-        depth = read_depth(frame.depth, dataset.depth_unit_m)
+        depth = read_depth(frame.depth, dataset.depth_unit_m, dataset.camera)
         color = read_color(frame.color, dataset.camera)
         if poses:
             yield RobotMessage(
@@ -93,7 +94,7 @@ def _pose_message(T_map_camera: Float64Array, stamp_ns: int) -> bytes:
 
 def is_bag(path: Path) -> bool:
     """Return whether a path is a bag or a recording, and not the folder of a dataset."""
-    return path.is_file() or any(path.glob("*.mcap")) or (path / "metadata.yaml").exists()
+    return path.is_file() or (path.is_dir() and bool(stored_in(path) or (path / METADATA).exists()))
 
 
 def bag_poses(
@@ -111,8 +112,8 @@ def bag_poses(
         clock_offset_s: How far the camera's clock is behind that of the poses.
 
     Raises:
-        DatasetError: It is not a bag, lacks a topic that a frame needs, or its transforms do not
-            lead to the camera, or are of another time than its images.
+        DatasetError: It is not a bag, lacks a topic that a frame needs, has those of two cameras,
+            or its transforms do not lead to the camera, or are of another time than its images.
     """
     messages = _bag_messages(path, 0.0, TOPICS, names)
     told = ((one.key, one.payload) for one in messages)
@@ -126,6 +127,7 @@ def bag_messages(
     heatmaps: bool,
     poses: BagPoses | None = TF_ALONE,
     names: Names = USUAL,
+    told: bool = True,
 ) -> Iterator[RobotMessage]:
     """Yield the recorded messages of the robot of a bag.
 
@@ -135,15 +137,17 @@ def bag_messages(
         heatmaps: Whether to send recorded heatmaps and detections.
         poses: Which of them are sent (`bag_poses`); None for none, and a bag needs none.
         names: Topics of a robot that has names of its own.
+        told: Whether to log what is wrong with its files.
 
     Raises:
-        DatasetError: It is not a bag, or lacks a topic that a frame needs.
+        DatasetError: It is not a bag, lacks a topic of a frame, or has those of two cameras.
     """
     seen = keys.SEEN if heatmaps else ()
     wanted = [*FROM_CAMERA, *seen, *(poses.keys if poses is not None else ())]
     if poses is not None and (fixed := poses.fixed()) is not None:
         yield RobotMessage(0.0, keys.TF_STATIC, fixed)
-    for message in _bag_messages(path, start_s, wanted, names, poses=poses is not None):
+    known = poses is not None
+    for message in _bag_messages(path, start_s, wanted, names, poses=known, told=told):
         try:
             if message.key == keys.COLOR_RAW:
                 color = encode_color(*decode_color_raw(message.payload))
@@ -157,81 +161,33 @@ def bag_messages(
 
 
 def _bag_messages(
-    path: Path, start_s: float, wanted: Sequence[str], names: Names, *, poses: bool = True
+    path: Path,
+    start_s: float,
+    wanted: Sequence[str],
+    names: Names,
+    *,
+    poses: bool = True,
+    told: bool = False,
 ) -> Iterator[RobotMessage]:
-    if path.is_dir() and not any(path.glob("*.mcap")):
-        yield from _rosbag_messages(path, start_s, wanted, names, poses=poses)
-        return
     try:
         recording = Recording(path, names=names)
     except RecordingError as error:
         raise DatasetError(str(error)) from error
     try:
-        topics = [(channel.topic, channel.type) for channel in recording.index.channels.values()]
-        _check(path, recording.keys, topics, poses=poses)
+        for problem in recording.index.problems if told else ():
+            logger.warning("%s: %s; what can be read is used", path, problem)
+        if problem := topic_problem(recording, poses=poses):
+            raise DatasetError(f"{path}: {problem}")
         for message in recording.all_messages(_used(wanted, recording.keys)):
             at = (message.time_ns - recording.start_ns) * 1e-9 - start_s
             if at >= 0.0 or message.key == keys.TF_STATIC:
                 yield RobotMessage(max(at, 0.0), message.key, message.payload)
+        for problem, count in recording.damaged.items():
+            logger.warning("%s: %s (%d messages)", path, problem, count)
     finally:
         recording.close()
-
-
-def _rosbag_messages(
-    path: Path, start_s: float, wanted: Sequence[str], names: Names, *, poses: bool
-) -> Iterator[RobotMessage]:
-    try:
-        with AnyReader([path]) as reader:
-            found = [(c, key_of(c.topic, c.msgtype, {}, names)) for c in reader.connections]
-            known = {
-                c.topic: key
-                for c, key in found
-                if key is not None and keys.ROS_TYPES[key] == c.msgtype
-            }
-            topics = [(c.topic, c.msgtype) for c, _ in found]
-            _check(path, tuple(known.values()), topics, poses=poses)
-            read = _used(wanted, tuple(known.values()))
-            used = [c for c, _ in found if known.get(c.topic) in read]
-            if not used:
-                return
-            for connection, time_ns, raw in reader.messages(connections=used):
-                key, at = known[connection.topic], (time_ns - reader.start_time) * 1e-9 - start_s
-                if at >= 0.0 or key == keys.TF_STATIC:
-                    yield RobotMessage(max(at, 0.0), key, bytes(raw))
-    except (AnyReaderError, OSError) as error:
-        raise DatasetError(f"{path} is not a readable bag: {error}") from error
 
 
 def _used(wanted: Sequence[str], found: Collection[str]) -> tuple[str, ...]:
     """Return the keys to read: raw colour only where there is no compressed one."""
     return tuple(key for key in wanted if key != keys.COLOR_RAW or keys.COLOR not in found)
-
-
-def _check(
-    path: Path, found: Collection[str], topics: Iterable[tuple[str, str]], *, poses: bool
-) -> None:
-    """Refuse a bag without the topics of a frame.
-
-    Raises:
-        DatasetError: Names the missing topics, and those of the bag with their types.
-    """
-    needed = [(keys.COLOR, keys.COLOR_RAW), (keys.DEPTH, keys.DEPTH_RAW), (keys.CAMERA_INFO,)]
-    if poses:
-        needed.append(POSES)
-    missing = [several for several in needed if not set(several) & set(found)]
-    if not missing:
-        return
-    kinds = {keys.ROS_TYPES[key] for several in missing for key in several}
-    there = sorted({f"{name} ({kind})" for name, kind in topics if kind in kinds})
-    text = (
-        f"{path} has no topic that ends in {', '.join(' or '.join(s) for s in missing)}: without "
-        "colour, depth, camera info and tf or odometry there is nothing to map. It has "
-        f"{', '.join(there[:MOST_NAMED]) or 'no other topic'} of such types; topics with other "
-        "names: --profile FILE with a section `ros2` that names them (`ippon profile`)"
-    )
-    if missing == [POSES]:
-        text += (
-            ". A recording without poses is replayed with `ippon replay --no-poses`, for "
-            "`ippon navigate --profile hand-held`, which finds them by the images"
-        )
-    raise DatasetError(text)

@@ -79,7 +79,11 @@ def poses_sent(config: ReplayConfig) -> BagPoses | None:
 
 
 def messages_of(
-    config: ReplayConfig, first_stamp_ns: int, poses: BagPoses | None = TF_ALONE
+    config: ReplayConfig,
+    first_stamp_ns: int,
+    poses: BagPoses | None = TF_ALONE,
+    *,
+    told: bool = False,
 ) -> Iterator[RobotMessage]:
     """Yield the messages of one round.
 
@@ -87,6 +91,7 @@ def messages_of(
         config: What to replay.
         first_stamp_ns: Stamp of the first frame of a dataset.
         poses: Which poses of a bag are sent.
+        told: Whether to log what is wrong with the files of a bag.
 
     Raises:
         DatasetError: The path cannot be replayed.
@@ -101,6 +106,7 @@ def messages_of(
             heatmaps=config.heatmaps,
             poses=poses if config.poses else None,
             names=config.names,
+            told=told,
         )
     dataset = open_dataset(path, poses=config.poses)
     return dataset_messages(
@@ -146,7 +152,7 @@ def run_replay(config: ReplayConfig) -> None:
     """
     stop = ProcessStopSignal()
     # Before the network is opened, so that a wrong folder is reported immediately.
-    next(messages_of(config, 0), None)
+    next(messages_of(config, 0, told=True), None)
     poses = poses_sent(config)
     if poses is not None and (note := poses.note(config.path)):
         logger.warning("%s", note)

@@ -9,7 +9,8 @@ from ippon.geometry import Float64Array
 def read_names(profile: str | None) -> Names:
     """Return the keys of a robot's topics, by name and type: those that its bridge carries.
 
-    The compressed topics that image_transport puts beside an image are among them.
+    The compressed topics that image_transport puts beside an image are among them, and the raw ones
+    beside a usual name. Topics with usual names in no namespace are left to the ends of names.
 
     Args:
         profile: Name of a built-in profile, or path of a YAML file; None for no names.
@@ -20,9 +21,16 @@ def read_names(profile: str | None) -> Names:
     names: dict[tuple[str, str], str] = {}
     if profile is None:
         return names
-    for stream, topic in read_ros2(profile).topics.items():
-        for kind, key in STREAMS[stream][1].items() if stream in STREAMS else ():
+    settings = read_ros2(profile)
+    for stream, topic in settings.topics.items():
+        usual, kinds = STREAMS.get(stream, (None, {}))
+        is_usual = usual is not None and topic.name.endswith("/" + usual.strip("/"))
+        if is_usual and topic.name == "/" + str(usual).strip("/") and settings.namespace == "/":
+            continue
+        for kind, key in kinds.items():
             names[topic.name, kind] = key
+            if is_usual:
+                names[topic.name.removesuffix(str(usual).strip("/")) + key, kind] = key
             if kind == COMPRESSED:
                 names[f"{topic.name}/{key.rsplit('/', 1)[-1]}", kind] = key
     return names

@@ -37,6 +37,8 @@ BACKWARDS_NS: Final = NANOSECONDS
 """Largest step back in time from one chunk to the next that is accepted as disorder."""
 _ENTRY: Final = np.dtype([("time", "<u8"), ("offset", "<u8")])
 _WORDS: Final = struct.Struct("<HI")
+OUTSIDE_CHUNKS: Final = -1
+"""In place of a chunk, for a message that is in none."""
 _LATEST: Final = np.uint64(2**63 - 1)
 """Largest time, nanoseconds since 1970: the year 2262."""
 
@@ -55,9 +57,9 @@ class Entries:
 
     time_ns: NDArray[np.int64]
     chunk: NDArray[np.int32]
-    """Row of `FileIndex.chunks`; -1 for a message outside chunks."""
+    """Row of `FileIndex.chunks`, or `OUTSIDE_CHUNKS`."""
     offset: NDArray[np.int64]
-    """In the unpacked chunk, or in the file."""
+    """In the unpacked chunk, or in the file; the number of the message in SQLite."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -85,8 +87,8 @@ def _not_ours(path: Path, start: bytes) -> str:
             "what was remembered"
         )
     return (
-        f"{path} is not a recording: it does not begin like an MCAP file. `ippon review` opens "
-        ".mcap files of ippon and of ROS 2; a bag in .db3 is converted by `ros2 bag convert`"
+        f"{path} is not a recording: it begins neither like an MCAP file nor like a bag in SQLite "
+        "(.db3)"
     )
 
 
@@ -213,7 +215,9 @@ class Scanner:
     def _read_chunk(self, chunk: int) -> dict[int, list[tuple[int, int]]]:
         """Read a chunk's schemas and channels; return the positions of its messages by channel."""
         try:
-            found = index_chunk(unpack_chunk(self._data, self._index.chunks[chunk]))
+            one = self._index.chunks[chunk]
+            packed = self._data[one.offset : one.offset + one.length]
+            found = index_chunk(unpack_chunk(packed, one))
         except RecordingError as error:
             self._index.problems.append(str(error))
             return {}
@@ -258,7 +262,7 @@ class Scanner:
             packed = b"".join(entries for _, entries in parts)
             rows = np.concatenate([np.frombuffer(packed, _ENTRY), loose])
             counts = [*(len(entries) // _ENTRY.itemsize for _, entries in parts), len(loose)]
-            chunk = np.repeat(np.array([*(c for c, _ in parts), -1], np.int32), counts)
+            chunk = np.repeat(np.array([*(c for c, _ in parts), OUTSIDE_CHUNKS], np.int32), counts)
             dated = rows["time"] <= _LATEST
             if not dated.all():
                 self._tell_undated(int(np.count_nonzero(~dated)))

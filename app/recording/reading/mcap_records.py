@@ -75,15 +75,19 @@ class ChunkContent:
     """Time and offset of each message, by channel."""
 
 
-def unpack_chunk(data: Bytes, chunk: Chunk) -> bytes:
+def unpack_chunk(packed: bytes, chunk: Chunk) -> bytes:
     """Return the records of a chunk.
+
+    Args:
+        packed: Its bytes in the file.
+        chunk: What the file says of it.
 
     Raises:
         RecordingError: It is damaged, or its compression is not supported.
     """
     if chunk.size > MAX_CHUNK_BYTES:
         raise RecordingError(f"a chunk states an uncompressed size of {chunk.size} bytes: damaged")
-    records = _unpacked(data[chunk.offset : chunk.offset + chunk.length], chunk)
+    records = _unpacked(packed, chunk)
     if chunk.checksum and zlib.crc32(records) != chunk.checksum:
         raise RecordingError(f"the chunk at byte {chunk.offset} is damaged: its checksum differs")
     return records

@@ -1,8 +1,6 @@
 """Reading of a recording: the messages of any time span, in order."""
 
-import mmap
-import os
-from collections import Counter, OrderedDict
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,11 +11,13 @@ from numpy.typing import NDArray
 
 from app.recording.channels import USUAL, Names, key_of, to_wire
 from app.recording.errors import RecordingError
-from app.recording.reading.file_index import Entries, FileIndex, Scanner
-from app.recording.reading.mcap_records import read_message, unpack_chunk
+from app.recording.reading.bag_files import files_of
+from app.recording.reading.file_index import Entries, FileIndex
+from app.recording.reading.stored_file import OpenedFiles, StoredFile, unpack_message
+from ippon.frame import NANOSECONDS
 
-CACHE_BYTES: Final = 64 * 2**20
-"""Number of uncompressed chunks in memory: about a minute of a session."""
+WINDOW_NS: Final = 60 * NANOSECONDS
+"""Time span of which the order of the messages is computed at once."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,8 +31,20 @@ class RecordedMessage:
     payload: bytes
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Source:
+    """The messages of one topic in one file."""
+
+    part: int
+    """Number of the file."""
+    file: StoredFile
+    entries: Entries
+    topic: str
+    type: str
+
+
 class Recording:
-    """An open file. Not thread-safe: one thread owns it."""
+    """An open recording: a file, or the parts of a bag. Not thread-safe: one thread owns it."""
 
     def __init__(
         self,
@@ -40,7 +52,7 @@ class Recording:
         progress: Callable[[float], None] | None = None,
         names: Names = USUAL,
     ) -> None:
-        """Open a file, or a session's folder, and index its messages.
+        """Open a file, a session's folder or a bag, and index its messages.
 
         Args:
             path: The file or folder.
@@ -50,19 +62,59 @@ class Recording:
         Raises:
             RecordingError: There is no file, or it has no known message.
         """
-        self.path = file_of(path)
-        self._scanner = Scanner(self.path)
-        self.index: FileIndex = self._scanner.scan(progress)
+        paths = files_of(path)
+        self.path = paths[0]
         self.damaged: Counter[str] = Counter()
         """Number of unreadable messages, by error."""
         self._names = names
-        self._entries: dict[str, list[tuple[Entries, str]]] = {}
+        self._sources: dict[str, list[_Source]] = {}
         self.start_ns = self.end_ns = 0
-        self._adopt()
-        self._cache: OrderedDict[int, bytes] = OrderedDict()
-        self._cached = 0
-        self._file = self.path.open("rb")
-        self._data = mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ)
+        self._opened = OpenedFiles()
+        self._files: list[StoredFile] = []
+        self._unreadable: list[str] = []
+        try:
+            self._open(paths, progress)
+            self.index: FileIndex = self._joined_index()
+            self._adopt()
+        except BaseException:
+            self.close()
+            raise
+
+    def _open(self, paths: list[Path], progress: Callable[[float], None] | None) -> None:
+        for n, path in enumerate(paths):
+
+            def told(share: float, before: int = n) -> None:
+                if progress is not None:
+                    progress((before + share) / len(paths))
+
+            try:
+                self._files.append(self._opened.open(path, told))
+            except RecordingError as error:
+                if len(paths) == 1:
+                    raise
+                self._unreadable.append(str(error))
+        if not self._files:
+            raise RecordingError(self._unreadable[0])
+
+    def _joined_index(self) -> FileIndex:
+        """Return the index of the file; of several, what they have in common."""
+        if len(self._files) == 1 and not self._unreadable:
+            return self._files[0].index
+        indexes = [file.index for file in self._files]
+        channels = [channel for index in indexes for channel in index.channels.values()]
+        return FileIndex(
+            channels=dict(enumerate(channels)),
+            metadata={name: text for index in indexes for name, text in index.metadata.items()},
+            complete=all(index.complete for index in indexes) and not self._unreadable,
+            problems=[
+                *self._unreadable,
+                *(
+                    f"{file.path.name}: {text}"
+                    for file in self._files
+                    for text in file.index.problems
+                ),
+            ],
+        )
 
     def refresh(self) -> bool:
         """Read what was appended to an unfinished file; return whether there was anything.
@@ -70,46 +122,48 @@ class Recording:
         Raises:
             RecordingError: It can no longer be read.
         """
-        try:
-            size = os.fstat(self._file.fileno()).st_size
-        except OSError as error:
-            raise RecordingError(f"cannot read {self.path}: {error.strerror}") from error
-        if self.index.complete or size <= len(self._data):
+        grown = [file.refresh() for file in self._files]
+        if not any(grown):
             return False
-        end = self.index.end
-        self._scanner.scan()
+        self.index = self._joined_index()
         self._adopt()
-        self._data.close()
-        self._data = mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ)
-        return self.index.end > end or self.index.complete
+        return True
 
     def _adopt(self) -> None:
-        self._entries.clear()
-        for number, entries in self.index.entries.items():
-            channel = self.index.channels[number]
-            key = key_of(channel.topic, channel.type, channel.metadata, self._names)
-            if key is not None and channel.encoding == "cdr":
-                self._entries.setdefault(key, []).append((entries, channel.type))
-        ranges = [
-            (e.time_ns[0], e.time_ns[-1])
-            for found in self._entries.values()
-            for e, _ in found
-            if len(e.time_ns)
-        ]
-        if not ranges:
+        self._sources.clear()
+        for part, file in enumerate(self._files):
+            for number, entries in file.index.entries.items():
+                channel = file.index.channels[number]
+                key = key_of(channel.topic, channel.type, channel.metadata, self._names)
+                if key is not None and channel.encoding == "cdr" and len(entries.time_ns):
+                    source = _Source(
+                        part=part,
+                        file=file,
+                        entries=entries,
+                        topic=channel.topic,
+                        type=channel.type,
+                    )
+                    self._sources.setdefault(key, []).append(source)
+        times = [source.entries.time_ns for found in self._sources.values() for source in found]
+        if not times:
             raise RecordingError(_nothing(self.path, self.index))
-        self.start_ns = int(min(first for first, _ in ranges))
-        self.end_ns = int(max(last for _, last in ranges))
+        self.start_ns = int(min(one[0] for one in times))
+        self.end_ns = int(max(one[-1] for one in times))
 
     def close(self) -> None:
-        """Close the file."""
-        self._data.close()
-        self._file.close()
+        """Close the files."""
+        for file in self._files:
+            file.close()
+        self._opened.close()
 
     @property
     def keys(self) -> tuple[str, ...]:
         """Keys with messages."""
-        return tuple(self._entries)
+        return tuple(self._sources)
+
+    def topics(self, key: str) -> list[str]:
+        """Return the topics whose messages have a key, in the order of their names."""
+        return sorted({source.topic for source in self._sources.get(key, ())})
 
     @property
     def duration_s(self) -> float:
@@ -118,17 +172,18 @@ class Recording:
 
     def times_ns(self, key: str) -> NDArray[np.int64]:
         """Return the times of the messages of a key, in order."""
-        found = [entries.time_ns for entries, _ in self._entries.get(key, ())]
+        found = [source.entries.time_ns for source in self._sources.get(key, ())]
         return np.sort(np.concatenate(found)) if found else np.empty(0, np.int64)
 
     def latest(self, key: str, time_ns: int) -> RecordedMessage | None:
         """Return the last readable message of a key up to a time, None before the first."""
         found: RecordedMessage | None = None
-        for entries, kind in self._entries.get(key, ()):
-            for row in range(int(np.searchsorted(entries.time_ns, time_ns, "right")) - 1, -1, -1):
-                if found is not None and entries.time_ns[row] <= found.time_ns:
+        for source in self._sources.get(key, ()):
+            times = source.entries.time_ns
+            for row in range(int(np.searchsorted(times, time_ns, "right")) - 1, -1, -1):
+                if found is not None and times[row] <= found.time_ns:
                     break
-                message = self._read(key, entries, kind, row)
+                message = self._read(key, source, row)
                 if message is not None:
                     found = message
                     break
@@ -148,25 +203,36 @@ class Recording:
             until_ns: End; messages at this time are included.
             keys: Keys to read; None for all.
         """
-        sources: list[tuple[str, Entries, str, int]] = []
-        times: list[NDArray[np.int64]] = []
+        used = [
+            (key, source)
+            for key in (self._sources if keys is None else keys)
+            for source in self._sources.get(key, ())
+        ]
+        while (first_ns := _next_ns(used, after_ns)) is not None and first_ns <= until_ns:
+            stop_ns = min(first_ns + WINDOW_NS, until_ns)
+            yield from self._window(used, after_ns, stop_ns)
+            after_ns = stop_ns
+
+    def _window(
+        self, used: list[tuple[str, _Source]], after_ns: int, until_ns: int
+    ) -> Iterator[RecordedMessage]:
+        """Yield the messages of a short span, ordered by time, file and place in the file."""
         rows: list[NDArray[np.int64]] = []
-        for key in self._entries if keys is None else keys:
-            for entries, kind in self._entries.get(key, ()):
-                low, high = np.searchsorted(entries.time_ns, [after_ns, until_ns], "right")
-                if high > low:
-                    sources.append((key, entries, kind, int(low)))
-                    times.append(entries.time_ns[low:high])
-                    rows.append(_places(entries, int(low), int(high)))
-        if not sources:
-            return
-        source = np.concatenate([np.full(len(t), n) for n, t in enumerate(times)])
-        within = np.concatenate([np.arange(len(t)) for t in times])
-        # Messages with equal times are in the order of the file.
-        order = np.lexsort((np.concatenate(rows), np.concatenate(times)))
-        for n, k in zip(source[order].tolist(), within[order].tolist(), strict=True):
-            key, entries, kind, low = sources[n]
-            message = self._read(key, entries, kind, low + k)
+        for n, (_, source) in enumerate(used):
+            entries = source.entries
+            low, high = np.searchsorted(entries.time_ns, [after_ns, until_ns], "right")
+            columns = np.empty((high - low, 5), np.int64)
+            columns[:, 0] = entries.time_ns[low:high]
+            columns[:, 1] = source.part
+            columns[:, 2] = _places(entries, int(low), int(high))
+            columns[:, 3] = n
+            columns[:, 4] = np.arange(low, high)
+            rows.append(columns)
+        table = np.concatenate(rows)
+        order = np.lexsort((table[:, 2], table[:, 1], table[:, 0]))
+        for n, row in table[order, 3:].tolist():
+            key, source = used[n]
+            message = self._read(key, source, row)
             if message is not None:
                 yield message
 
@@ -176,31 +242,18 @@ class Recording:
 
     def attachment(self, name: str) -> bytes | None:
         """Return an attachment, None if it is missing."""
-        span = self.index.attachments.get(name)
-        return None if span is None else self._data[span.offset : span.offset + span.length]
+        found = (file.attachment(name) for file in self._files)
+        return next((data for data in found if data is not None), None)
 
-    def _read(self, key: str, entries: Entries, kind: str, row: int) -> RecordedMessage | None:
-        chunk, offset = int(entries.chunk[row]), int(entries.offset[row])
+    def _read(self, key: str, source: _Source, row: int) -> RecordedMessage | None:
+        entries = source.entries
         try:
-            records = self._data if chunk < 0 else self._chunk(chunk)
-            payload = to_wire(kind, read_message(records, offset))
+            data = source.file.message(int(entries.chunk[row]), int(entries.offset[row]))
+            payload = to_wire(source.type, unpack_message(data))
         except RecordingError as error:
             self.damaged[str(error)] += 1
             return None
         return RecordedMessage(time_ns=int(entries.time_ns[row]), key=key, payload=payload)
-
-    def _chunk(self, number: int) -> bytes:
-        records = self._cache.get(number)
-        if records is None:
-            records = unpack_chunk(self._data, self.index.chunks[number])
-            self._cache[number] = records
-            self._cached += len(records)
-            while self._cached > CACHE_BYTES and len(self._cache) > 1:
-                _, old = self._cache.popitem(last=False)
-                self._cached -= len(old)
-        else:
-            self._cache.move_to_end(number)
-        return records
 
 
 def _places(entries: Entries, low: int, high: int) -> NDArray[np.int64]:
@@ -208,26 +261,15 @@ def _places(entries: Entries, low: int, high: int) -> NDArray[np.int64]:
     return (entries.chunk[low:high].astype(np.int64) << 32) + entries.offset[low:high]
 
 
-def file_of(path: Path) -> Path:
-    """Return the MCAP file of a path: itself, or the file in a session's folder.
-
-    Raises:
-        RecordingError: There is no such file, or there are several.
-    """
-    if path.is_dir():
-        files = sorted(path.glob("*.mcap"))
-        if not files:
-            raise RecordingError(f"{path} holds no .mcap file")
-        if len(files) > 1:
-            names = ", ".join(file.name for file in files[:3]) + (", …" if len(files) > 3 else "")
-            raise RecordingError(
-                f"{path} holds {len(files)} recordings, {names}: name one of them; the parts of a "
-                "split bag are joined by `mcap merge`"
-            )
-        return files[0]
-    if not path.exists():
-        raise RecordingError(f"there is no {path}")
-    return path
+def _next_ns(used: list[tuple[str, _Source]], after_ns: int) -> int | None:
+    """Return the time of the first message after a time, None after the last one."""
+    found: list[int] = []
+    for _, source in used:
+        times = source.entries.time_ns
+        row = int(np.searchsorted(times, after_ns, "right"))
+        if row < len(times):
+            found.append(int(times[row]))
+    return min(found, default=None)
 
 
 def _nothing(path: Path, index: FileIndex) -> str:

@@ -11,8 +11,9 @@ from mcap.writer import CompressionType, Writer
 
 from app.messages import keys
 from app.messages.cdr import MessageError
+from app.recording.camera_topics import image_problems, topic_problem
 from app.recording.channels import USUAL, Names, Topic, to_recorded, topic_of
-from app.recording.depth_pairs import DepthPairs
+from app.recording.depth_pairs import FEW, DepthPairs
 from app.recording.errors import RecordingError
 from app.recording.frame_tree import NO_MOUNT, FrameTree
 from app.recording.live_file import is_held
@@ -30,6 +31,10 @@ _CAMERA: Final = (
 _SESSION: Final = ((keys.STATUS,), *_CAMERA, (keys.MAP_VOXELS,), (keys.MAP_KEYFRAME,))
 """Topics of a complete session of ours."""
 
+NOT_OURS: Final = (
+    "it was not written by ippon and stays as it is: what there is of it is read, and "
+    "`mcap recover` repairs an MCAP file for other programs"
+)
 STILL_WRITTEN: Final = "it is still being recorded, and stays as it is: check it again at its end"
 
 
@@ -58,21 +63,20 @@ def check(
     """Check a recording, and rewrite it if it was not ended.
 
     The new file replaces the old one only when it is complete, so that a crash loses nothing. A
-    file that is still being recorded stays as it is.
+    file that is still being recorded, and one of another program, stays as it is.
 
     Args:
         path: The file, or a session's folder.
-        repair: Whether to rewrite the file.
+        repair: Whether to rewrite a file of ours.
         names: Topics of a robot that has names of its own.
         mount: A profile says where the camera is on the base.
         clock_offset_s: How far the camera's clock is behind that of the poses.
 
     Raises:
-        RecordingError: It is not a recording, is empty, is a damaged file of another program, or
-            the repaired file cannot be written.
+        RecordingError: It is not a recording, is empty, or the repaired file cannot be written.
     """
     recording = Recording(path, names=names)
-    ours = "ippon/versions" in recording.index.metadata
+    ours = "robot" in recording.index.metadata.get("ippon/versions", {})
     try:
         count, tree, pairs = 0, FrameTree(clock_offset_s), DepthPairs()
         for message in recording.all_messages():
@@ -84,15 +88,23 @@ def check(
         problems += [f"{text} ({n} messages)" for text, n in recording.damaged.items()]
         if problem := _pose_problem(recording, tree, mount=mount):
             problems.append(f"no image has a pose: {problem}")
+        elif problem := _unposed(recording, tree, pairs.colors, mount=mount):
+            problems.append(problem)
         # `ippon record` leaves out depth images on purpose.
         if not ours and (problem := pairs.problem()):
+            problems.append(problem)
+        if not ours:
+            problems += image_problems(recording)
+        if not ours and (problem := topic_problem(recording, poses=True)):
             problems.append(problem)
         expected = _SESSION if ours else _CAMERA
         missing = tuple(some[0] for some in expected if not set(some) & set(recording.keys))
         live = not recording.index.complete and is_held(recording.path)
         if live:
             problems.append(STILL_WRITTEN)
-        mend = repair and not recording.index.complete and not live
+        mend = repair and not recording.index.complete and not live and ours
+        if not ours and not recording.index.complete and not live:
+            problems.append(NOT_OURS)
         if mend:
             _rewrite(recording)
         return RecordingCheck(
@@ -118,13 +130,23 @@ def _pose_problem(recording: Recording, tree: FrameTree, *, mount: bool) -> str:
     return problem + (NO_MOUNT if tree.lacks_mount and not mount else "")
 
 
+def _unposed(recording: Recording, tree: FrameTree, colors: list[int], *, mount: bool) -> str:
+    """Return how many images have no pose; empty for few, and for a recording without poses."""
+    if not {keys.TF, keys.ODOM} & set(recording.keys):
+        return ""
+    used = (tree.with_odometry(mount=mount) if tree.problem() else None) or tree
+    count = used.count_unposed(colors)
+    if count <= FEW * len(colors):
+        return ""
+    return (
+        f"{count} of {len(colors)} colour images are from before the first pose or after the last "
+        "one: they are not mapped"
+    )
+
+
 def _rewrite(recording: Recording) -> None:
     path = recording.path
-    versions = recording.index.metadata.get("ippon/versions", {})
-    if "robot" not in versions:
-        raise RecordingError(
-            f"{path} was cut off and was not written by ippon: `mcap recover` repairs any MCAP file"
-        )
+    versions = recording.index.metadata["ippon/versions"]
     partial = path.with_name(path.name + ".partial")
     try:
         counts = _copy(recording, partial, versions)

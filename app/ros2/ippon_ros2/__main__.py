@@ -22,6 +22,8 @@ from .zenoh_side import claim
 
 logger = logging.getLogger("ippon_ros2")
 
+ROS_ARGS = "--ros-args"
+"""Begins the arguments of ROS 2."""
 TICK_S = 0.02
 RETRY_S = 1.0
 CONNECT_S = 3.0
@@ -38,6 +40,7 @@ EPILOG = """
 examples:
   python3 -m ippon_ros2 --connect tcp/192.168.1.20:7447 --profile scout.yaml
   python3 -m ippon_ros2 --check --profile scout.yaml      what the robot publishes, without zenoh
+  python3 -m ippon_ros2 --profile scout.yaml --ros-args -p use_sim_time:=true       in a simulator
 
 entries of `ros2` in the profile (each a topic's name, or {topic, type, max_hz, joint, sign}):
   namespace     before names without a slash
@@ -104,7 +107,15 @@ def _start(options: argparse.Namespace) -> int:
             f"no ROS 2 in this Python ({error}): source /opt/ros/DISTRO/setup.bash first"
         ) from error
     stop = StopFlag()
-    rclpy.init(signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)
+    try:
+        rclpy.init(
+            args=["ippon_ros2", *options.ros_args],
+            signal_handler_options=rclpy.signals.SignalHandlerOptions.NO,
+        )
+    except Exception as error:
+        if not options.ros_args:
+            raise
+        raise Ros2Error(f"{' '.join(options.ros_args)}: {error}") from error
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, stop.set)
     try:
@@ -122,8 +133,14 @@ def _options(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--connect", default="tcp/127.0.0.1:7447", help="endpoint of the navigator")
     parser.add_argument("--robot", default="ippon", help="key prefix of the robot (%(default)s)")
     parser.add_argument("--profile", type=Path, help="the robot's YAML profile")
+    parser.add_argument(
+        ROS_ARGS, metavar="...", help="at the end: for ROS 2, such as -p use_sim_time:=true"
+    )
     parser.add_argument("--check", action="store_true", help="show the robot's topics and end")
-    return parser.parse_args(arguments)
+    at = arguments.index(ROS_ARGS) if ROS_ARGS in arguments else len(arguments)
+    options = parser.parse_args(arguments[:at])
+    options.ros_args = arguments[at:]
+    return options
 
 
 def _read_profile(path: Path | None) -> dict[str, Any]:

@@ -88,6 +88,13 @@ class Goals:
                     self._ended, self._driving = True, False
                 self._say(stamp_bytes_of(goal), status)
 
+    def lost(self) -> None:
+        """Note that nobody takes goals now: the one in force is sent again once somebody does."""
+        with self._lock:
+            if self._driving:
+                self._driving = False
+                logger.warning("who took the goal has gone: it is sent again to who comes back")
+
     def tick(self, now: float) -> None:
         """Cancel the goal where the navigator has fallen silent."""
         with self._lock:

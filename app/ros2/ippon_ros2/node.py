@@ -12,6 +12,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import zenoh
+from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -20,6 +21,7 @@ from .depth_png import DepthOutput
 from .driver import Driver
 from .goal_clients import GoalAction, GoalTopic
 from .goals import Goals, with_pose
+from .quality import qos_of
 from .serialized import RateLimit, goal_status, stamp_of
 from .settings import (
     COMMANDS,
@@ -27,7 +29,6 @@ from .settings import (
     FLOAT,
     GOALS,
     IMAGE,
-    IMAGES,
     KEPT,
     PUBLISHED,
     STREAMS,
@@ -97,7 +98,8 @@ class BridgeNode(Node):  # type: ignore[misc]
         self._subscribe_zenoh("camera/cmd_tilt", self._send_tilt)
         if self.navigation is not None:
             logger.info("goals go to %s (%s)", self.navigation.name, self.navigation.kind)
-        self.create_timer(DISCOVER_S, self.discover)
+        # By a clock that goes on while a simulation is paused.
+        self.create_timer(DISCOVER_S, self.discover, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def discover(self) -> None:
         """Subscribe to topics that have appeared, and report those that do not."""
@@ -143,7 +145,7 @@ class BridgeNode(Node):  # type: ignore[misc]
         message = self._message_class(kind, stream)
         if message is None:
             return
-        qos = _qos_of(key, publishers)
+        qos = qos_of(key, publishers)
         late = key in KEPT and qos.durability != DurabilityPolicy.TRANSIENT_LOCAL
         put = stream_publisher(self._session, f"{self._robot}/{accepted[kind]}", kept=key in KEPT)
         if topic.compress and kind == IMAGE:
@@ -272,7 +274,11 @@ class BridgeNode(Node):  # type: ignore[misc]
                     key, f"{key}: nobody subscribes to {topic.name} with a type that is carried "
                     f"({' or '.join(COMMANDS[key][1])}): the robot will not move"
                 )  # fmt: skip
-
+        if self.count_publishers("/clock") and not self.get_parameter("use_sim_time").value:
+            self._report(
+                "clock", "/clock is published, and this node goes by another clock: commands would "
+                "have stamps of another time; start it with --ros-args -p use_sim_time:=true"
+            )  # fmt: skip
         if self.navigation is not None and self.navigation.problem():
             self._report("goals", f"{self.navigation.problem()}: the robot will not move")
 
@@ -332,18 +338,3 @@ class BridgeNode(Node):  # type: ignore[misc]
 def _message(kind: str) -> Any:
     package, _, name = kind.split("/")
     return getattr(importlib.import_module(f"{package}.msg"), name)
-
-
-def _qos_of(key: str, publishers: list[Any]) -> QoSProfile:
-    """Return a quality of service that all publishers of a topic can serve."""
-    profiles = [publisher.qos_profile for publisher in publishers]
-    reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in profiles)
-    transient = key in KEPT and all(
-        one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in profiles
-    )
-    # Of images only the newest counts; poses are interpolated and need each.
-    return QoSProfile(
-        depth=2 if key in IMAGES else 100,
-        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL if transient else DurabilityPolicy.VOLATILE,
-    )

@@ -92,7 +92,7 @@ PARTS = word_set(
 NEGATIONS = word_set(
     "not no never nor neither nowhere without cannot isn't wasn't aren't weren't don't "
     "doesn't didn't can't couldn't won't wouldn't haven't hasn't hadn't isnt wasnt dont "
-    "doesnt didnt cant couldnt wont havent hasnt hadnt unlikely impossible ain't"
+    "doesnt didnt cant couldnt wont havent hasnt hadnt unlikely impossible ain't nobody doubt"
 )
 SEARCHED = word_set("looked checked searched tried inspected combed")
 """Past tense: the object is not where somebody has looked."""
@@ -130,6 +130,10 @@ NEUTRAL = (
     "did not put it away",
     "looked like",
     "couldn't be anywhere else",
+    "no doubt",
+    "a doubt",
+    "nobody knows",
+    "nobody remembers",
 )
 """Phrases that contain a negation or "looked" but deny no place."""
 
@@ -172,6 +176,8 @@ ABSENT_PHRASES = (
     "not there",
     "isn't there",
     "wasn't there",
+    "aren't there",
+    "weren't there",
     "not there anymore",
     "isn't anymore",
     "gone now",

@@ -11,7 +11,7 @@ import yaml
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import ABSTRACT, BELIEFS, NEGATIONS, RELATIONS
-from ippon.guidance.language.words import ADJECTIVES, DETERMINERS, tokenize, word_set
+from ippon.guidance.language.words import ADJECTIVES, DETERMINERS, plain, tokenize, word_set
 
 UNKNOWN: Final = "another language than English"
 _SCRIPTS: Final = {
@@ -71,6 +71,7 @@ def other_language(sentence: str) -> str:
     A noun alone is taken as English: it may be the name of anything. What a sentence borrows from
     another language ("the café in the hall") does not make it foreign.
     """
+    sentence = plain(sentence)
     script = "Spanish" if re.search("[¿¡]", sentence) else _other_script(sentence)
     if script:
         return script
@@ -78,7 +79,7 @@ def other_language(sentence: str) -> str:
     known = [word for word in words if word in ENGLISH]
     table = _languages()
     counts: Counter[str] = Counter()
-    for word in set(words):
+    for word in dict.fromkeys(words):  # The first of two languages counts, not that of a set.
         if word not in ENGLISH and word not in _things():
             counts.update(table.get(word, ()))
     for before, word, thing in zip(["", *words], words, words[1:], strict=False):

@@ -60,6 +60,7 @@ _IRREGULAR = {"knife": "knives", "shelf": "shelves", "scarf": "scarves", "loaf":
     "foot": "feet",
     "tooth": "teeth",
 }
+_SINGLES = {plural: single for single, plural in _IRREGULAR.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,20 +81,35 @@ def tokenize(text: str) -> list[Token]:
     ]
 
 
+_LETTERS = str.maketrans(dict.fromkeys("’‘ʼ‛′`´", "'") | {"İ": "I"})
+"""How telephones and keyboards write an apostrophe, and a capital i in Turkish."""
+_FRACTION = re.compile(r"(?:(\d+) ?)?([¼-¾⅐-⅞])")
+_ZERO_WIDTH_SPACE = "\u200b"
+
+
 def plain(text: str) -> str:
-    """Normalise compatibility characters and drop control and format characters."""
-    normal = unicodedata.normalize("NFKC", text)
-    kept = "".join(
-        char if not unicodedata.category(char).startswith("C") else " " for char in normal
-    )
-    return " ".join(kept.split())
+    """Normalise compatibility characters and apostrophes; drop control and format characters."""
+    text = _FRACTION.sub(_decimal, text.translate(_LETTERS))
+    return " ".join("".join(map(_visible, unicodedata.normalize("NFKC", text))).split())
+
+
+def _decimal(match: re.Match[str]) -> str:
+    """Return "2½" as "2.5"."""
+    return f"{int(match[1] or 0) + unicodedata.numeric(match[2]):.4g}"
+
+
+def _visible(char: str) -> str:
+    """Return a character; nothing for one without width within a word: a soft hyphen."""
+    category = unicodedata.category(char)
+    if category == "Cf" and char != _ZERO_WIDTH_SPACE:
+        return ""
+    return " " if category.startswith("C") else char
 
 
 def singular_candidates(word: str) -> tuple[str, ...]:
     """Return possible singulars of a word by the regular rules, the most likely first."""
-    for single, plural in _IRREGULAR.items():
-        if word == plural:
-            return (single,)
+    if word in _SINGLES:
+        return (_SINGLES[word],)
     if len(word) < 4 or not word.endswith("s") or word.endswith("ss"):
         return ()
     found = [word[:-1]]

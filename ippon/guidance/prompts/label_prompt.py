@@ -61,7 +61,7 @@ def _names(text: str) -> list[str]:
     start = text.find("{")
     try:
         value, _ = json.JSONDecoder().raw_decode(text[max(start, 0) :])
-    except (json.JSONDecodeError, RecursionError):
+    except (ValueError, RecursionError):  # Also of a number with thousands of digits.
         return []
     things = cast("dict[str, object]", value).get("things") if isinstance(value, dict) else None
     if not isinstance(things, list):

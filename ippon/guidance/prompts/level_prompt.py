@@ -147,7 +147,7 @@ _LEVEL = r"(?P<level>certain|near|average|far)"
 _MARK = r"[*_`\"'\[\](){}#|]*"
 _THOUGHT = re.compile(r"<think(?:ing)?>.*?(?:</think(?:ing)?>|\Z)", re.IGNORECASE | re.DOTALL)
 _LINE = re.compile(
-    rf"^[\s|]*(?:[-*•+]|\d{{1,3}}[.)])?\s*{_MARK}(?P<name>[^\W_][\w\- ]{{0,60}}?){_MARK}\s*[:|–—]"
+    rf"(?:[-*•+]|\d{{1,3}}[.)])?\s*{_MARK}(?P<name>[^\W_][\w\- ]{{0,60}}?){_MARK}\s*[:|–—]"
     rf"(?P<reason>.*?)(?:\b|^){_LEVEL}\b{_MARK}[\s.!,;|]*$",
     re.IGNORECASE,
 )
@@ -166,7 +166,7 @@ def _from_json(text: str) -> Iterable[_Rating]:
         return
     try:
         value, _ = json.JSONDecoder().raw_decode(text[start:])
-    except (json.JSONDecodeError, RecursionError):
+    except (ValueError, RecursionError):  # Also of a number with thousands of digits.
         yield from _from_broken_json(text)
         return
     yield from _from_value(value, depth=0)
@@ -227,7 +227,7 @@ def _from_broken_json(text: str) -> Iterable[_Rating]:
 
 def _from_lines(text: str) -> Iterable[_Rating]:
     for line in text.splitlines():
-        match = _LINE.match(line[:2000])
+        match = _LINE.match(line.strip(" \t|")[:2000])
         if match is not None:
             yield match["name"].strip(), Level.parse(match["level"]), _reason(match["reason"])
 

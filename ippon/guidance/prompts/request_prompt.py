@@ -110,6 +110,9 @@ def parse_request_reply(text: str, sentence: str, previous: Sequence[Goal] = ())
     reasons = [reason for goal in goals for reason in _doubts(goal, sentence, previous)]
     if not goals:
         reasons = ["no object was found in it"]
+    if len(plain(sentence)) > MAX_SENTENCE_CHARS:
+        rest = f"everything after {MAX_SENTENCE_CHARS} characters"
+        reasons.append(f"{rest} was not read: say it shorter")
     return Request(
         goals=goals,
         doubtful=bool(reasons),

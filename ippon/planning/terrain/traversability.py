@@ -106,6 +106,7 @@ class Traversability:
         self._grid = _empty_grid()
         self._floor_z = 0.0
         self._reread = False
+        self._recheck = False
 
     @property
     def grid(self) -> FloorGrid:
@@ -128,7 +129,7 @@ class Traversability:
 
         Returns:
             Cells (i0, i1, j0, j1) whose distances may have changed, None when nothing did; all of
-            them after the grid has grown or the robot has changed floors.
+            them after the grid has grown, the robot has changed floors or the margin has grown.
         """
         bands, everything = self._follow_map(arrays, float(T_world_base[2, 3]))
         grid = self.grid
@@ -139,10 +140,11 @@ class Traversability:
         self._record.record_pose(grid, T_world_base)
         window = np.array([1 << 30, -1, 1 << 30, -1], dtype=np.int64)
         box = (0, grid.kind.shape[0], 0, grid.kind.shape[1])
+        everything = everything or self._recheck
         if not (everything or self._reread):
             box = self._touched_box(blocks, T_world_base)
         _combine_kernel(self._columns, self._record.cells, np.array(box), grid.kind, window)
-        self._reread = False
+        self._reread = self._recheck = False
         if everything:
             window[:] = box
         return self._refresh(window)
@@ -162,6 +164,11 @@ class Traversability:
         self.margin_m = self.config.squeeze_margin_m
         self._reread = True
         return new
+
+    def restore_margin(self) -> None:
+        """Leave the full margin again after `relax`; the next `update` returns every cell."""
+        self._recheck = self._recheck or self.margin_m < self.config.margin_m
+        self.margin_m = self.config.margin_m
 
     def clearance(self, x: float, y: float) -> float:
         """Return the distance from a point to the nearest obstacle, metres."""

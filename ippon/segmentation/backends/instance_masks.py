@@ -1,15 +1,26 @@
 """Masks of instances: resizing and conversion to arrays."""
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn import functional
 
+from ippon.segmentation.errors import SegmentationError
+
 
 def resized_masks(masks: Tensor, size: tuple[int, int]) -> Tensor:
-    """Resize (K, h, w) masks of the whole image."""
+    """Resize (K, h, w) masks of the whole image.
+
+    Raises:
+        SegmentationError: A value is not a number, for example after overflow of half precision.
+    """
     if not len(masks):
         return masks.new_zeros((0, *size))
+    if torch.isnan(masks).any():
+        raise SegmentationError(
+            "the network gave masks that are not numbers; try --segmentation.precision float32"
+        )
     return functional.interpolate(masks[None], size=size, mode="bilinear", align_corners=False)[0]
 
 

@@ -1,5 +1,6 @@
 """The classes of COCO (Lin et al., ECCV 2014), with synonyms."""
 
+from collections.abc import Collection
 from typing import Final
 
 NO_CLASS: Final = ""
@@ -67,12 +68,29 @@ ALSO: Final[dict[str, tuple[str, ...]]] = {
 (seating, appliances) are excluded: a weak score of a bench at a chair would count for seating."""
 
 
-def synonyms_of_class(name: str) -> tuple[str, ...]:
+BROADER: Final = frozenset({"table", "phone", "ball", "plane"})
+"""Labels of `ALSO` that include the class; the others are kinds that COCO has no class for."""
+
+
+def synonyms_of_class(name: str, classes: Collection[str] = ()) -> tuple[str, ...]:
     """Return the labels of a class, its own name first.
 
     Args:
         name: Canonical name of the class.
+        classes: Labels with a class of their own. A detector that tells mugs from cups does not
+            call its cups mugs, as one with COCO's classes does.
     """
-    same = next((group for group in SAME if name in group), (name,))
-    also = [label for one in same for label in ALSO.get(one, ())]
-    return tuple(dict.fromkeys((name, *same, *also)))
+    # Objects365 has names for several kinds, such as monitor/tv.
+    kinds = [kind.strip("_") for kind in name.split("/")]
+    same = [
+        label
+        for kind in kinds
+        for label in next((group for group in SAME if kind in group), (kind,))
+    ]
+    also = [
+        label
+        for one in same
+        for label in ALSO.get(one, ())
+        if label in BROADER or label not in classes
+    ]
+    return tuple(filter(None, dict.fromkeys((name, *same, *also))))

@@ -1,6 +1,6 @@
 """A closed-vocabulary detector as a segmenter."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,22 +20,37 @@ from ippon.segmentation.detectors.labels import (
     read_labels_file,
 )
 from ippon.segmentation.detectors.model_file import find_model, open_network
-from ippon.segmentation.detectors.network import Network, Tensors
+from ippon.segmentation.detectors.network import LARGEST_SIDE_PX, Network, Tensors
 from ippon.segmentation.detectors.suppression import non_maximum_suppression
 from ippon.segmentation.detectors.vocabulary import Assignment
-from ippon.segmentation.errors import CheckpointError
+from ippon.segmentation.errors import CheckpointError, SegmentationError
 from ippon.segmentation.instances import MAX_INSTANCES, make_detections
 from ippon.segmentation.segmenter import checked_channels
 
 LEAST_SCORE: Final = 0.05
 """Least score of a box; low, because the observation model weighs scores, and not lower, because
 hundreds of boxes per image follow."""
+NOT_NUMBERS: Final = (
+    "the network gave scores that are not numbers, for example after overflow of half precision: "
+    "export it in float32"
+)
 _SIDE_PX: Final = 640
 """Side of the input if the file leaves it open, as in most detectors."""
 _SIZES: Final = ("orig_target_sizes", "images_sizes", "orig_size")
 """Names of the input of RT-DETR's and D-FINE's own exports for the size that boxes refer to."""
 _MASK: Final = "pixel_mask"
 """Name of the input of DETR's exports that marks image pixels."""
+
+
+_KINDS: Final[Mapping[object, DetectorFamily]] = {
+    "detr": "detr",
+    "yolos": "detr",
+    "rf_detr": "rf-detr",
+    "rt_detr": "rt-detr",
+    "rt_detr_v2": "rt-detr",
+    "d_fine": "rt-detr",
+}
+"""Families of types of `transformers`, whose outputs alone tell no family by 91 or 92 classes."""
 
 
 class Detector:
@@ -113,7 +128,10 @@ class Detector:
     def _detections(self, found: Candidates, place: Placement, assigned: Assignment) -> Detections:
         """Return the detections of the requested labels, one box per object."""
         columns = [k for k, one in enumerate(assigned.label_of_class) if one is not None]
-        rows, picked = np.nonzero(found.scores[:, columns] >= LEAST_SCORE)
+        asked = found.scores[:, columns]
+        if np.isnan(asked).any():
+            raise SegmentationError(NOT_NUMBERS)
+        rows, picked = np.nonzero(asked >= LEAST_SCORE)
         classes = np.array(columns, np.int64)[picked]
         # Classes of one label are suppressed together.
         kinds = np.array(
@@ -183,6 +201,11 @@ def image_name_and_size(network: Network, input_px: int) -> tuple[str, tuple[int
             f"this network takes images of {width}x{height} alone; leave out "
             "--segmentation.input-px"
         )
+    if max(height, width) > LARGEST_SIDE_PX:
+        raise CheckpointError(
+            f"this network takes images of {width}x{height}; a detector takes at most "
+            f"{LARGEST_SIDE_PX} pixels a side"
+        )
     return name, (height, width)
 
 
@@ -190,8 +213,7 @@ def _family(wanted: DetectorFamily, model: Path) -> DetectorFamily:
     """Return the configured family, or that in `config.json` beside the model."""
     if wanted != "auto":
         return wanted
-    kinds: dict[object, DetectorFamily] = {"detr": "detr", "yolos": "detr", "rf_detr": "rf-detr"}
-    return kinds.get(read_description(model).get("model_type"), "auto")
+    return _KINDS.get(read_description(model).get("model_type"), "auto")
 
 
 def image_input(layout: OutputLayout, size: tuple[int, int], model: Path) -> ImageInput:

@@ -117,11 +117,12 @@ def _as_wanted(layout: OutputLayout, wanted: DetectorFamily) -> OutputLayout:
     )
     for group in alike:
         if layout.family in group and wanted in group:
+            columns = (layout.classes or 0) + (layout.family == "detr")
             return OutputLayout(
                 family=wanted,  # pyright: ignore[reportArgumentType], it is in the group
                 names=layout.names,
-                classes=layout.classes if wanted != "detr" else (layout.classes or 1) - 1,
-                spare_column=layout.spare_column and wanted != "detr",
+                classes=columns - (wanted == "detr"),
+                spare_column=wanted in {"rt-detr", "rf-detr"},
             )
     raise OutputError(
         f"these outputs are those of {layout.family}, not of {wanted}: take "

@@ -48,7 +48,7 @@ def read_labels_file(path: Path) -> ClosedVocabulary:
     if not lines:
         raise CheckpointError(f"{path} holds no labels: it takes one name a line")
     classes: list[str] = []
-    answers: list[tuple[str, ...]] = []
+    told: list[tuple[str, ...]] = []
     for number, line in enumerate(lines, start=1):
         name, equals, said = line.partition("=")
         if not name.strip():
@@ -59,8 +59,12 @@ def read_labels_file(path: Path) -> ClosedVocabulary:
         labels = [canonical_label(part) for part in said.split(",") if part.strip()]
         if equals and not labels:
             raise CheckpointError(f"line {number} of {path} says no label after '='")
-        known = synonyms_of_class(classes[-1]) if classes[-1] else ()
-        answers.append(tuple(dict.fromkeys(labels)) if equals else known)
+        told.append(tuple(dict.fromkeys(labels)))
+    own = {*classes, *(label for labels in told for label in labels)}
+    answers = (
+        labels or (synonyms_of_class(name, own) if name else ())
+        for name, labels in zip(classes, told, strict=True)
+    )
     return ClosedVocabulary(tuple(classes), tuple(answers))
 
 

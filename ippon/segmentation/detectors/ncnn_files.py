@@ -39,6 +39,10 @@ class Layer:
         """Return an integer parameter."""
         return int(self.parameters.get(key, str(usual)))
 
+    def is_set(self, key: int, usual: int = 0) -> bool:
+        """Return a flag."""
+        return self.number(key, usual) != 0
+
 
 def read_structure(path: Path) -> tuple[Layer, ...]:
     """Read a .param file.
@@ -149,11 +153,11 @@ Arrays = list[tuple[bool, int]]
 
 
 def _filters(layer: Layer, size: int, bias: int) -> Arrays:
-    return [(True, layer.number(size)), *([(False, layer.number(0))] * layer.number(bias))]
+    return [(True, layer.number(size)), *([(False, layer.number(0))] * layer.is_set(bias))]
 
 
 def _affine(channels: int, flag: int) -> Callable[[Layer], Arrays]:
-    return lambda layer: [(False, layer.number(channels))] * (2 * layer.number(flag, 1))
+    return lambda layer: [(False, layer.number(channels))] * (2 * layer.is_set(flag, 1))
 
 
 def _memory(layer: Layer) -> Arrays:
@@ -172,7 +176,7 @@ _WITH_WEIGHTS: Final[dict[str, Callable[[Layer], Arrays]]] = {
     "BatchNorm": lambda layer: [(False, layer.number(0))] * 4,
     "PReLU": lambda layer: [(False, layer.number(0))],
     "Bias": lambda layer: [(False, layer.number(0))],
-    "Scale": lambda layer: [(False, layer.number(0))] * (1 + layer.number(1)),
+    "Scale": lambda layer: [(False, layer.number(0))] * (1 + layer.is_set(1)),
     "LayerNorm": _affine(0, 2),
     "InstanceNorm": _affine(0, 2),
     "GroupNorm": _affine(1, 3),
@@ -196,9 +200,9 @@ def _weights(layer: Layer) -> Arrays | None:
     if find is None:
         return None
     filters = layer.kind == "InnerProduct" or "onvolution" in layer.kind
-    if filters and (layer.number(_INT8_SCALES) or layer.number(19)):
-        return None
     try:
+        if filters and (layer.is_set(_INT8_SCALES) or layer.is_set(19)):
+            return None
         return find(layer)
     except ValueError:
         return None

@@ -8,8 +8,13 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ippon.segmentation.detectors.ncnn_files import check_weights, read_structure, try_out
-from ippon.segmentation.detectors.network import Shape, Tensors
+from ippon.segmentation.detectors.ncnn_files import (
+    Layer,
+    check_weights,
+    read_structure,
+    try_out,
+)
+from ippon.segmentation.detectors.network import LARGEST_SIDE_PX, Shape, Tensors
 from ippon.segmentation.errors import CheckpointError, SegmentationError
 
 _SIDE_PX: Final = 640
@@ -51,7 +56,7 @@ class NcnnNetwork:
         inputs = [layer for layer in layers if layer.kind == "Input"]
         if len(inputs) != 1:
             raise CheckpointError(f"{path.name} takes {len(inputs)} inputs; a detector takes one")
-        said = inputs[0].number(1), inputs[0].number(0)
+        said = _size(path, inputs[0])
         usual = _NANODET_SIDE_PX if "nanodet" in path.name.lower() else _SIDE_PX
         side = input_px or usual
         size = said if min(said) > 0 and not input_px else (side, side)
@@ -79,6 +84,21 @@ class NcnnNetwork:
                 raise SegmentationError(f"ncnn failed on an image (status {failed} for {name})")
             outputs[name] = np.array(output, np.float32)
         return outputs
+
+
+def _size(path: Path, layer: Layer) -> tuple[int, int]:
+    """Return (H, W) of the input as the file states it, 0 for none.
+
+    Raises:
+        CheckpointError: It is no size.
+    """
+    said = [layer.parameters.get(key, "0") for key in (1, 0)]
+    if not all(side.isdecimal() and int(side) <= LARGEST_SIDE_PX for side in said):
+        raise CheckpointError(
+            f"{path.name} takes images of {said[1]}x{said[0]}; a detector takes at most "
+            f"{LARGEST_SIDE_PX} pixels a side"
+        )
+    return int(said[0]), int(said[1])
 
 
 def _load(ncnn: Any, param: Path, weights: Path, threads: int) -> Any:

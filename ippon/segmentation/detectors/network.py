@@ -1,9 +1,12 @@
 """Interface of a loaded network, independent of the library."""
 
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 
 from numpy.typing import NDArray
+
+LARGEST_SIDE_PX: Final = 8192
+"""Largest side of an input; files that state a larger one would exhaust the memory."""
 
 Tensors = Mapping[str, NDArray[Any]]
 """Arrays by the names of a network's inputs or outputs."""

@@ -43,7 +43,8 @@ class ClosedVocabulary:
     def of(cls, classes: Sequence[str]) -> "ClosedVocabulary":
         """Return the vocabulary of classes with their names and common synonyms as labels."""
         names = tuple(canonical_label(name) for name in classes)
-        return cls(names, tuple(synonyms_of_class(name) if name else () for name in names))
+        own = frozenset(names)
+        return cls(names, tuple(synonyms_of_class(name, own) if name else () for name in names))
 
     @cached_property
     def names(self) -> tuple[str, ...]:

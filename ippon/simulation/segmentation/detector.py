@@ -147,6 +147,9 @@ class SimulatedDetector:
         names = np.array([crc32(label.encode()) for label in self._told], np.uint64)
         by_label = self.config.wrong.label_sigma * normals(hashed(names, seed, _LABEL))
         self._wrong += by_label[self._places.label]
+        by_label = self.config.right.label_sigma * normals(hashed(names, seed, _LABEL, _RIGHT))
+        known = np.flatnonzero(self._truth >= 0)
+        self._right[known] += by_label[self._truth[known]]
 
     def detect(
         self,

@@ -41,13 +41,23 @@ def test_the_table_holds_a_row_on_each_line_and_is_enough_for_a_report(folder, m
 
 
 def test_a_row_counts_as_done_under_its_own_configuration_only(folder, make_row):
-    row = make_row(config_hash="one")
-    assert not folder.has(row.episode_id, row.method, "one")
+    row = make_row(config_hash="one", context="It is in the hall.")
+    assert not folder.has(row.episode_id, row.method, "one", row.context)
     folder.write(row)
-    assert folder.has(row.episode_id, row.method, "one")
-    assert not folder.has(row.episode_id, "oracle", "one")
+    assert folder.has(row.episode_id, row.method, "one", row.context)
+    assert not folder.has(row.episode_id, "oracle", "one", row.context)
     with pytest.raises(UsageError, match="made with configuration one, this would be two"):
-        folder.has(row.episode_id, row.method, "two")
+        folder.has(row.episode_id, row.method, "two", row.context)
+
+
+def test_a_row_with_another_context_is_that_of_another_run(folder, make_row):
+    """`--context support` and `--context room` give searches of one name."""
+    row = make_row(config_hash="one", context="It is in the hall.")
+    folder.write(row)
+    with pytest.raises(
+        UsageError, match=r"context 'It is in the hall\.', this would be 'I left it"
+    ):
+        folder.has(row.episode_id, row.method, "one", "I left it on the bed.")
 
 
 def test_what_a_killed_writer_left_is_no_row(folder, make_row):

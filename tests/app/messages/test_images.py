@@ -15,6 +15,7 @@ from app.messages.images import (
     decode_depth,
     decode_depth_raw,
     decompress_color,
+    depth_png,
     encode_camera,
     encode_color,
     encode_depth,
@@ -160,8 +161,29 @@ def test_other_depth_encodings_are_refused():
     data = struct.pack("<iff", 0, 0, 0) + png(np.zeros((3, 3), np.uint8))
     with pytest.raises(MessageError, match="16-bit grey PNG; got mode L"):
         decode_depth(compressed("16UC1; compressedDepth png", data))
-    with pytest.raises(MessageError, match="compressed depth is 16UC1; got format '32FC1"):
-        decode_depth(compressed("32FC1; compressedDepth png", b"0" * 40))
+    with pytest.raises(MessageError, match="compressed depth is 16UC1 or 32FC1; got format '8UC1"):
+        decode_depth(compressed("8UC1; compressedDepth png", b"0" * 40))
+
+
+def test_quantised_inverse_depth():
+    # The encoder of compressed_depth_image_transport, with its usual depth_max and quantization.
+    depth_max, quantization = 10.0, 100.0
+    factor = quantization * (quantization + 1.0)
+    offset = 1.0 - factor / depth_max
+    depth = np.array([[0.5, 1.0, 3.0, 9.9], [0.0, 0.0, 2.0, 4.0]], np.float32)
+    with np.errstate(divide="ignore"):
+        inverse = np.where(depth > 0.0, factor / depth + offset, 0.0).astype(np.uint16)
+    payload = compressed(
+        "32FC1; compressedDepth png", struct.pack("<iff", 0, factor, offset) + png(inverse)
+    )
+    read = decode_depth(payload).depth
+    assert read.dtype == np.float32
+    # A step of the inverse depth is depth^2 / factor.
+    assert np.all(np.abs(read - depth) <= depth**2 / factor + 1e-6)
+    stamp_ns, frame, image = depth_png(payload)
+    assert (stamp_ns, frame) == (STAMP, FRAME)
+    millimetres = np.asarray(Image.open(io.BytesIO(image)))
+    np.testing.assert_allclose(millimetres, 1000.0 * read, atol=0.5)
 
 
 def test_camera_round_trip():

@@ -19,6 +19,7 @@ from app.messages.motion import (
     encode_path,
     encode_transforms,
     encode_twist,
+    read_transforms,
 )
 from ippon.geometry import base_pose
 from tests.app.messages.robot_messages import odometry
@@ -65,6 +66,17 @@ def tf_message(*, rotation=(0.0, 0.0, 0.0, 1.0), translation=(0.0, 0.0, 0.0), co
 def test_transforms_that_no_tracker_measures_are_refused(changes, text):
     with pytest.raises(MessageError, match=text):
         decode_transforms(tf_message(**changes))
+
+
+def test_one_transform_without_a_rotation_costs_only_itself():
+    both = encode_transforms([transform(np.eye(4)), transform(np.eye(4), stamp_ns=9)])
+    damaged = bytearray(both)
+    damaged[-8:] = bytes(8)  # w of the last quaternion: none is set
+    (read,) = decode_transforms(bytes(damaged))
+    assert read.stamp_ns == 7
+    (same,), (why,) = read_transforms(bytes(damaged))
+    assert same.stamp_ns == 7
+    assert "is not a unit quaternion, its norm is 0" in why
 
 
 def test_twist_round_trip():

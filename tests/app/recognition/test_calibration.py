@@ -7,9 +7,12 @@ import sys
 import pytest
 
 from app.cli.main import run
-from app.cli.tools.calibrate import _known_beside
+from app.cli.tools.calibrate import _known_beside, _told
 from app.errors import UsageError
 from ippon.observation_model import read_observation_model
+from ippon.segmentation.detectors.coco import COCO_80
+from ippon.segmentation.detectors.vocabulary import ClosedVocabulary
+from ippon.vocabulary import MATTERPORT_40
 from tests.app.recognition.test_recognition import MODEL, SEQUENCE, every_second_image
 from tests.locations import ROOT
 
@@ -75,3 +78,15 @@ def test_known_objects_lie_in_the_folder_of_a_recording(tmp_path):
         _known_beside(bag)
     (tmp_path / "objects.json").write_text("{}")
     assert _known_beside(bag) == _known_beside(tmp_path) == tmp_path / "objects.json"
+
+
+def test_a_known_object_of_another_name_is_said_with_the_name_to_use(capsys):
+    class Network:
+        vocabulary = ClosedVocabulary.of(COCO_80)
+
+    names = ("cup", "monitor", "unicorn")
+    assert _told(Network(), names, (*MATTERPORT_40, *names)) == {"cup"}
+    assert capsys.readouterr().err == (
+        "ippon: this network cannot recognise unicorn: not used\n"
+        "ippon: this network's label for monitor is tv: not used, list it as tv\n"
+    )

@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
 
-from app.recognition.find_evidence import Sighting, _best, _direction, places_of_voxel
+from app.recognition.find_evidence import Sighting, _best, _direction, _frame_of, places_of_voxel
 from app.recognition.views import View
-from ippon.calibration.evidence import Evidence
+from ippon.calibration.evidence import Evidence, EvidenceCollector
 from ippon.camera import PinholeCamera
+from ippon.frame import Frame
 from ippon.geometry import R_BASE_CAMERA_LEVEL, invert_transform, make_transform, rotation_z
 from ippon.mapping.objects.places import place_of
 from ippon.observation import Detections, Instance
+from ippon.segmentation.instance_heatmap import heatmap_of_instances
 
 CAMERA = PinholeCamera(width=80, height=60, fx=70.0, fy=70.0, cx=39.5, cy=29.5)
 
@@ -105,3 +107,27 @@ def test_of_voxels_that_are_alike_the_one_that_most_images_show_is_explained():
     )  # fmt: skip
     (said,) = places_of_voxel(evidence, likelihood, 2.0)
     assert said.images == 90
+
+
+@pytest.mark.parametrize("size", [(240, 320), (480, 640), (720, 1280), (481, 641)])
+def test_a_stored_view_is_small_and_reads_the_pixels_of_the_heatmap(size):
+    height, width = size
+    depth = np.random.default_rng(0).uniform(1.0, 2.0, size).astype(np.float32)
+    depth = depth.astype(np.float16).astype(np.float32)
+    camera = PinholeCamera.from_horizontal_fov(width, height, 1.2)
+    frame = Frame(
+        stamp_ns=0, color=np.zeros((*size, 3), np.uint8), depth=depth, camera=camera,
+        T_world_camera=np.eye(4), T_world_base=np.eye(4), tilt_rad=0.0,
+    )  # fmt: skip
+    seen = Detections(source="x", labels=("cup",), ooi=None, image_size=size, instances=())
+    one = View.of(0, frame, seen)
+    assert one.depth.nbytes <= 2 * 321 * 321
+    again = _frame_of(one)
+    assert again.camera.horizontal_fov == pytest.approx(camera.horizontal_fov, rel=0.01)
+    collectors = [EvidenceCollector(["cup"], 0.05, 5.0) for _ in range(2)]
+    for collector, image in zip(collectors, (frame, again), strict=True):
+        collector.add(image, heatmap_of_instances(seen, image.depth))
+    first, second = (set(np.concatenate(one._keys).tolist()) for one in collectors)
+    if height % 120 == 0:
+        assert first == second
+    assert one.depth_at(width - 1.0, height - 1.0) > 0.0

@@ -12,6 +12,7 @@ from PIL import Image
 
 from app.cli.main import run
 from app.cli.tools import recognise as command
+from app.recognition.frames import Tally, open_source
 from app.recognition.recognition import Recognition
 from ippon.camera import PinholeCamera
 from ippon.frame import Frame
@@ -169,6 +170,13 @@ def fake(tmp_path, monkeypatch):
     return network
 
 
+def test_an_object_is_found_by_any_name_of_its_class(fake, tmp_path, monkeypatch, capsys):
+    vocabulary = ClosedVocabulary.of(("tv", "cup"))
+    monkeypatch.setattr(command, "closed_vocabulary", lambda _: vocabulary)
+    assert run(["recognise", str(tmp_path), "--find", "monitor,mug,cup,,Cup,unicorn"]) == 0
+    assert capsys.readouterr().out == "monitor: none\nmug: none\ncup: none\nunicorn: none\n"
+
+
 MODEL_TEXT = """{"source": "SOURCE", "kind": "scores", "provenance": "by hand",
  "table": {"scores": [0.3, 0.6], "nats": [0, 6], "not_recognised": -0.5}}"""
 
@@ -192,3 +200,37 @@ def test_no_image_is_looked_at_for_what_the_network_cannot_tell(fake, tmp_path, 
     ran = capsys.readouterr()
     assert ran.out == "unicorn: none\n"
     assert "'unicorn' is none of them" in ran.err
+
+
+def test_images_that_were_left_out_are_counted_once_with_a_page_too(
+    fake, tmp_path, monkeypatch, capsys
+):
+    """The page reads the recording again, until it has its images."""
+    cup = Instance(label="cup", score=0.2, box_px=(70.0, 50.0, 90.0, 70.0))
+    seen = Detections(
+        source="own", labels=("cup",), ooi=None, image_size=(120, 160), instances=(cup,)
+    )
+    fake.segment = lambda *_: seen
+    read = open_source(tmp_path)
+
+    class Bag:
+        """Nine images, of which one becomes a frame."""
+
+        tally = Tally()
+
+        def __getattr__(self, name):
+            return getattr(read, name)
+
+        def frames(self):
+            self.tally.images = self.tally.frames = 0
+            for n, frame in enumerate([*read.frames()] * 9):
+                self.tally.images += 1
+                if n == 2:
+                    self.tally.frames += 1
+                    yield frame
+
+    monkeypatch.setattr(command, "open_source", lambda *_, **__: Bag())
+    page = tmp_path / "page.html"
+    assert run(["recognise", str(tmp_path), "--find", "cup", "--page", str(page)]) == 0
+    assert "<figure>" in page.read_text()
+    assert "8 of 9 colour images were not mapped" in capsys.readouterr().err

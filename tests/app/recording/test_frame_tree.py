@@ -70,6 +70,34 @@ def test_what_is_missing_is_said_with_the_frames_that_there_are(moving, fixed, w
     assert tree_of(*moving, fixed=fixed).problem() == f"{why}; tf has {names}"
 
 
+def test_transforms_that_are_not_rigid_are_said_where_they_are_missing():
+    tree = tree_of("map>base_link", fixed=("base_link>link",))
+    mount = encode_transforms(
+        [StampedTransform(stamp_ns=0, parent="link", child=OPTICAL, T_parent_child=np.eye(4))]
+    )
+    tree.add(keys.TF_STATIC, mount[:-8] + bytes(8))
+    problem = tree.problem()
+    assert "nothing names 'optical'" in problem
+    assert problem.endswith(
+        "tf 'link' -> 'optical': rotation is not a unit quaternion, its norm is 0"
+    )
+
+
+def test_images_before_the_first_and_after_the_last_pose_are_counted():
+    tree = tree_of(fixed=("base_link>link", f"link>{OPTICAL}"))
+    for parent, child, seconds in (("map", "odom", range(12)), ("odom", "base_link", range(3, 9))):
+        tree.add_transforms(
+            StampedTransform(
+                stamp_ns=s * 10**9, parent=parent, child=child, T_parent_child=np.eye(4)
+            )
+            for s in seconds
+        )
+    stamps = [s * 10**9 + d for s in range(12) for d in (0, 40_000_000)]
+    # 0, 1 and 2 s are too early; 9, 10 and 11 s too late; 8.04 s is near enough to the last pose.
+    assert tree.count_unposed(stamps) == 2 * (3 + 3)
+    assert FrameTree().count_unposed(stamps) == 0
+
+
 def image_at(stamp_ns):
     return encode_color(np.zeros((4, 4, 3), np.uint8), stamp_ns, OPTICAL)
 

@@ -38,9 +38,11 @@ SPEAKING = [
             "app/messages/plain_text.py",
             "app/nodes/recorder.py",
             "app/recording/notes.py",
+            "app/recording/reading/bag_files.py",
             "app/recording/reading/file_index.py",
             "app/recording/reading/mcap_records.py",
             "app/recording/reading/recording.py",
+            "app/recording/reading/stored_file.py",
             "app/recording/timeline.py",
             "app/recording/writing/limits.py",
             "ippon/control/safety_filter.py",
@@ -71,6 +73,7 @@ PARTLY = [
         "app/links/network/session.py",
         "app/memory/memory_file.py",
         "app/nodes/replay/node.py",
+        "app/recording/reading/sqlite_file.py",
         "ippon/guidance/language/languages.py",
         "ippon/guidance/prompts/request_prompt.py",
     )
@@ -85,7 +88,7 @@ UNSAID = {
     # Pieces of templates, which join names.
     "“not {}”", "the {}", " or the ", " and it is ", "(named by you)",
     # Names of threads, of a search that is repeated, of a model and of what is noted of a stream.
-    "memory writer", "map writer", "stream conversion", "command mux", "command stream",
+    "memory writer", "map writer", "state writer", "stream conversion", "command mux", "command stream",
     "pose tracking", "clock comparison", "robot link", "last messages", "saved search {}",
     "goal {}", "{} at {}", "{} lost",
     # Errors of a caller inside the program, and of files at its start.

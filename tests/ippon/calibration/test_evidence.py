@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from ippon.calibration.evidence import EvidenceCollector
+from ippon.calibration.fit import score_of
 from ippon.calibration.known_objects import KnownObject, KnownObjects
 from ippon.mapping.config import MapConfig
 from ippon.mapping.voxel_map import VoxelMap
@@ -67,6 +68,20 @@ def test_an_object_its_surroundings_and_the_rest(wall):
     unclear = KnownObjects(objects=(), complete_for=frozenset({"cup"}), unclear=(CUP,))
     (without,) = collected(images, unclear)
     assert len(without.of_object) < len(all_of_it.of_object)
+
+
+def test_an_object_that_is_listed_twice_is_one(wall):
+    away = replace(CUP, centre_world=(2.0, 9.0, 1.2))
+    (evidence,) = collected([wall(100)], KnownObjects(objects=(away, CUP, CUP)))
+    assert evidence.objects == 1
+    assert set(evidence.of_object) == {0}
+    assert score_of([evidence], TABLE, -3.7).objects == 1
+
+
+@pytest.mark.parametrize("size_m", [0.0, -0.1, np.nan, np.inf])
+def test_voxels_without_a_size_are_refused(size_m):
+    with pytest.raises(ValueError, match="voxel_size_m must be positive; got"):
+        EvidenceCollector(["cup"], size_m, 4.0)
 
 
 def test_labels_that_were_not_searched_for_have_no_evidence(wall):

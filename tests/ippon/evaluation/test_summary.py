@@ -87,6 +87,13 @@ def test_only_common_episodes_are_compared(rows, make_row):
     assert [c.method for c in compare(rows)] == ["nearest_frontier"]
 
 
+def test_searches_with_different_contexts_are_not_compared(make_row):
+    told = make_row(method="ippon", context="It is in the hall.")
+    other = make_row(method="ippon (other)", context="I left it on the bed.")
+    assert compare([told, other]) == ()
+    assert len(compare([told, make_row(method="oracle", context=told.context)])) == 1
+
+
 def test_nothing_is_compared_without_the_reference(make_row):
     assert compare([make_row(method="oracle")]) == ()
 

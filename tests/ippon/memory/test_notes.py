@@ -26,12 +26,22 @@ def things(make_instance):
         ("find a mug and Anna's mug", ["mug", "Anna's mug"]),
         ("find the mug", ["mug"]),
         ("find Hanna's mug", ["mug"]),
+        ("find the mug, not Anna's mug", ["mug"]),
+        ("find a mug next to Anna's mug", ["mug"]),
+        ("look for Anna's mug", ["Anna's mug"]),
     ],
 )
 def test_names_are_read_in_sentences(things, text, names):
     sentence, named = without_names(text, things)
     goals = with_names(read_request(sentence).goals, named)
     assert sorted(search_name(goal) for goal in goals) == sorted(names)
+
+
+def test_a_name_that_is_denied_or_a_place_stays_one(things):
+    sentence, _ = without_names("find the mug, not Anna's mug", things)
+    (goal,) = read_request(sentence).goals
+    assert [(one.value, one.negated) for one in goal.attributes] == [("Anna", True)]
+    assert without_names("find my keys on The Beast", things) == ("find my keys on the sofa", ())
 
 
 def test_a_name_answers_a_question_alone_and_a_kind_all_of_it(things):

@@ -216,6 +216,22 @@ def test_an_object_behind_glass_does_not_terminate_from_afar(dense_map):
     assert (plan.tree.terminations == 0.0).all()
 
 
+def test_a_goal_begins_with_the_full_margin_whatever_the_one_before_had_opened(dense_map):
+    volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
+    planner = make(second_chances=0)
+    run(planner, volume, 6)
+    planner._floor.relax()
+    run(planner, volume, 6)
+    planner.set_goal(probabilities=PROBABILITIES, termination_min=4.0)
+    run(planner, volume, 2)
+    floor = planner._floor
+    assert floor.margin_m == floor.config.margin_m
+    places = planner._roadmap.xy[planner._roadmap.alive]
+    assert len(places) > 3
+    clearances = [floor.clearance(*place) for place in places[1:]]
+    assert min(clearances) >= floor.limits.radius + floor.margin_m - 1e-6
+
+
 def test_other_levels_change_the_gain_without_a_ray(dense_map, monkeypatch):
     volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
     volume.fill((4.8, 2.3, 0.0), (4.9, 3.3, 2.0), FREE)

@@ -13,7 +13,8 @@ from ippon.segmentation.backends.san.random_weights import random_network  # noq
 from ippon.segmentation.backends.san.segmenter import SanSegmenter  # noqa: E402
 from ippon.segmentation.backends.san.tokenizer import ClipTokenizer  # noqa: E402
 from ippon.segmentation.config import SegmentationConfig  # noqa: E402
-from ippon.segmentation.errors import OutOfMemoryError  # noqa: E402
+from ippon.segmentation.device import choose_device  # noqa: E402
+from ippon.segmentation.errors import OutOfMemoryError, SegmentationError  # noqa: E402
 from ippon.segmentation.loading import load_segmenter  # noqa: E402
 from tests.ippon.segmentation.backends import tiny_models  # noqa: E402
 from tests.ippon.segmentation.backends.san.test_random_weights import SMALL  # noqa: E402
@@ -54,6 +55,23 @@ def load(backend, folder, **fields):
         **fields,
     )
     return load_segmenter(config, folder)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("meta", "a device is auto, cpu, cuda or cuda:N; got 'meta'"),
+        ("mps", "a device is auto, cpu, cuda or cuda:N; got 'mps'"),
+        ("gpu", "a device is auto, cpu, cuda or cuda:N; got 'gpu'"),
+        ("cuda:2", "there is no cuda:2: torch sees 2 GPUs, numbered from 0"),
+    ],
+)
+def test_a_device_that_does_not_exist_is_refused(monkeypatch, name, text):
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
+    monkeypatch.setattr(torch.cuda, "device_count", lambda: 2)
+    with pytest.raises(SegmentationError, match=text):
+        choose_device(name)
+    assert choose_device("cuda:1").index == 1
 
 
 def difference(one, other) -> float:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from ippon.observation import Detections, Instance
-from ippon.observation_model import NOT_RECOGNISED, NOTHING_SAID
+from ippon.observation_model import LEAST_SCORE, NOT_RECOGNISED, NOTHING_SAID
 from ippon.segmentation.instance_heatmap import _paint_kernel, heatmap_of_instances
 from tests.reference import instance_heatmap as reference
 
@@ -55,6 +55,40 @@ def test_a_mask_takes_the_place_of_the_box():
     cup = heatmap_of_instances(detections(one), scene()).probabilities[..., -1]
     assert (cup[62:78, 62:118] > 100).all()
     assert (cup[42:58, 30:130] <= NOTHING_SAID).all()
+
+
+@pytest.mark.parametrize("side", [24, 60, 160, 200, 480, 960])
+def test_a_mask_of_any_size_keeps_its_place(side):
+    """A mask and its mirror image are mirrored in the heatmap."""
+    rows, columns = 3 * side // 4, side
+    v, u = np.mgrid[:rows, :columns]
+    mask = np.hypot((v + 0.5) / side - 0.31, (u + 0.5) / side - 0.42) < 0.21
+    box = (0.0, 0.0, 160.0, 120.0)
+    depth = np.full((120, 160), 2.0, np.float32)
+    painted = [
+        heatmap_of_instances(
+            detections(Instance(label="cup", score=0.5, box_px=box, mask=one)), depth
+        ).probabilities[..., -1]
+        >= LEAST_SCORE
+        for one in (mask, mask[::-1, ::-1])
+    ]
+    there, back = painted[0], painted[1][::-1, ::-1]
+    for axis in (0, 1):
+        middles = [np.argwhere(one)[:, axis].mean() for one in (there, back)]
+        assert abs(middles[0] - middles[1]) < 0.2
+
+
+def test_depth_that_is_infinite_is_no_return():
+    wide = np.repeat(np.repeat(scene(), 3, axis=0), 3, axis=1)
+    wide[::7, ::5] = 0.0
+    wide[60:90] = 0.0
+    one = Instance(label="table", score=0.8, box_px=(10, 30, 150, 110))
+    expected = heatmap_of_instances(detections(one), wide).probabilities
+    for value in (np.inf, np.nan, -np.inf):
+        other = np.where(wide > 0.0, wide, np.float32(value))
+        np.testing.assert_array_equal(
+            heatmap_of_instances(detections(one), other).probabilities, expected
+        )
 
 
 def test_depth_of_another_shape_is_refused():

@@ -74,7 +74,7 @@ def test_a_recorded_kitchen_is_tracked_without_a_loss(count):
     errors = []
     assert len(dataset.frames) == 200
     for one in dataset.frames[:count]:
-        depth = read_depth(one.depth, dataset.depth_unit_m)
+        depth = read_depth(one.depth, dataset.depth_unit_m, dataset.camera)
         pose = tracker.track(read_color(one.color, dataset.camera), depth).T_world_camera
         relative = np.linalg.inv(one.T_world_camera) @ pose
         angle = np.arccos(np.clip(0.5 * (np.trace(relative[:3, :3]) - 1.0), -1.0, 1.0))

@@ -1,10 +1,12 @@
 """The averaged surface, and which of it a camera has in view."""
 
 import numpy as np
+import pytest
 
 from ippon.camera import PinholeCamera
+from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform, rotation_y, rotation_z
 from ippon.tracking.depth_points import SurfacePoints
-from ippon.tracking.surface_model import MOST_COUNTED, SurfaceModel
+from ippon.tracking.surface_model import MARGIN, MOST_COUNTED, SurfaceModel
 
 CAMERA = PinholeCamera.from_horizontal_fov(160, 120, 1.2)
 TOWARDS = np.array([[0.0, 0.0, -1.0]])
@@ -47,3 +49,29 @@ def test_only_what_faces_the_camera_ahead_of_it_is_in_view():
     model.add(points((0.0, 0.0, 2.0), (0.0, 0.0, -2.0), (4.0, 0.0, 2.0), (0.0, 0.0, 6.0)))
     model.add(points((0.3, 0.0, 2.0), normal=-TOWARDS))
     assert np.allclose(in_view(model).points, [[0.0, 0.0, 2.0]])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_of_a_large_place_the_same_is_in_view_as_of_all_of_it(seed):
+    """The twin projects every point."""
+    rng = np.random.default_rng(seed)
+    count = 20_000
+    cloud = rng.uniform((-20.0, -20.0, -2.0), (20.0, 20.0, 2.0), (count, 3))
+    normals = rng.normal(size=(count, 3))
+    model = SurfaceModel(0.05)
+    model.add(SurfacePoints(cloud, normals / np.linalg.norm(normals, axis=1)[:, None]))
+    pose = make_transform(
+        rotation_z(rng.uniform(-3, 3)) @ rotation_y(rng.uniform(-0.5, 0.5)) @ R_BASE_CAMERA_LEVEL,
+        rng.uniform((-18, -18, -1), (18, 18, 1)),
+    )
+    at = SurfacePoints(model._points, model._normals).moved(np.linalg.inv(pose))
+    z = at.points[:, 2]
+    u, v = CAMERA.fx * at.points[:, 0] / z + CAMERA.cx, CAMERA.fy * at.points[:, 1] / z + CAMERA.cy
+    expected = (z > 0.0) & (z < 5.0) & ((at.points * at.normals).sum(axis=1) < 0.0)
+    expected &= (u > -MARGIN * 160) & (u < (1 + MARGIN) * 160)
+    expected &= (v > -MARGIN * 120) & (v < (1 + MARGIN) * 120)
+    assert expected.sum() > 5
+    found = model.in_view(CAMERA, pose, 5.0)
+    assert np.array_equal(found.points, model._points[expected])
+    assert np.array_equal(found.normals, model._normals[expected])
+    assert len(model._around(pose[:3, 3], 8.0)) < 0.3 * count

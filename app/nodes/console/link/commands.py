@@ -101,16 +101,16 @@ class Controller(Protocol):
         """
         ...
 
-    def confirm_find(self, goal_id: int | None = None) -> str:
-        """Confirm the find of a goal; waits for the reply, so call it in a thread.
+    def confirm_find(self, goal_id: int | None = None, number: int | None = None) -> str:
+        """Confirm the find of a goal, or one by its number; waits for the reply, in a thread.
 
         Raises:
             CommandError: It was not delivered, or was refused.
         """
         ...
 
-    def reject_find(self, goal_id: int | None = None) -> str:
-        """Reject the find of a goal; waits for the reply, so call it in a thread.
+    def reject_find(self, goal_id: int | None = None, number: int | None = None) -> str:
+        """Reject the find of a goal, or one by its number; waits for the reply, in a thread.
 
         Raises:
             CommandError: It was not delivered, or was refused.

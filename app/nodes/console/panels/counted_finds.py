@@ -30,7 +30,9 @@ class CountedFindsPanel:
     def __init__(self, gui: Any, actions: Actions, attempt: Try) -> None:
         self._actions = actions
         say = self._words = actions.say
-        self._shown: list[JudgedFind] = []
+        self._shown: list[JudgedFind | None] = [None] * LISTED
+        self._free = list(range(LISTED))
+        """Rows without a find, the one that has been free longest first."""
         self._head = gui.add_html("", visible=False)
         self._rows: list[tuple[Any, Any]] = []
         for n in range(LISTED):
@@ -44,26 +46,41 @@ class CountedFindsPanel:
             self._rows.append((text, buttons))
 
     def show(self, status: Status) -> None:
-        """List the finds that wait to be judged, the latest first, and name the confirmed ones."""
+        """List the finds that wait to be judged, and name the confirmed ones."""
         finds = judged_finds(status, self._words)
         waiting = [one for one in reversed(finds) if not one.find.confirmed]
-        self._shown = waiting[:LISTED]
+        self._place(waiting)
         self._head.visible = bool(finds)
         confirmed = [one.name for one in finds if one.find.confirmed]
         self._head.content = counted_head(confirmed, len(waiting) - LISTED, self._words)
-        for n, (text, buttons) in enumerate(self._rows):
-            is_listed = n < len(self._shown)
-            text.visible = is_listed
-            buttons.visible = is_listed and not self._actions.recorded
-            if is_listed:
-                one = self._shown[n]
+        for one, (text, buttons) in zip(self._shown, self._rows, strict=True):
+            text.visible = one is not None
+            buttons.visible = one is not None and not self._actions.recorded
+            if one is not None:
                 buttons.label = self._words("panel.counted.find", n=one.find.number)
                 text.content = counted_find(one.name, one.find.position_world, self._words)
 
+    def _place(self, waiting: list[JudgedFind]) -> None:
+        """Give each find a row, the latest the first one; a find that has a row keeps it.
+
+        A press is for what was read in its row, also where the list changes meanwhile.
+        """
+        left = {(one.goal_id, one.find.number): one for one in waiting}
+        for n, one in enumerate(self._shown):
+            if one is not None:
+                self._shown[n] = left.pop((one.goal_id, one.find.number), None)
+                if self._shown[n] is None:
+                    self._free.append(n)
+        if len(self._free) == LISTED:
+            self._free.sort()
+        for n, one in zip(self._free, left.values(), strict=False):
+            self._shown[n] = one
+        self._free = [n for n in self._free if self._shown[n] is None]
+
     def _judge(self, n: int, word: str) -> str:
-        if n >= len(self._shown):
-            raise CommandError(self._words("panel.counted.gone"))
         one = self._shown[n]
+        if one is None:
+            raise CommandError(self._words("panel.counted.gone"))
         is_one = word == self._words("panel.counted.confirm")
         judge = self._actions.confirm_find if is_one else self._actions.reject_find
         return judge(one.goal_id, one.find.number)

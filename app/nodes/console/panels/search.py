@@ -47,8 +47,8 @@ class SearchPanel:
         """Whether the find that is shown waits for a verdict."""
         self._verdict: tuple[Any, ...] = ()
         """The buttons for it; none for a recording."""
-        self._judged: int | None = None
-        """Number of the goal whose find is shown: a press judges no other one's."""
+        self._judged: tuple[int | None, int | None] = (None, None)
+        """Numbers of goal and find that are shown: a press judges no other."""
         self._state = ""
         self._fades = False
         """Whether the shown reply is removed when the search ends."""
@@ -122,8 +122,8 @@ class SearchPanel:
         confirm = gui.add_button(self._words("panel.search.confirm"), color=(0, 121, 90))
         reject = gui.add_button(self._words("panel.search.reject"), color=QUIET)
         self._verdict = (confirm, reject)
-        confirm.on_click(lambda _: self._try(lambda: self._actions.confirm_find(self._judged)))
-        reject.on_click(lambda _: self._try(lambda: self._actions.reject_find(self._judged)))
+        confirm.on_click(lambda _: self._try(lambda: self._actions.confirm_find(*self._judged)))
+        reject.on_click(lambda _: self._try(lambda: self._actions.reject_find(*self._judged)))
 
     def _ask(self) -> None:
         typed, context = self._wanted.value.strip(), self._context.value.strip()
@@ -269,7 +269,7 @@ class SearchPanel:
             # Later images no longer show what its box outlines.
             show_jpeg_in_panel(self._crop, outlined(model.image.encoded, find.box_px))
         self._find, self._find_waits = find, waits
-        self._judged = None if find is None else find.goal_id
+        self._judged = (None, None) if find is None else (find.goal_id, find.number or None)
         name = "" if find is None else find_name(find, status, self._words)
         self._found.content = "" if find is None else find_card(find, self._words, name=name)
         self._find_box.visible = find is not None

@@ -21,6 +21,8 @@ class ShownFind(msgspec.Struct, frozen=True, kw_only=True):
     """A find that waits for a verdict."""
 
     goal_id: int
+    number: int | None
+    """Among the finds of the goal; None from a navigator that does not number them."""
     name: str
     position: tuple[float, float, float]
     size: tuple[float, float, float]
@@ -148,6 +150,7 @@ def _find(status: Status, say: Words) -> ShownFind | None:
     goal = goal_of(status, find.goal_id)
     return ShownFind(
         goal_id=find.goal_id,
+        number=find.number or None,
         name=say.name(find.object) if goal is None else say.goal(goal),
         position=find.position_world,
         size=find.size_m,

@@ -88,9 +88,13 @@ class StateFeed:
                         await event.wait()
                 event.clear()
                 if self.is_stalled != was_stalled:
-                    was_stalled, seen = not was_stalled, 0
+                    was_stalled = not was_stalled
                     if was_stalled:
+                        if seen == 0 and self._notice is not None:
+                            # Who comes only now is told what has stalled.
+                            yield self._notice
                         yield STALLED
+                    seen = 0
                 if was_stalled:
                     continue
                 with self._lock:

@@ -1,8 +1,10 @@
 """The browsers that use the console: name, role and lease of each."""
 
 import asyncio
+import math
 import secrets
 import threading
+import time
 from collections import OrderedDict
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -38,7 +40,8 @@ class Browser:
         """Monotonic time at which the login ends; None without one."""
         self.own_controls: set[str] = set()
         """Controls that affect only this browser's view."""
-        self._tasks: set[asyncio.Task[object]] = set()
+        self._tasks: dict[asyncio.Task[object], float] = {}
+        """Tasks that serve it, and the monotonic time of the start of each."""
 
     @property
     def has_lease_or_request(self) -> bool:
@@ -53,19 +56,29 @@ class Browser:
 
     @contextmanager
     def present(self) -> Generator[None]:
-        """Cancel the current task when the login ends."""
+        """Leave this context when the browser is disconnected."""
         task = asyncio.current_task()
         assert task is not None
-        self._tasks.add(task)
+        self._tasks[task] = time.monotonic()
         try:
             yield
+        except asyncio.CancelledError:
+            if task in self._tasks:
+                raise
+            task.uncancel()
         finally:
-            self._tasks.discard(task)
+            self._tasks.pop(task, None)
 
-    def disconnect(self) -> None:
-        """Cancel the tasks that serve this browser. Called in the event loop."""
-        for task in list(self._tasks):
-            task.cancel()
+    def disconnect(self, began_before_s: float = math.inf) -> None:
+        """End what serves this browser. Called in the event loop.
+
+        Args:
+            began_before_s: What began later goes on; monotonic time.
+        """
+        for task, began_s in list(self._tasks.items()):
+            if began_s < began_before_s:
+                del self._tasks[task]
+                task.cancel()
 
     def twin(self, browsers: "Browsers") -> "Browser":
         """Return this browser among those of another robot's pages; both end with the login."""

@@ -10,7 +10,7 @@ from typing import Final
 import msgspec
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
-from starlette.requests import Request
+from starlette.requests import HTTPConnection, Request
 from starlette.responses import JSONResponse, RedirectResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
@@ -197,6 +197,7 @@ class Gateway:
 
     async def _stop(self, request: Request) -> Response:
         """Stop the robot without a WebSocket; the shell's fallback."""
+        _end_line_that_was_left(request)
         set_acting_browser(request.scope["browser"])
         try:
             state = await self._controller.control(
@@ -213,6 +214,7 @@ class Gateway:
             await pass_through(socket, self._viser_server, browser, self._controller.may_use_panels)
 
     async def _shell_socket(self, socket: WebSocket) -> None:
+        _end_line_that_was_left(socket)
         if await self._is_full(socket):
             return
         async with self._place(socket) as browser:
@@ -240,6 +242,20 @@ class Gateway:
                 yield browser
         finally:
             self.open_sockets -= 1
+
+
+def _end_line_that_was_left(connection: HTTPConnection) -> None:
+    """End the sockets of a browser from before `silent_s`, the time for which it heard nothing.
+
+    The network may deliver later what was sent there: a Resume would undo the Stop that was sent on
+    the next line.
+    """
+    try:
+        silent_s = float(connection.query_params.get("silent_s", ""))
+    except ValueError:
+        return
+    browser: Browser = connection.scope["browser"]
+    browser.disconnect(began_before_s=time.monotonic() - silent_s)
 
 
 def _json(content: bytes) -> Response:

@@ -89,6 +89,8 @@ class ShellVerdict(msgspec.Struct, tag="verdict", forbid_unknown_fields=True):
     id: int
     verdict: Literal["confirm", "reject"]
     goal_id: int
+    find: int | None = None
+    """Number of the find that the page showed; None for the last one of the goal."""
 
 
 class ShellNote(msgspec.Struct, tag="note", forbid_unknown_fields=True):

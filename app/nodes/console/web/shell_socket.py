@@ -239,10 +239,10 @@ async def _carried_out(command: _Command, controller: Controller, state_feed: St
             return text
         case ShellSearch():
             return await asyncio.to_thread(controller.search_for, command.object)
-        case ShellVerdict(verdict=verdict, goal_id=goal_id):
+        case ShellVerdict(verdict=verdict, goal_id=goal_id, find=number):
             is_it = verdict == "confirm"
             judge = controller.confirm_find if is_it else controller.reject_find
-            return await asyncio.to_thread(judge, goal_id)
+            return await asyncio.to_thread(judge, goal_id, number)
         case ShellNote():
             text = await asyncio.to_thread(controller.note_thing, command.change)
             state_feed.exports.names_changed()

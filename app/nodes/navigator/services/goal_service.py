@@ -163,7 +163,9 @@ class GoalService:
     def _named(self, request: SearchRequest) -> Instance | None:
         """Return the thing whose name a request says: as its object, or with its owner."""
         things = self.things()
-        owners = [one.value for one in request.attributes if one.kind == "owner"]
+        owners = [
+            one.value for one in request.attributes if one.kind == "owner" and not one.negated
+        ]
         texts = (request.object, *(f"{owner}'s {request.object}" for owner in owners))
         found = (instance_named(things, text) for text in texts)
         return next((one for one in found if one is not None), None)

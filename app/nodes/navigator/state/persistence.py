@@ -121,8 +121,47 @@ def read_saved_state(path: Path, config: MapConfig) -> SavedState | None:
     )
 
 
+class _SmallFiles:
+    """Replaces files in a thread of its own: while a disk is busy that can take seconds."""
+
+    def __init__(self, on_failure: Callable[[Path, OSError], None]) -> None:
+        self._on_failure = on_failure
+        self._waiting: dict[Path, bytes] = {}
+        self._lock = threading.Lock()
+        self._thread: threading.Thread | None = None
+
+    def put(self, path: Path, content: bytes) -> None:
+        """Replace a file soon; of several contents that wait the last one counts."""
+        with self._lock:
+            self._waiting[path] = content
+            if self._thread is None:
+                self._thread = threading.Thread(
+                    target=self._write, name="state writer", daemon=True
+                )
+                self._thread.start()
+
+    def wait(self) -> None:
+        """Wait until everything is written."""
+        with self._lock:
+            thread = self._thread
+        if thread is not None:
+            thread.join()
+
+    def _write(self) -> None:
+        while True:
+            with self._lock:
+                if not self._waiting:
+                    self._thread = None
+                    return
+                path, content = self._waiting.popitem()
+            try:
+                replace_file(path, content)
+            except OSError as error:
+                self._on_failure(path, error)
+
+
 class StatePersistence:
-    """Writes the map at intervals in a thread of its own, and the goals when they change."""
+    """Writes the map at intervals and the goals when they change, in threads of its own."""
 
     def __init__(
         self,
@@ -150,6 +189,7 @@ class StatePersistence:
         self._problem = ""
         self._reported = False
         self._run: tuple[RunState, float] | None = None
+        self._small = _SmallFiles(self._fail)
 
     def keep(self, voxel_map: VoxelMap, goals: GoalQueue, run: RunState) -> None:
         """Write what changed, if it is due: called by the mission's thread after every step."""
@@ -177,6 +217,7 @@ class StatePersistence:
         if self._writer is not None:
             self._writer.join()
         self._keep_goals(goals)
+        self._small.wait()
         if self._map_waits():
             logger.warning(
                 "%s stays as it was: too little of it was in view to know that the robot's frame "
@@ -202,23 +243,22 @@ class StatePersistence:
         if self._run is not None and self._run[0] == run and now - self._run[1] < self._every_s:
             return
         self._run = run, now
-        path = _run_path(self._path)
-        try:
-            replace_file(path, msgspec.json.encode(run))
-        except OSError as error:
-            self._problem = f"the state is not kept in {path.name}: {error.strerror or error}"
+        self._small.put(_run_path(self._path), msgspec.json.encode(run))
 
     def _keep_goals(self, goals: GoalQueue) -> None:
         content = msgspec.json.encode(_requests_of(goals.unfinished()))
         if content == self._goals:
             return
-        path = _goals_path(self._path)
-        try:
-            replace_file(path, content)
-        except OSError as error:
-            self._problem = f"the goals are not kept in {path.name}: {error.strerror or error}"
-            return
         self._goals = content
+        self._small.put(_goals_path(self._path), content)
+
+    def _fail(self, path: Path, error: OSError) -> None:
+        reason = error.strerror or error
+        if path == _goals_path(self._path):
+            self._goals = None
+            self._problem = f"the goals are not kept in {path.name}: {reason}"
+        else:
+            self._problem = f"the state is not kept in {path.name}: {reason}"
 
 
 def persistence_of(

@@ -6,12 +6,13 @@ from dataclasses import replace
 from typing import Final
 
 from ippon.guidance.language.context import Claim, read_context
+from ippon.guidance.language.context_words import BELIEFS, DOUBTS, HABITS, MOVED, NEGATIONS
 from ippon.guidance.language.goals.drafts import Draft, Reading
 from ippon.guidance.language.goals.goal import Relation
 from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
-from ippon.guidance.language.grammar.places import holds_things, is_room
+from ippon.guidance.language.grammar.places import holds_things, is_room, is_searched_inside
 from ippon.guidance.language.grammar.relation_phrase import read_relation, relation_to
 from ippon.guidance.language.grammar.utterance import Utterance, hear
 from ippon.guidance.language.languages import ENGLISH
@@ -37,11 +38,11 @@ _TIMES = word_set(
 )
 
 
-def clause_end(reading: Reading, start: int) -> int:
-    """Return the index after the clause that begins at a word."""
+def clause_end(reading: Reading, start: int, *, whole: bool = True) -> int:
+    """Return the index after the clause that begins at a word; without `whole`, up to a comma."""
     said = reading.said
     index = start + 1
-    while index < len(said) and not said.ends(index):
+    while index < len(said) and not said.ends(index) and (whole or not said.breaks(index)):
         joint = said.word(index) in ("and", "but", "so", "oh", "then") or said.breaks(index)
         joint = joint or said.word(index - 1) in ("and", "but", "so")
         if joint and _begins_request(reading, index):
@@ -126,11 +127,17 @@ def state(reading: Reading, words: str, targets: list[Draft]) -> None:
         or bool((_TIMES | _PLACING) & set(heard))
         or (len(heard) > 1 and heard[0] in _RELATIVE)
     )
+    soft = any(phrase in words.lower() for phrase in _SOFT) or _is_memory(words)
     for goal in targets:
         ooi = resolve_object(goal.head, ()).canonical if goal.head else None
         claims = _joined(read_context(words, (), ooi=ooi).claims, words)
+        moved = None if soft else _moved_to(words)
+        if moved is not None:
+            goal.relations = [moved]
+            goal.note(words)
+            told = True
+            continue
         about = _is_about_object(words, owned=goal.is_owned)
-        soft = any(phrase in words.lower() for phrase in _SOFT) or _is_memory(words)
         for claim in claims:
             told = True
             if claim.strength != "sure" or soft or not about:
@@ -148,6 +155,22 @@ def state(reading: Reading, words: str, targets: list[Draft]) -> None:
     placed = any(one.place.lower() in words.lower() for one in reading.places)
     if not told and content and not placed:
         reading.unused.append(words.strip())
+
+
+def _moved_to(words: str) -> Relation | None:
+    """Return where an object was brought: "Anna moved them from the sofa to the hall"."""
+    said = hear(words)
+    heard = said.words(0, len(said))
+    moved = next((n for n, word in enumerate(heard) if word in MOVED), len(heard))
+    unsure = (NEGATIONS | BELIEFS | DOUBTS | HABITS) & set(heard)
+    if unsure or not {"it", "them", "him", "her"} & set(heard[moved:]):
+        return None
+    for index in range(moved, len(heard)):
+        place = read_noun_phrase(said, index + 1) if heard[index] in ("to", "into") else None
+        if place is not None and holds_things(place.head):
+            relation = "in" if is_searched_inside(place.head) else "at"
+            return relation_to(said, index + 1, place, relation)
+    return None
 
 
 def _is_memory(words: str) -> bool:

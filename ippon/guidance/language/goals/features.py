@@ -69,7 +69,8 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
         return _on_it(said, start, goal)  # "..., have a look round".
     index += length
     standing = said.word(index) in STANDS or stands_somewhere(said, index)  # "Got stuck in".
-    if standing or (lacking and said.word(index) in ENTERING):
+    doing = said.word(index).endswith("ing") and said.word(index + 1) in ("the", "my", "our", "a")
+    if standing or (lacking and (doing or said.word(index) in ENTERING)):
         return start  # "Without going into the nursery" is no part of it.
     phrase = read_noun_phrase(said, index)
     if phrase is None or (not phrase.head and not phrase.attributes):
@@ -253,6 +254,9 @@ def read_activity(said: Utterance, start: int, goal: Draft) -> int:
         end += end < len(said) and said.word(end) in PREPOSITIONS and said.breaks(end + 1)
         goal.add(Attribute(kind="feature", value=said.said(begin, end)))
         return end  # "That keeps going off".
+    if (end := _where_things_are(said, start)) > start:
+        goal.add(Attribute(kind="feature", value=said.said(start, end)))
+        return end
     if said.word(start) not in ("that", "which") or said.breaks(start + 1):
         return start
     index = start + 1
@@ -271,6 +275,15 @@ def read_activity(said: Utterance, start: int, goal: Draft) -> int:
     begin = index + 1 if acts else start + 1
     goal.add(Attribute(kind="feature", value=said.said(begin, end)))
     return end
+
+
+def _where_things_are(said: Utterance, start: int) -> int:
+    """Return the index after "where the knives are"; the same for none."""
+    phrase = read_noun_phrase(said, start + 1) if said.word(start) == "where" else None
+    if phrase is None or not phrase.head or said.breaks(start) or said.breaks(phrase.end):
+        return start
+    end = phrase.end + 1
+    return end if said.word(phrase.end) in BE and said.breaks(end) else start
 
 
 def _goes_on(said: Utterance, start: int) -> int:

@@ -256,8 +256,9 @@ def _adjective_at(said: Utterance, index: int) -> bool:
     if is_intensity(word) and listed_kind(word) is None:
         return _adjective_at(said, index + 1)
     placing = word in ("right", "left") and bool(prepositions_at(said, index + 1)[0])
-    if placing or prepositions_at(said, index)[0]:
-        return False  # "Right next to", "closest to".
+    free = word == "free" and said.word(index + 1) in ("of", "from")
+    if placing or free or prepositions_at(said, index)[0]:
+        return False  # "Right next to", "closest to", "free of nuts".
     return listed_kind(word) is not None and word not in _MISSING and word not in PREPOSITIONS
 
 

@@ -41,6 +41,9 @@ def complained(reading: Reading, asked: str) -> bool:
     if last.trigger.strip().lower() in _IS and not last.relations:
         heard = set(reading.said.words(last.phrase.end, last.phrase.end + 3))
         return not _SOMEWHERE & heard  # "Is the kettle on? Find a cup".
+    if _is_placed(reading, last):
+        reading.unused.append(reading.said.said(last.phrase.end - 1, last.phrase.end))
+        return True  # "The knife is in the kitchen, find the fork".
     stated = last.attributes[len(last.phrase.attributes) :]
     return (
         last.trigger == "bare"
@@ -48,6 +51,16 @@ def complained(reading: Reading, asked: str) -> bool:
         and bool(stated)
         and all(one.kind in ("condition", "feel", "quality") and not one.negated for one in stated)
     )
+
+
+def _is_placed(reading: Reading, last: Draft) -> bool:
+    """Tell whether it was only said where a thing is: "the knife is in the kitchen, find"."""
+    said, end = reading.said, last.phrase.end
+    stated = said.word(end) in ("is", "are") and not {"it", "them"} & set(
+        said.words(end, len(said))
+    )
+    certain = stated and not any(one.negated for one in last.relations)
+    return last.trigger == "bare" and not last.gone and certain and bool(last.relations)
 
 
 def selects(last: Draft, asked: str) -> bool:

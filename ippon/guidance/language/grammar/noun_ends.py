@@ -35,6 +35,8 @@ _PARTICLES = word_set(
     "down aside up off out over back missing lost gone checked stacked piled parked hung"
 )
 """They belong to the verb: "I put my pipe down"."""
+_LACKING = word_set("free less")
+"""Behind a hyphen they belong to the word before: "sugar-free"."""
 CONTAINERS = word_set("bottle cup glass bowl jar can carton mug jug tin pot bag plate")
 """In these is what "of" says: a glass of water is a glass."""
 
@@ -42,7 +44,7 @@ CONTAINERS = word_set("bottle cup glass bowl jar can carton mug jug tin pot bag 
 def hyphened_words(said: Utterance, start: int, end: int) -> list[str]:
     """Return the words of a range; particles and numbers with a hyphen in one: "walk-in"."""
     knowledge = load_knowledge()
-    small = PREPOSITIONS.keys() | NUMBERS | _PARTICLES
+    small = PREPOSITIONS.keys() | NUMBERS | _PARTICLES | _LACKING
     words: list[str] = []
     for index in range(start, end):
         whole = said.hyphened(index) and index > start
@@ -95,7 +97,9 @@ def _ends_before(said: Utterance, index: int, knowledge: Knowledge) -> bool:
     if (word == "more" or word in _PARTICLES) and not may_be_noun(said, index + 1):
         return True  # "One towel more".
     over = said.breaks(index + 1) or following in ("and", "then")
-    return (word in ("first", "next", "last") and over) or (word, following) == ("end", "up")
+    if (word, following) in (("end", "up"), ("free", "of"), ("free", "from")):
+        return True  # "Cookies free of nuts".
+    return word in ("first", "next", "last") and over
 
 
 def _belongs(said: Utterance, index: int, *, first: bool) -> bool:
@@ -154,7 +158,9 @@ def _names_room_of(said: Utterance, index: int, knowledge: Knowledge) -> bool:
     if {"the", "my", "our"} & set(said.words(max(0, index - _NEAR), index)):
         return False  # "The roof terrace".
     begin = index - 1
-    while begin > 0 and said.word(begin) not in PREPOSITIONS and not said.breaks(begin):
+    while index - begin <= _NEAR and begin > 0 and not said.breaks(begin):
+        if said.word(begin) in PREPOSITIONS:
+            break
         begin -= 1
     if said.word(begin) in PREPOSITIONS and index - begin <= _NEAR:
         return False  # "In the lift lobby".

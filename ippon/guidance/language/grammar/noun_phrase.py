@@ -14,7 +14,7 @@ from ippon.guidance.language.grammar.determiners import (
 from ippon.guidance.language.grammar.heads import name_head
 from ippon.guidance.language.grammar.noun_ends import end_of_nouns, hyphened_words
 from ippon.guidance.language.grammar.phrases import PRONOUNS, STOP
-from ippon.guidance.language.grammar.utterance import Utterance
+from ippon.guidance.language.grammar.utterance import Utterance, read_once
 from ippon.guidance.language.words import singular_candidates
 
 _THING: Final = (["thing"], ["object"], ["item"], ["things"])
@@ -47,6 +47,7 @@ class NounPhrase:
     """Index after its last word."""
 
 
+@read_once
 def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhrase | None:
     """Read the noun phrase that begins at a word; None where there is none.
 
@@ -79,9 +80,10 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
         begun.count = None  # "Both my mug and yours".
     attributes = [*(begun.owners or []), *named.attributes]
     display = said.said(index, end - (times is not None))
-    several = read_noun_phrase(said, end + 1) if of and said.word(end) == "of" else None
     chosen = (not named.head and named.attributes) or named.head in MEASURES
-    if chosen and several is not None and several.head:
+    chosen = chosen and of and said.word(end) == "of"
+    several = read_noun_phrase(said, end + 1) if chosen else None
+    if several is not None and several.head:
         # "The smaller of the two boxes", "an unopened pack of syringes".
         named = replace(named, head=several.head, known=several.known, corrected=several.corrected)
         attributes += several.attributes

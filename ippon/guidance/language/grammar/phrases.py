@@ -76,7 +76,9 @@ DECLINED: Final = re.compile(
     r"(?:(?:don't|dont|do not|please don't|never|stop|no need to|you needn't)"
     r" (?:look(?:ing)?|search(?:ing)?|find(?:ing)?|fetch(?:ing)?|bring(?:ing)?|get|locate)"
     r"|(?:i|we) (?:don't|dont|do not|didn't|did not) (?:want|need|mean|ask for|require)"
-    r"|never mind|nevermind|forget(?: about)?|skip|ignore|leave out)"
+    r"|never mind|nevermind|forget(?: about)?|skip|ignore|leave(?: out)?|keep|mind|watch out for|"
+    r"beware of|(?:be )?careful (?:of|with|around)|avoid|"
+    r"(?:don't|do not) (?:touch|wake|disturb|step on|break|move)|without \w+ing)"
     r"(?: for| me)*\s+"
     r"(?:(?=the |a |an |my |our |any |his |her |their |that |this )|(?<=\bme )(?=\w))",
     re.IGNORECASE,

@@ -15,7 +15,7 @@ from ippon.guidance.language.grammar.noun_ends import STANDS, stands_somewhere
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS
 from ippon.guidance.language.grammar.places import holds_things, is_room, named_place, room_spelt
-from ippon.guidance.language.grammar.utterance import Utterance
+from ippon.guidance.language.grammar.utterance import Utterance, read_once
 from ippon.guidance.language.words import word_set
 
 _STANDING = word_set(
@@ -62,6 +62,7 @@ class RelationPhrase:
     end: int
 
 
+@read_once
 def read_relation(said: Utterance, start: int, *, verbs: bool = True) -> RelationPhrase | None:
     """Read the relation phrase that begins at a word; None where there is none.
 
@@ -139,13 +140,12 @@ def _before_somewhere(said: Utterance, index: int) -> bool:
     return False
 
 
+@read_once
 def prepositions_at(said: Utterance, index: int) -> tuple[list[str], int]:
     """Return the prepositions at an index ("on or under"), and where the place begins."""
     found: list[str] = []
     while True:
-        length = next(
-            (n for n in (4, 3, 2, 1) if " ".join(said.words(index, index + n)) in PREPOSITIONS), 0
-        )
+        length = _preposition_length(said, index)
         hyphened = said.hyphened(index) or said.hyphened(index + 1)
         if not length or said.breaks(index + length) or hyphened:
             return [], index
@@ -157,8 +157,12 @@ def prepositions_at(said: Utterance, index: int) -> tuple[list[str], int]:
             return [], index
         relation = "just outside" if phrase in ("outside", "outside of") else PREPOSITIONS[phrase]
         index += length
-        if relation == "from" and not found and prepositions_at(said, index)[0]:
-            continue  # "From beside the bed".
+        if relation == "from" and not found and (length := _preposition_length(said, index)):
+            if PREPOSITIONS[" ".join(said.words(index, index + length))] == "from":
+                continue  # "From off the bed".
+            inner, place = prepositions_at(said, index)
+            if inner:
+                return inner, place  # "From beside the bed".
         relation, index = _side(said, relation, index)
         part = index + 1 + (said.word(index + 1) in ("far", "left", "right", "top", "bottom"))
         if said.word(index) == "the" and said.word(part) in SPOTS and said.word(part + 1) != "of":
@@ -170,6 +174,12 @@ def prepositions_at(said: Utterance, index: int) -> tuple[list[str], int]:
         if not more or len(found) > 2:
             return found, index
         index += 1
+
+
+def _preposition_length(said: Utterance, index: int) -> int:
+    """Return the number of words of the longest preposition at an index; 0 for none."""
+    lengths = (4, 3, 2, 1)
+    return next((n for n in lengths if " ".join(said.words(index, index + n)) in PREPOSITIONS), 0)
 
 
 def _side(said: Utterance, relation: str, index: int) -> tuple[str, int]:

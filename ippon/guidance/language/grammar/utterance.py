@@ -1,14 +1,16 @@
 """A sentence as a list of words: fillers and repetitions removed, misspelt verbs corrected."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from functools import cache, lru_cache
+from functools import cache, lru_cache, wraps
+from typing import Any, Concatenate, ParamSpec, TypeVar, cast
 
 from rapidfuzz.distance import OSA
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import RELATIONS
+from ippon.guidance.language.grammar.number_words import in_digits
 from ippon.guidance.language.grammar.reordered import in_order
 from ippon.guidance.language.grammar.typed import spelt_out
 from ippon.guidance.language.languages import ENGLISH
@@ -89,6 +91,14 @@ _SOUND = (
         ),
         r"\1",
     ),
+    (re.compile(r"\bno[- ]one\b(?!['’])", re.IGNORECASE), "nobody"),
+    (re.compile(r"\bnot only(?= (?:the|an?|my|our|his|her|their)\b)", re.IGNORECASE), ""),
+    (
+        re.compile(
+            r"\b(?:(?:i|we) have )?(?:no|without(?: a| any)?) doubt\b(?: that)?", re.IGNORECASE
+        ),
+        "certainly",
+    ),
     (re.compile(r"\bmind (look|check|search)ing\b", re.IGNORECASE), r"please \1"),
     (re.compile(r"\bno (?:idea|clue)(?= (?:where|which|who)\b)", re.IGNORECASE), "i don't know"),
     (re.compile(r",? no (?:luck|hurry|rush|worries)(?: there)?(?=[,.;!?]|$)", re.IGNORECASE), ""),
@@ -152,6 +162,15 @@ class Utterance:
 
     text: str
     tokens: list[Token] = field(default_factory=list)
+    read: dict[tuple[Any, ...], Any] = field(default_factory=dict, repr=False, compare=False)
+    """What `read_once` functions have read, by function, index and options."""
+    _gaps: list[tuple[bool, bool]] = field(init=False, repr=False, compare=False)
+    """Of each word, whether a comma or a stronger sign, and whether an end stands before it."""
+
+    def __post_init__(self) -> None:
+        """Find the signs between the words, which are asked for most often."""
+        gaps = map(self.gap, range(len(self.tokens)))
+        self._gaps = [(bool(_BREAK.search(gap)), bool(_HARD.search(gap))) for gap in gaps]
 
     def __len__(self) -> int:
         return len(self.tokens)
@@ -172,7 +191,7 @@ class Utterance:
 
     def breaks(self, index: int) -> bool:
         """Tell whether a comma or a stronger sign stands before a word."""
-        return _BREAK.search(self.gap(index)) is not None
+        return index >= len(self._gaps) or (index > 0 and self._gaps[index][0])
 
     def hyphened(self, index: int) -> bool:
         """Tell whether a word belongs to the one before: "in" of "walk-in"."""
@@ -180,7 +199,7 @@ class Utterance:
 
     def ends(self, index: int) -> bool:
         """Tell whether a sentence ends before a word."""
-        return _HARD.search(self.gap(index)) is not None or index >= len(self.tokens)
+        return index >= len(self._gaps) or (index > 0 and self._gaps[index][1])
 
     def said(self, start: int, end: int) -> str:
         """Return a range of words as they were said."""
@@ -209,6 +228,31 @@ class Utterance:
         return index if end - index <= joined + (joined and self.word(end - 1) != "no") else end
 
 
+_Options = ParamSpec("_Options")
+_Found = TypeVar("_Found")
+
+
+def read_once(
+    read: Callable[Concatenate[Utterance, int, _Options], _Found],
+) -> Callable[Concatenate[Utterance, int, _Options], _Found]:
+    """Let a function that depends on sentence, index and options alone run once for each.
+
+    The readers try one after the other at the same words: without it, a long sentence costs the
+    square of its length, and words that nest ("from off from off") more than that.
+    """
+
+    @wraps(read)
+    def reading(
+        said: Utterance, index: int, *args: _Options.args, **options: _Options.kwargs
+    ) -> _Found:
+        key = (read, index, *args, *options.items())
+        if key not in said.read:
+            said.read[key] = read(said, index, *args, **options)
+        return cast("_Found", said.read[key])
+
+    return reading
+
+
 @cache
 def _by_first_word(phrases: tuple[str, ...]) -> dict[str, list[list[str]]]:
     """Return the words of phrases by the first of them, the longest phrases first."""
@@ -224,7 +268,7 @@ def hear(sentence: str) -> Utterance:
     text = plain(re.sub(r"[\r\n]+", ". ", sentence))
     if _NUMBERED.match(text):
         text = _NUMBERED.sub(", ", text).lstrip(" ,")
-    text = in_order(spelt_out(text))
+    text = in_digits(in_order(spelt_out(text)))
     text = _POINTED.sub(r"\1 the one", text)
     for sign, said in _SOUND:
         text = sign.sub(said, text)

@@ -20,6 +20,8 @@ _FILLERS: Final = word_set(
     "come here stop that it"
 )
 """They name nothing where no more than one other word, a name, stands with them."""
+_REACH: Final = 24
+"""After so many words, what follows is read as another aside."""
 _COUNTS: Final = word_set("one a half two the")
 _COUNTED: Final = (
     _COUNTS | _HEARERS | word_set("sec secs second seconds moment minute minutes min mo tick ticks")
@@ -38,7 +40,7 @@ def skip_aside(reading: Reading, index: int) -> int:
     if reading.drafts or (index and not said.breaks(index)):
         return index
     end, unsure, told = index, list[str](), False
-    while end < len(said):
+    while end < len(said) and end - index < _REACH:
         after = end + 1
         while not said.breaks(after):
             after += 1

@@ -1,8 +1,10 @@
 """What takes the place of what was said before: "no, the scarf", "no, in the hallway"."""
 
 from ippon.guidance.language.goals.drafts import Draft, Reading
+from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
-from ippon.guidance.language.grammar.relation_phrase import read_relation
+from ippon.guidance.language.grammar.places import is_room
+from ippon.guidance.language.grammar.relation_phrase import read_relation, relation_to
 from ippon.guidance.language.requests.lists import BE, read_goals
 
 
@@ -18,6 +20,10 @@ def read_correction(reading: Reading, index: int, start: int) -> int:
         Index after it; `index` where nothing is said anew.
     """
     said, last = reading.said, reading.drafts[-1]
+    counted = count_again(said, start)
+    if counted:
+        last.count = NUMBERS[said.word(start)]
+        return start + counted  # "Two mugs, no, three".
     relation = read_relation(said, start, verbs=False)
     if relation is not None:
         last.relations = [*relation.relations]
@@ -26,6 +32,10 @@ def read_correction(reading: Reading, index: int, start: int) -> int:
     phrase = read_noun_phrase(said, start)
     if phrase is None or (said.word(phrase.end) in BE and not said.breaks(phrase.end)):
         return index
+    if last.relations and is_room(phrase.head) and said.breaks(phrase.end):
+        place = relation_to(said, start, phrase, last.relations[-1].relation)
+        last.relations, last.context = [place], [place.text]
+        return phrase.end  # "In the kitchen, no, the hall".
     if phrase.head:
         return _replace_object(reading, start) or index
     place = read_relation(said, phrase.end) if not said.breaks(phrase.end) else None

@@ -70,6 +70,8 @@ def separator(reading: Reading, index: int) -> tuple[Order, int, NounPhrase] | N
     if said.word(start) in ("then", "also", "maybe", "please", "either", "perhaps"):
         order = "then" if said.word(start) == "then" else order
         start += 1
+    if start < len(said) and reading.match(phrases.DECLINED, start) > start:
+        return None
     if start < len(said) and reading.match(phrases.ASKED, start) > start:
         known = load_knowledge().find(" ".join(said.words(start, start + 2)))
         if known is None:

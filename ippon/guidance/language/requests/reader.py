@@ -283,6 +283,8 @@ class RequestReader:
         able = said.words(index - 2, index) in (["can", "you"], ["do", "you"], ["will", "you"])
         if _is_event(said, phrase) or (able and phrase.shared and not phrase.known):
             return index  # "Can you swim?"
+        if phrase.shared and phrase.end == index + 1 and self._orders(phrase.end):
+            return index  # "Iron the shirt".
         called = index == 0 and not phrase.known and phrase.end == 1 and said.breaks(1)
         if called and self.reading.match(phrases.ASKED, 1) > 1:
             return 1  # "Nurse, where are my glasses?"
@@ -291,6 +293,12 @@ class RequestReader:
         if not gone and not stands_alone(self.reading, index, phrase):
             return index
         return read_goals(self.reading, index, "bare")
+
+    def _orders(self, index: int) -> bool:
+        """Tell whether the word before is rather a verb: "throw away the papers"."""
+        index += self._said.word(index) in ("away", "out", "up", "off", "down")
+        article = self._said.word(index) in ("the", "my", "our", "his", "her", "their", "a", "an")
+        return article and not self._said.breaks(index)
 
     def _lacking(self, index: int) -> int:
         """Read "no batteries in the drawer" as a request for some."""
@@ -309,7 +317,9 @@ class RequestReader:
     def _context(self, index: int) -> int:
         """Take a clause as told beside the request."""
         said = self._said
-        end = clauses.clause_end(self.reading, index)
+        told = not self.reading.drafts or said.breaks(index) or said.word(index) in _SUBJECTS
+        told = told or index == 0 or is_person_at(said, index)
+        end = clauses.clause_end(self.reading, index, whole=told)
         words = said.said(index, end)
         if all(word in PRONOUNS or word in ("and", "but", "so") for word in said.words(index, end)):
             return end
@@ -317,14 +327,10 @@ class RequestReader:
             self.reading.before.append(words)
             clauses.note_subject(self.reading, index, end)
             return end
-        told = said.breaks(index) or said.word(index) in _SUBJECTS or index == 0
-        told = told or is_person_at(said, index)
         asks = said.breaks(index) and self.reading.match(phrases.ASKED, index) > index + 1
         if asks and not any(read_relation(said, n, verbs=False) for n in range(index, end)):
             self.reading.stray.append(words)  # It asks for what no object was read of.
         if not told:
-            end = next((n for n in range(index + 1, end) if said.breaks(n)), end)
-            words = said.said(index, end)
             self.reading.stray.append(words)
             return end
         clause = said.words(index, end)

@@ -5,17 +5,19 @@ from dataclasses import replace
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.goals.context_text import context_text
 from ippon.guidance.language.goals.drafts import Draft, draft
 from ippon.guidance.language.goals.goal import Goal, Request, unchecked
 from ippon.guidance.language.grammar.attributes import listed_kind
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
-from ippon.guidance.language.grammar.phrases import CODE, SAME
+from ippon.guidance.language.grammar.phrases import CODE, OTHER_TASKS, PRONOUNS, SAME, STOP
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.utterance import hear, named_words
 from ippon.guidance.language.languages import ENGLISH, other_language
 from ippon.guidance.language.naming import TOYS, is_instance_of, resolve_object
 from ippon.guidance.language.requests.reader import RequestReader
 from ippon.guidance.language.requests.traces import lost_words
+from ippon.guidance.language.requests.withdrawn import withdrawn
 from ippon.guidance.language.words import is_many
 
 MAX_OBJECT_CHARS: Final = 80
@@ -52,7 +54,7 @@ def read_request(sentence: str, previous: Sequence[Goal] = ()) -> Request:
     reader = RequestReader(said, previous)
     reading = reader.read()
     changing, names = lost_words(reading) if reading.drafts else ([], [])
-    reading.stray += changing
+    reading.stray += [*changing, *withdrawn(reading)]
     reading.unused += names
     request = _judge(reading.drafts, reading.unused, reading.stray)
     if len(sentence.strip()) > MAX_SENTENCE_CHARS:
@@ -69,11 +71,13 @@ def read_request(sentence: str, previous: Sequence[Goal] = ()) -> Request:
 def is_name(text: str) -> bool:
     """Tell whether a text is the name of an object and nothing else, so that none need read it.
 
-    One word is a name, unless it is known to be of another language or names nothing ("again").
+    One word is a name, unless it is known to be of another language, or names nothing ("again",
+    "stop").
     """
     if len(text.split()) < 2:
-        known = load_knowledge().find(text.strip().lower()) is not None
-        return known or not (text.strip().lower() in ENGLISH or other_language(text))
+        word = text.strip().lower()
+        order = word in ENGLISH or word in STOP or word in PRONOUNS or word in OTHER_TASKS
+        return load_knowledge().find(word) is not None or not (order or other_language(text))
     request = read_request(text)
     if request.doubtful or request.unused or len(request.goals) != 1:
         return False
@@ -134,11 +138,11 @@ def _judge(drafts: list[Draft], unused: list[str], stray: list[str]) -> Request:
     for read, goal in zip(drafts, goals, strict=False):
         reasons += _doubts(read, goal)
     reasons += [f"“{words}” was not understood" for words in stray]
-    goals = [
-        goal if len(goal.context) <= MAX_CONTEXT_CHARS
-        else replace(goal, context=goal.context[:MAX_CONTEXT_CHARS])
-        for goal in goals
-    ]  # fmt: skip
+    texts = [
+        context_text(read.context, goal.relations, goal.object)[:MAX_CONTEXT_CHARS]
+        for read, goal in zip(drafts, goals, strict=False)
+    ]
+    goals = [replace(goal, context=text) for goal, text in zip(goals, texts, strict=True)]
     return Request(
         goals=tuple(goals),
         doubtful=bool(reasons),

@@ -18,12 +18,14 @@ _EMPTY: Final = (
     phrases.ASKED, phrases.PADDING, phrases.TAIL, phrases.GONE, phrases.TOLD, phrases.SAYS,
 )  # fmt: skip
 """What asks, and what says nothing of an object."""
-_DENYING: Final = (NEGATIONS | word_set("except unless")) - {"no", "cannot"}
+_DENYING: Final = (NEGATIONS | word_set("except unless")) - {"no", "cannot", "doubt", "nobody"}
 _PLACING = word_set(
     "before under underneath behind inside outside above below between near beside upstairs "
     "downstairs"
 )
-_PLAIN = word_set("check need stay until ones belongs belong different preferably ideally bother")
+_PLAIN = word_set(
+    "avoid enter check need stay until ones belongs belong different preferably ideally bother"
+)
 _VISIBLE: Final = ("colour", "size", "material", "pattern", "shape")
 _GUESSED: Final = BELIEFS | DOUBTS
 _NEAR: Final = 8
@@ -45,7 +47,7 @@ def lost_words(reading: Reading) -> tuple[list[str], list[str]]:
     kept |= {single for word in kept for single in singular_candidates(word)}
     values = _values(goals)
     start = max(_after_corrections(reading), reading.begin)
-    changing: list[str] = []
+    changing = _odd_numbers(goals)
     names: list[str] = []
     for index in sorted(set(range(start, len(said))) - _covered(reading, start)):
         word = said.word(index)
@@ -77,11 +79,17 @@ def lost_words(reading: Reading) -> tuple[list[str], list[str]]:
             changing += [] if ordered or said.word(index - 1) == "as" else [word]  # "As before".
         elif word == "or":
             changing += [] if _is_offered(reading, index, goals) else [word]
-        elif word in NUMBERS or word.isdigit():
+        elif word in NUMBERS or word.isdecimal():
             changing += [] if _is_counted(reading, index, goals) else [word]
         elif len(word) > 2 and word not in _known_words() and not _is_near(word, kept, told):
             names.append(word)
     return changing, names
+
+
+def _odd_numbers(goals: list[Goal]) -> list[str]:
+    """Return the numbers before an object that neither count it nor measure it: "0", "1000"."""
+    described = [one for goal in goals for one in goal.attributes if one.kind in ("other", "which")]
+    return [one.value for one in described if one.value.replace(".", "").isdecimal()]
 
 
 def _values(goals: list[Goal]) -> str:
@@ -147,7 +155,7 @@ def _is_denied(goals: list[Goal]) -> bool:
 def _is_offered(reading: Reading, index: int, goals: list[Goal]) -> bool:
     around = (reading.said.word(index - 1), reading.said.word(index + 1))
     said_after = reading.said.word(index + 2) or around[1]
-    named = all(word in NUMBERS or word.isdigit() for word in around)
+    named = all(word in NUMBERS or word.isdecimal() for word in around)
     adjectives = any(listed_kind(word) is not None for word in around)
     places = " ".join(one.place for goal in goals for one in goal.relations).split()
     placed = around[0] in places and said_after in places

@@ -38,7 +38,10 @@ def _in_proportion(part: NDArray[np.bool_], size: tuple[int, int]) -> NDArray[np
     """Resize an (h, w) mask to the proportions of an (H, W) image, by nearest neighbours."""
     longest = max(part.shape)
     scale = longest / max(size)
-    height, width = (max(1, round(side * scale)) for side in size)
-    v = np.arange(height) * part.shape[0] // height
-    u = np.arange(width) * part.shape[1] // width
+    sides = (max(1, round(side * scale)) for side in size)
+    # At the middles of the pixels.
+    v, u = (
+        (2 * np.arange(count) + 1) * of // (2 * count)
+        for count, of in zip(sides, part.shape, strict=True)
+    )
     return part[v[:, None], u]

@@ -297,6 +297,20 @@ def test_a_doubtful_reading_asks_first_and_yes_starts_it(searches, capsys):
     assert searches == [("flurbl", "")]
 
 
+def test_a_sentence_is_read_also_beside_a_context(searches):
+    assert ask("find my two red mugs", "--context", "in the kitchen") == 0
+    assert searches == [("red mugs", "in the kitchen")]
+    assert counts == [2]
+    assert ask("don't bring my keys", "--context", "in the hall") == 2
+    assert len(searches) == 1
+
+
+@pytest.mark.parametrize("word", ["stop", "cancel", "wait", "halt", "nothing"])
+def test_an_order_of_one_word_is_no_object(searches, word):
+    assert ask(word, "--yes") == 2
+    assert searches == []
+
+
 def test_a_sentence_that_is_too_long_is_refused(searches, capsys):
     assert ask("find my hat and " * 700) == 2
     assert "a sentence has at most 2000 characters; yours has 11200" in capsys.readouterr().err

@@ -199,6 +199,14 @@ def test_no_tf_and_a_frame_that_is_missing(samples, change):
     assert found(samples)["tf"].detail == "nothing comes on tf"
 
 
+def test_a_transform_that_is_not_rigid_is_said_where_it_is_missing(samples, change):
+    # w is the last number of the last transform, which leads to the camera.
+    change(keys.TF, lambda payload: payload[:-32] + bytes(32))
+    line = found(samples)["tf"]
+    assert line.verdict == "failed"
+    assert "rotation is not a unit quaternion, its norm is 0" in line.detail
+
+
 def test_frames_with_a_slash_are_said_and_a_silent_navigator_is_no_news_then(samples, change):
     def slashed(payload):
         return encode_transforms(

@@ -1,8 +1,10 @@
 import logging
+import os
 from pathlib import Path
 
 import pytest
 
+from app.links.language_model import answer_cache
 from app.links.language_model.answer_cache import AnswerCache, CachedAnswer
 from ippon.guidance.levels import LabelLevel, Level
 
@@ -55,3 +57,14 @@ def test_a_folder_that_cannot_be_written_is_told(
     with caplog.at_level(logging.WARNING):
         cache.store("hat", ANSWER)
     assert "the answer was not cached in" in caplog.text
+
+
+def test_the_oldest_answers_are_removed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(answer_cache, "MAX_FILES", 3)
+    cache = AnswerCache(tmp_path, endpoint="http://a", model="tiny")
+    for number in range(5):
+        cache.store(str(number), ANSWER)
+        for file in tmp_path.iterdir():
+            os.utime(file, ns=(0, file.stat().st_mtime_ns - 1_000_000))
+    kept = [number for number in range(5) if cache.load(str(number), LABELS) is not None]
+    assert kept == [2, 3, 4]

@@ -1,4 +1,7 @@
+import json
+import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
@@ -78,14 +81,77 @@ def test_an_endpoint_that_takes_nothing_is_an_error(
         ({"base_url": "ftp://x"}, "base_url 'ftp://x' is no HTTP address; give one such as"),
         ({"base_url": "http://me:secret@x/v1"}, "base_url must not hold a password"),
         ({"model": " "}, "model is empty"),
+        ({"api_key": "sk-very-secret\n"}, "the API key holds a space, a line break or"),
+        ({"api_key": "sk-very-secrét"}, "the API key holds a space, a line break or"),
         ({"timeout_s": 0.0}, r"timeout_s must be in \(0, 600\], got 0.0"),
     ],
 )
 def test_config_errors(config: dict[str, Any], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises(ValueError, match=message) as caught:
         ChatConfig(**({"base_url": "http://127.0.0.1/v1", "model": "tiny"} | config))
+    assert "secret" not in str(caught.value)
 
 
 def test_the_key_is_not_shown() -> None:
     config = ChatConfig(base_url="http://127.0.0.1/v1", model="tiny", api_key=KEY)
     assert KEY not in repr(config)
+
+
+def test_threads_that_are_refused_one_form_drop_it_once(
+    chat_server: Any, speak: Any, reply_with: Any, endpoint: ChatEndpoint
+) -> None:
+    both = threading.Barrier(2, timeout=10.0)
+
+    def script(server: Any, body: dict[str, Any], handler: Any) -> None:
+        if body.get("response_format", {}).get("type") == "json_schema":
+            both.wait()
+            reply_with(400, b'{"error": "no json_schema"}')(server, body, handler)
+        else:
+            speak("yes")(server, body, handler)
+
+    chat_server.script = script
+    with ThreadPoolExecutor(2) as pool:
+        replies = list(pool.map(lambda _: ask(endpoint), range(2)))
+    assert [reply.form for reply in replies] == ["json", "json"]
+
+
+def test_a_question_that_is_refused_in_every_form_changes_none(
+    chat_server: Any, speak: Any, reply_with: Any, endpoint: ChatEndpoint
+) -> None:
+    chat_server.script = reply_with(400, b'{"error": "maximum context length exceeded"}')
+    with pytest.raises(ChatError):
+        ask(endpoint)
+    chat_server.script = speak("yes")
+    assert ask(endpoint).form == "schema"
+
+
+@pytest.mark.parametrize(
+    ("status", "body"),
+    [
+        (200, {"choices": [{"message": {"content": "half \ud800"}}]}),
+        (200, {"choices": [{"message": {"content": None, "refusal": f"\ud800 {KEY}"}}]}),
+        (500, {"error": {"message": f"\ud800 {KEY}"}}),
+    ],
+)
+def test_texts_of_an_endpoint_can_be_sent_on(
+    chat_server: Any, reply_with: Any, status: int, body: dict[str, Any]
+) -> None:
+    chat_server.script = reply_with(status, json.dumps(body).encode())
+    endpoint = ChatEndpoint(ChatConfig(base_url=chat_server.url, model="tiny", api_key=KEY))
+    try:
+        text = ask(endpoint).text
+    except ChatError as error:
+        text = str(error)
+    finally:
+        endpoint.close()
+    assert text.encode()
+    assert KEY not in text
+
+
+def test_a_redirection_is_not_followed(
+    chat_server: Any, reply_with: Any, endpoint: ChatEndpoint
+) -> None:
+    chat_server.script = reply_with(307, b"", Location=chat_server.url + "/other")
+    with pytest.raises(ChatError, match="HTTP 307"):
+        ask(endpoint)
+    assert len(chat_server.requests) == 1

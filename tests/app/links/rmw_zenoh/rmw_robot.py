@@ -109,7 +109,6 @@ class RmwRobot:
 
     def subscription(self, topic, dds_type, qos=RELIABLE, type_hash=None, hear=None):
         """Declare a subscription; return what it receives, and pass each payload to `hear`."""
-        key, _ = self._endpoint("MS", topic, dds_type, qos, type_hash)
         received = Received()
 
         def take(sample):
@@ -121,7 +120,10 @@ class RmwRobot:
             if hear is not None:
                 hear(sample.payload.to_bytes())
 
+        # As in rmw_zenoh, the token comes last: who sees it can send.
+        key = self._key(topic, dds_type, type_hash or self._usual_hash(dds_type))
         self.tokens.append(zenoh.ext.declare_advanced_subscriber(self.session, key, take))
+        self._endpoint("MS", topic, dds_type, qos, type_hash)
         return received
 
     def sees(self, part, timeout_s=20.0):
@@ -140,13 +142,19 @@ class RmwRobot:
 
     def _endpoint(self, kind, topic, dds_type, qos, type_hash):
         self._count += 1
-        type_hash = type_hash or ("TypeHashNotSupported" if self.humble else HASHES[dds_type])
+        type_hash = type_hash or self._usual_hash(dds_type)
         mangled = topic.replace("/", "%")
         token = (
             f"{self._node}{self._count}/{kind}/{self._name}/{mangled}/{dds_type}/{type_hash}/{qos}"
         )
         self.tokens.append(self._declare(token))
-        return f"{self.domain}{topic}/{dds_type}/{type_hash}", bytes([self._count] * 16)
+        return self._key(topic, dds_type, type_hash), bytes([self._count] * 16)
+
+    def _key(self, topic, dds_type, type_hash):
+        return f"{self.domain}{topic}/{dds_type}/{type_hash}"
+
+    def _usual_hash(self, dds_type):
+        return "TypeHashNotSupported" if self.humble else HASHES[dds_type]
 
     def _declare(self, token):
         return self.session.liveliness().declare_token(token)

@@ -196,20 +196,53 @@ def goal_topic(sessions, monkeypatch):
     navigator = Navigator(sessions[1])
     navigator.send(7, x=2.5)
     navigator.keep(7, navigator.knows((7, ACCEPTED)))
-    yield link, received
+    yield link, received, robot, navigator
     link.close()
 
 
 def test_goals_can_be_a_topic_and_a_stop_is_a_goal_where_the_robot_stands(goal_topic):
-    _, received = goal_topic
+    _, received, *_ = goal_topic
     (first, _), *_ = received.wait_for(len)
     assert decode_pose(first).T_frame_base[0, 3] == 2.5
     messages = received.wait_for(lambda m: len(m) == 2)
     assert decode_pose(messages[1][0]).T_frame_base[0, 3] == 1.0, "where the robot stands"
 
 
+def _stamps(received):
+    return [decode_pose(payload).stamp_ns for payload, _ in received.messages]
+
+
+def test_a_goal_waits_where_nobody_subscribes_any_more(goal_topic):
+    link, received, robot, navigator = goal_topic
+    received.wait_for(len)
+    for token in (robot.tokens.pop(), robot.tokens.pop()):
+        token.undeclare()
+    robot.misses("MS/%/%/scout/%goal_pose/")
+    end = time.monotonic() + 0.5
+    navigator.send(8)
+    navigator.keep(8, lambda: time.monotonic() > end)
+    assert navigator.knows((7, ACCEPTED))(), "nobody has accepted the second goal"
+    again = robot.subscription("/goal_pose", POSE)
+    navigator.keep(8, navigator.knows((7, ACCEPTED), (8, ACCEPTED)))
+    again.wait_for(len)
+    assert _stamps(again)[0] == 8
+    assert link._goals.sent == 2
+
+
+def test_a_goal_is_sent_again_to_a_subscriber_that_was_started_again(goal_topic):
+    _, received, robot, navigator = goal_topic
+    received.wait_for(len)
+    for token in (robot.tokens.pop(), robot.tokens.pop()):
+        token.undeclare()
+    end = time.monotonic() + 0.5
+    navigator.keep(7, lambda: time.monotonic() > end)
+    again = robot.subscription("/goal_pose", POSE)
+    navigator.keep(7, lambda: len(again.messages) > 0)
+    assert _stamps(again)[0] == 7
+
+
 def test_what_is_no_pose_ends_no_watchdog(goal_topic, sessions):
-    link, received = goal_topic
+    link, received, *_ = goal_topic
     # Its stamp is that of the goal, and the rest is missing.
     sessions[1].put("r/navigation/active", pose(7)[:24])
     messages = received.wait_for(lambda m: len(m) == 2)

@@ -89,6 +89,25 @@ def test_further_objects_of_interest_come_before_common_ones():
     one.ask((*ASKED, "cup"), "sofa", ("mug",))
     seen = one.detections(boxes((BOX, 0.9, "couch"), (BOX, 0.8, "cup")), None, (48, 64))
     assert [x.label for x in seen.instances] == ["sofa", "mug"]
+    assert seen.labels == ("sofa", "mug"), "no surface is said to be no cup for its boxes of mugs"
+
+
+def test_a_common_label_whose_boxes_are_the_objects_is_not_said_to_be_missing():
+    one = detector(names=["cup", "dining table"], ooi="desk")
+    heatmap = one.heatmap(boxes((BOX, 0.9, "dining table")), None, DEPTH)
+    assert (heatmap.labels, heatmap.ooi) == ((), "desk")
+
+
+def test_boxes_of_a_detector_that_tells_two_kinds_apart_keep_their_names():
+    """Such as an open-vocabulary network, which names the labels that it was asked for."""
+    one = detector(names=["plant", "flower pot", "tv"], ooi="flower_pot")
+    one.ask(("wall", "plant", "tv"), "flower_pot", ("monitor",))
+    rows = [(BOX, 0.9, name) for name in ("plant", "flower pot", "tv")]
+    seen = one.detections(boxes(*rows), None, (48, 64))
+    assert [x.label for x in seen.instances] == ["plant", "flower_pot", "monitor"]
+    one = detector(DetectorTable(labels={"krug": "mug"}), names=["krug", "cup"], ooi="mug")
+    seen = one.detections(boxes((BOX, 0.9, "krug"), (BOX, 0.8, "cup")), None, (48, 64))
+    assert [(x.label, x.score) for x in seen.instances] == [("mug", 0.9)]
 
 
 def test_masks_are_used_where_they_fit_and_boxes_where_not():

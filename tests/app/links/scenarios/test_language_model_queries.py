@@ -69,6 +69,7 @@ def test_a_model_without_eyes_names_nothing(
 
 def test_reads_the_key(tmp_path: Path) -> None:
     assert read_api_key({}) is None
+    assert read_api_key({"IPPON_API_KEY": f"{KEY}\n"}) == KEY
     assert read_api_key({"OPENAI_API_KEY": KEY, "IPPON_API_KEY": ""}) == KEY
     assert read_api_key({"OPENAI_API_KEY": "other", "IPPON_API_KEY": KEY}) == KEY
     file = tmp_path / "key"

@@ -66,6 +66,7 @@ class Navigator:
 
     def __init__(self):
         self.actions = []
+        self.inputs = []
         self.problem = None
         self.is_free = True
         self.counts_renewals = False
@@ -85,6 +86,9 @@ class Navigator:
         reply = LeaseReply(standing="holds", epoch=3, detail="You have control.")
         acting_browser().update_lease(reply)
         return reply
+
+    def send_input(self, held):
+        self.inputs.append(held)
 
     def name_room(self, x_m, y_m, name):
         self.actions.append((x_m, y_m, name))
@@ -116,12 +120,12 @@ class Navigator:
             raise CommandError(self.problem)
         return f"Looking for: {wanted}."
 
-    def confirm_find(self, goal_id=None):
-        self.actions.append(("confirm", goal_id))
+    def confirm_find(self, goal_id=None, number=None):
+        self.actions.append(("confirm", goal_id, number))
         return "Confirmed."
 
-    def reject_find(self, goal_id=None):
-        self.actions.append(("reject", goal_id))
+    def reject_find(self, goal_id=None, number=None):
+        self.actions.append(("reject", goal_id, number))
         return "The search continues."
 
     def change_queue(self, request):

@@ -106,7 +106,8 @@ def test_a_damaged_byte_costs_one_chunk_and_is_counted(session_folder, made_up, 
     ("content", "text"),
     [
         (b"", "not a recording"),
-        (b"SQLite format 3\0" * 9, "not a recording"),
+        (b"SQLite format 3\0" * 9, "is damaged: file is not a database"),
+        (b"\x28\xb5\x2f\xfd" + bytes(9), r"thing.mcap is not a recording"),
         (b"\x89MCAP0\r\n", "no message"),
     ],
 )  # fmt: skip
@@ -118,7 +119,7 @@ def test_files_that_are_no_recordings(content, text, tmp_path):
 
 
 def test_a_folder_without_a_file_and_a_file_that_is_not_there(tmp_path):
-    with pytest.raises(RecordingError, match=r"holds no .mcap file"):
+    with pytest.raises(RecordingError, match=r"holds no .mcap or .db3 file"):
         Recording(tmp_path)
     with pytest.raises(RecordingError, match="there is no"):
         Recording(tmp_path / "none.mcap")

@@ -55,6 +55,8 @@ def main():
     def drive(message):
         twist = getattr(message, "twist", message)
         values = {"linear": twist.linear.x, "turn": twist.angular.z, "at": time.monotonic()}
+        if twist is not message:
+            values["stamp"] = message.header.stamp.sec
         session.put("robot/twist", json.dumps(values))
 
     node.create_subscription(message_class(options["cmd_type"]), options["cmd_vel"], drive, 10)

@@ -128,6 +128,20 @@ def test_a_goal_waits_for_a_navigation_that_starts_late(goals, navigation, caplo
     assert navigation.sent == [pose(FIRST)]
 
 
+def test_a_goal_is_sent_again_to_a_navigation_that_was_started_again(goals, navigation):
+    goals.lost()
+    drive(goals, FIRST, 1.0)
+    navigation.there = False
+    goals.lost()
+    goals.lost()
+    drive(goals, FIRST, 1.0, start=1.0)
+    assert len(navigation.sent) == 1
+    navigation.there = True
+    drive(goals, FIRST, 1.0, start=2.0)
+    assert len(navigation.sent) == 2
+    assert navigation.cancelled == 0
+
+
 def test_a_goal_does_not_go_on_where_nobody_takes_the_one_in_its_place(goals, navigation):
     drive(goals, FIRST, 0.1)
     navigation.there = False

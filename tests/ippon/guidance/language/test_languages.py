@@ -1,3 +1,7 @@
+import subprocess
+import sys
+import unicodedata
+
 import pytest
 
 from ippon.guidance.language.languages import other_language
@@ -51,3 +55,29 @@ def test_other_languages(sentence: str, language: str) -> None:
 )
 def test_what_may_be_english(sentence: str) -> None:
     assert other_language(sentence) == ""
+
+
+def test_decomposed_letters_are_no_other_language() -> None:
+    assert other_language(unicodedata.normalize("NFD", "find Zoë's mug")) == ""
+
+
+def test_my_son_is_english() -> None:
+    assert other_language("find my son") == ""
+
+
+@pytest.mark.slow
+def test_the_language_does_not_depend_on_the_order_of_a_set() -> None:
+    code = (
+        "from ippon.guidance.language.languages import other_language;"
+        "print(other_language('przynieś mi back?'))"
+    )
+    said = {
+        subprocess.run(
+            [sys.executable, "-c", code],
+            env={"PYTHONHASHSEED": str(seed), "PYTHONPATH": ":".join(sys.path)},
+            capture_output=True,
+            check=True,
+        ).stdout
+        for seed in range(4)
+    }
+    assert len(said) == 1

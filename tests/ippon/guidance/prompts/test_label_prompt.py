@@ -50,3 +50,7 @@ def test_added_labels_are_bounded():
 def test_no_text_breaks_it(text):
     for label in parse_scene_reply(text, MATTERPORT_40):
         assert label not in MATTERPORT_40
+
+
+def test_a_number_with_thousands_of_digits_is_no_name():
+    assert parse_scene_reply('{"things": [' + "9" * 5000 + "]}", MATTERPORT_40) == ()

@@ -158,3 +158,14 @@ def test_nothing_but_levels_comes_out(text: str) -> None:
 
 def test_a_long_line_is_read_fast() -> None:
     assert levels_in("sofa:" + " near" * 100_000) in ([], [("sofa", Level.NEAR)])
+
+
+def test_a_number_with_thousands_of_digits_rates_nothing() -> None:
+    assert levels_in('{"wall": ' + "9" * 5000 + "}") == []
+
+
+@pytest.mark.timeout(10)
+@pytest.mark.parametrize("line", [" " * 1999, "|" * 1999, "| " * 999, "`" * 1999, "a: far " * 285])
+def test_a_long_reply_is_parsed_in_bounded_time(line: str) -> None:
+    parse_reply(f"{line}\n" * 400, VOCABULARY)
+    parse_reply(f"{line}x\n" * 400, VOCABULARY)

@@ -92,3 +92,11 @@ def test_no_answer(reply: str) -> None:
 def test_any_answer_is_read(reply: str) -> None:
     parse_request_reply(reply, SENTENCE)
     parse_request_reply(answer(HAT | {"object": reply, "context": reply}), SENTENCE)
+
+
+def test_what_the_model_was_not_asked_for_is_told() -> None:
+    long = SENTENCE + ", it was a lovely day" * 100
+    request = parse_request_reply(answer(HAT), long)
+    assert request is not None
+    assert request.doubtful
+    assert "everything after 2000 characters was not read" in request.because

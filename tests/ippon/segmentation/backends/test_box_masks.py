@@ -19,7 +19,11 @@ from ippon.segmentation.backends.box_masks import (  # noqa: E402
     OutlinedSegmenter,
 )
 from ippon.segmentation.config import SegmentationConfig  # noqa: E402
-from ippon.segmentation.errors import CheckpointError, MissingPackageError  # noqa: E402
+from ippon.segmentation.errors import (  # noqa: E402
+    CheckpointError,
+    MissingPackageError,
+    SegmentationError,
+)
 from ippon.segmentation.loading import load_segmenter  # noqa: E402
 from tests.ippon.segmentation.backends import tiny_models  # noqa: E402
 from tests.ippon.segmentation.backends.library_processors import (  # noqa: E402
@@ -162,6 +166,14 @@ def test_masks_that_are_there_stay_and_no_box_is_no_work(folder, image_by_formul
     for boxes in (Boxes(0), Boxes(2, mask)):
         seen = OutlinedSegmenter(boxes, masks, 32).segment(image_by_formula(8, 8), ("cup",), None)
         assert seen.instances == boxes.instances
+
+
+def test_masks_that_are_not_numbers_are_an_error_and_no_boxes(folder, image_by_formula):
+    one = BoxMasks("sam2", CONFIG, folder)
+    parameter = next(one._model.mask_decoder.parameters())
+    parameter.data.fill_(float("nan"))
+    with pytest.raises(SegmentationError, match="masks that are not numbers"):
+        one.outline(image_by_formula(48, 64), BOXES, (24, 32))
 
 
 def test_only_the_best_instances_get_masks(folder, image_by_formula, monkeypatch):

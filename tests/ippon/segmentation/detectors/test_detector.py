@@ -13,7 +13,7 @@ pytest.importorskip("onnx", reason="the development packages are not installed")
 from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.detectors.coco import COCO_80, COCO_91
 from ippon.segmentation.detectors.detector import source_name
-from ippon.segmentation.errors import CheckpointError
+from ippon.segmentation.errors import CheckpointError, SegmentationError
 from ippon.segmentation.loading import load_segmenter
 from tests.onnx_graphs import bright_box_network, constant_network, image_input
 
@@ -82,12 +82,20 @@ def test_invalid_boxes_are_dropped_and_counted(tmp_path):
         [np.inf, 0, 9, 9, 0.9, cup],
         [70, 70, 90, 90, 0.9, cup],
         [10, 10, 20, 20, 1.7, cup],
-        [10, 10, 20, 20, np.nan, cup],
     )
     detector = load(constant_network(tmp_path / "odd.onnx", {"output0": found}))
     seen = detector.segment(np.zeros((64, 64, 3), np.uint8), ("wall",), "cup")
     assert [one.box_px for one in seen.instances] == [(10.0, 10.0, 20.0, 20.0)]
     assert seen.dropped == 5
+
+
+def test_scores_that_are_not_numbers_are_an_error_and_no_empty_image(tmp_path):
+    output = yolov8_output(80, [(32, 32, 20, 20, COCO_80.index("cup"), np.nan)])
+    detector = load(constant_network(tmp_path / "half.onnx", {"output0": output}))
+    image = np.zeros((64, 64, 3), np.uint8)
+    with pytest.raises(SegmentationError, match="scores that are not numbers"):
+        detector.segment(image, ("wall",), "cup")
+    assert detector.segment(image, ("wall", "chair"), None).instances == ()
 
 
 def test_ten_thousand_boxes_take_no_time_and_the_best_stay(tmp_path):
@@ -215,6 +223,25 @@ def test_files_beside_a_transformers_export_are_read(tmp_path):
         load(path)
 
 
+@pytest.mark.parametrize("kind", ["rt_detr", "rt_detr_v2", "d_fine", "rf_detr"])
+@pytest.mark.parametrize("classes", [91, 92])
+def test_the_type_of_a_transformers_model_tells_its_family(tmp_path, kind, classes):
+    """Fine-tuned to as many classes as the outputs of RF-DETR or of the first DETR for COCO."""
+    logits = np.full((1, 5, classes), -9.0, np.float32)
+    logits[0, 0, classes - 1] = 2.0
+    boxes = np.full((1, 5, 4), 0.5, np.float32)
+    path = constant_network(tmp_path / "own.onnx", {"logits": logits, "pred_boxes": boxes})
+    names = {str(k): f"thing {k}" for k in range(classes)}
+    said = {"model_type": kind, "id2label": names}
+    (tmp_path / "config.json").write_text(json.dumps(said))
+    detector = load(path)
+    own = "rf-detr" if kind == "rf_detr" else "rt-detr"
+    assert detector.layout.family == own
+    last = f"thing_{classes - 1}"
+    (one,) = detector.segment(np.zeros((64, 64, 3), np.uint8), (last,), None).instances
+    assert (one.label, round(one.score, 3)) == (last, 0.881)
+
+
 def test_a_network_is_named_by_its_file_or_folder(tmp_path):
     assert source_name(tmp_path / "yolox_s.onnx") == "yolox_s"
     assert source_name(tmp_path / "rtdetr_r18" / "model.onnx") == "rtdetr_r18"
@@ -248,6 +275,7 @@ def test_other_architectures_are_refused(tmp_path, outputs, text):
         ([image_input(shape=(1, 64, 64, 3))], "takes images (1, 64, 64, 3)"),
         ([image_input(), image_input("prompt", (1, 77))], "prompt (1, 77); a detector takes one"),
         ([image_input("ids", (1, 7))], "this network takes ids (1, 7)"),
+        ([image_input(shape=(1, 3, 10**6, 640))], "640x1000000; a detector takes at most 8192"),
     ],
 )
 def test_other_inputs_are_refused(tmp_path, inputs, text):

@@ -13,6 +13,16 @@ def test_a_line_is_a_class_with_optional_synonyms(tmp_path):
     assert read.answers == (("couch", "sofa", "settee"), (), ("helmet", "safety_hat"), ())
 
 
+def test_a_label_that_another_line_has_is_no_synonym(tmp_path):
+    path = tmp_path / "labels.txt"
+    path.write_text("cup\nblue cup = mug\ntv\nmonitor\ndining table\ndesk\n")
+    read = read_labels_file(path)
+    assert [answers[:2] for answers in read.answers] == [
+        ("cup", "coffee_cup"), ("mug",), ("tv", "television"), ("monitor",),
+        ("dining_table", "table"), ("desk",),
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("content", "text"),
     [

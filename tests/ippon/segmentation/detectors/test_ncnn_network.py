@@ -203,6 +203,12 @@ def test_weights_of_another_network_are_refused(copied, change, text):
         (lambda t: t.replace("1 1 890 891", "9 9 890 891"), "layer MaxPool_2 is cut off"),
         (lambda t: t.replace("Permute ", "Wormhole "), "ncnn does not load it"),
         (lambda t: t.replace("Input  ", "Noop   "), "takes 0 inputs; a detector takes one"),
+        (lambda t: t.replace("0 1 data", "0 1 data 0=416 1=x"), "takes images of 416xx; a"),
+        (
+            lambda t: t.replace("0 1 data", "0 1 data 0=416 1=999999"),
+            "takes images of 416x999999; a detector takes at most 8192 pixels a side",
+        ),
+        (lambda t: t.replace("5=1 6=648", "5=99999999999 6=648"), "net.param"),
     ],
 )
 def test_damaged_structures_are_refused(copied, change, text):

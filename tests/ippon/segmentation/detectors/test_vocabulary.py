@@ -113,6 +113,24 @@ def test_an_unsupported_label_gets_alternatives():
     assert "thing_99 and 265 more; an open" in many
 
 
+def test_a_detector_that_tells_two_kinds_apart_does_not_call_one_the_other():
+    """Objects365 has desks beside dining tables, LVIS mugs beside cups."""
+    fine = ClosedVocabulary.of(("cup", "mug", "dining table", "desk", "table", "sofa", "couch"))
+    told = fine.assign(("wall", "table"), "mug")
+    assert told.label_of_class == (None, "mug", "table", None, "table", None, None)
+    assert fine.assign(("table",), "desk").label_of_class[2:5] == ("table", "desk", "table")
+    assert fine.assign(("wall",), "sofa").label_of_class[5:] == ("sofa", "sofa")
+
+
+def test_a_name_for_several_kinds_answers_to_each():
+    objects_365 = ClosedVocabulary.of(("Monitor/TV", "Cabinet/shelf", "Handbag/Satchel"))
+    told = objects_365.assign(("wall", "tv", "cabinet"), "handbag")
+    assert told.label_of_class == ("tv", "cabinet", "handbag")
+    assert objects_365.assign((), "monitor").ooi == "monitor"
+    assert objects_365.knows("television")
+    assert objects_365.names == ("monitor/tv", "cabinet/shelf", "handbag/satchel")
+
+
 def test_only_closed_vocabularies_refuse():
     class Closed:
         vocabulary = COCO

@@ -83,6 +83,31 @@ def test_a_label_keeps_its_errors_when_others_change(furnished, camera):
     assert said(few, None) == said(MATTERPORT_40, "mug")
 
 
+def test_labels_differ_by_their_sigma_and_objects_of_one_label_do_not(furnished, camera):
+    picture, *rest = view(furnished, camera)
+    right = dataclasses.replace(NEVER_ERRS.right, label_sigma=1.0)
+    unequal = dataclasses.replace(NEVER_ERRS, right=right)
+
+    def logits(config, labels=MATTERPORT_40):
+        found = SimulatedDetector(furnished, labels, "hat", config).detect(picture, *rest, 0)
+        return {one.box_px: (one.label, np.log(one.score / (1 - one.score)))
+                for one in found.instances}  # fmt: skip
+
+    equal, other = logits(NEVER_ERRS), logits(unequal)
+    assert equal.keys() == other.keys()
+    shifts = {}
+    for box, (label, logit) in other.items():
+        shifts.setdefault(label, []).append(logit - equal[box][1])
+    assert len(shifts) == 3
+    assert all(np.ptp(of) < 1e-6 for of in shifts.values())
+    assert min(abs(of[0]) for of in shifts.values()) > 1e-3
+    again = logits(unequal, MATTERPORT_40[::-1])
+    assert {box: label for box, (label, _) in again.items()} == {
+        box: label for box, (label, _) in other.items()
+    }
+    assert all(again[box][1] == other[box][1] for box in other)
+
+
 def test_small_distant_objects_are_missed(furnished, camera):
     scores = []
     for x in (2.0, 1.0, 0.3):

@@ -72,6 +72,21 @@ def test_each_find_that_waits_has_buttons_of_its_own(panel, stage):
         gui.press(2, 0)
 
 
+def test_a_find_keeps_its_row_while_others_come_and_go(panel, stage):
+    finds, gui, sent = panel
+    finds.show(stage.status_of(goal=chairs((1, 2))))
+    gui.press(0, 0)
+    finds.show(stage.status_of(goal=chairs((1, 2, 3), confirmed=(2,))))
+    with pytest.raises(CommandError, match="no longer in the list"):
+        gui.press(0, 0)
+    gui.press(1, 0)
+    assert ["chairs 1" in shown(gui)[0], "chairs 3" in shown(gui)[1]] == [True, True]
+    assert sent == [("confirm", 4, 2), ("confirm", 4, 1)]
+    finds.show(stage.status_of(goal=chairs((1, 2, 3), confirmed=(1, 2, 3))))
+    finds.show(stage.status_of(goal=chairs((4, 5), goal_id=5)))
+    assert ["chairs 5" in shown(gui)[0], "chairs 4" in shown(gui)[1]] == [True, True]
+
+
 def test_what_finds_no_row_is_counted_and_nothing_is_shown_without_a_find(panel, stage):
     finds, gui, _ = panel
     finds.show(stage.status_of(goal=chairs(range(1, LISTED + 3))))

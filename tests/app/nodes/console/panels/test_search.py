@@ -2,6 +2,8 @@
 
 from unittest.mock import MagicMock
 
+import msgspec
+
 from app.messages.images import CompressedColor
 from app.messages.status import GoalStatus
 from app.nodes.console.panels import search
@@ -23,15 +25,16 @@ def test_the_picture_of_a_find_stays_when_the_find_is_judged(monkeypatch, stage)
     assert shown == [b"of the find"]
 
 
-def test_a_verdict_names_the_goal_of_the_find_that_is_shown(monkeypatch, stage):
+def test_a_verdict_names_the_find_that_is_shown(monkeypatch, stage):
     monkeypatch.setattr(search, "show_jpeg_in_panel", lambda *_: None)
     gui, actions = MagicMock(), MagicMock(say=ENGLISH, recorded=False)
     buttons = {}
     gui.add_button.side_effect = lambda label, **_: buttons.setdefault(label, MagicMock())
     panel = search.SearchPanel(gui, actions)
     model = SceneModel()
-    model.on_status(stage.status_of("found", find=stage.find_of()))
+    find = msgspec.structs.replace(stage.find_of(), number=2)
+    model.on_status(stage.status_of("found", find=find))
     panel.update(model, model.take_changes())
     (press,), _ = buttons[ENGLISH("panel.search.confirm")].on_click.call_args
     press(None)
-    actions.confirm_find.assert_called_once_with(1)
+    actions.confirm_find.assert_called_once_with(1, 2)

@@ -79,3 +79,17 @@ def test_who_stops_posting_is_said_to_have_stalled_and_to_be_back(monkeypatch):
         return seen
 
     assert asyncio.run(read()) == [b"1", STALLED, b"1"]
+
+
+def test_who_comes_after_the_posts_have_stopped_hears_the_last_one_first(monkeypatch):
+    monkeypatch.setattr(bulletin_module, "STALLED_S", 0.0)
+
+    async def read():
+        state_feed = StateFeed()
+        state_feed.post(b"1")
+        notices = state_feed.follow()
+        seen = [await anext(notices), await anext(notices)]
+        await notices.aclose()
+        return seen
+
+    assert asyncio.run(read()) == [b"1", STALLED]

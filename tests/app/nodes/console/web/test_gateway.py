@@ -1,15 +1,16 @@
+import contextlib
 import json
 import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from websockets.exceptions import InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from app.nodes.console.scene import export_requests as export_desk
 from app.nodes.console.web import gateway
 from app.view.model.scene_model import SceneModel
 from app.view.words import ENGLISH
-from tests.app.nodes.console.served import closing_code, first, hear
+from tests.app.nodes.console.served import closing_code, drain, first, hear
 
 
 def test_the_page_is_ours_and_runs_nothing_inline(client):
@@ -167,3 +168,38 @@ def test_what_is_remembered_is_listed_with_its_pictures(client, navigator):
     refused = client.get("/api/things")
     assert (refused.status_code, refused.json()) == (502, {"problem": navigator.problem})
     assert client.get("/api/things/1").status_code == 502
+
+
+@pytest.mark.parametrize("next_line", ["socket", "http"])
+def test_what_arrives_late_on_a_line_that_a_page_has_left_is_not_carried_out(
+    client, navigator, next_line
+):
+    cookie = client.get("/").headers["set-cookie"].partition(";")[0]
+    with client.socket("/api/ws", cookie=cookie) as old, client.socket("/api/ws") as other:
+        hear(old)
+        hear(other)
+        if next_line == "socket":
+            with client.socket("/api/ws?silent_s=0", cookie=cookie) as new:
+                hear(new)
+                new.send('{"type":"control","id":1,"action":"stop"}')
+                assert hear(new, "reply")["ok"]
+        else:
+            assert client.post("/api/stop?silent_s=0").json()["ok"]
+        with contextlib.suppress(ConnectionClosed):
+            old.send('{"type":"control","id":1,"action":"resume"}')
+        with pytest.raises(ConnectionClosed):
+            drain(old)
+        other.send('{"type":"ping","t":1}')
+        assert hear(other, "pong") == {"type": "pong", "t": 1}
+    assert navigator.actions == ["stop"]
+
+
+@pytest.mark.parametrize("silent_s", ["60", "", "soon", "nan"])
+def test_a_line_from_after_the_silence_goes_on(client, silent_s):
+    cookie = client.get("/").headers["set-cookie"].partition(";")[0]
+    with client.socket("/api/ws", cookie=cookie) as shell:
+        hear(shell)
+        with client.socket(f"/api/ws?silent_s={silent_s}", cookie=cookie) as new:
+            hear(new)
+        shell.send('{"type":"ping","t":1}')
+        assert hear(shell, "pong") == {"type": "pong", "t": 1}

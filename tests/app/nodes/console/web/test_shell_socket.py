@@ -198,9 +198,12 @@ def test_the_theme_of_a_page_is_that_of_its_browser(client, browsers):
             assert browser.has_light_theme is light
 
 
-def test_a_verdict_is_about_the_find_of_a_goal(client, navigator):
+def test_a_verdict_is_about_the_find_that_the_page_showed(client, navigator):
     with client.socket("/api/ws") as shell:
-        for verdict in ("confirm", "reject"):
-            shell.send(f'{{"type":"verdict","id":1,"verdict":"{verdict}","goal_id":7}}')
+        for verdict, find in (("confirm", 2), ("reject", "null")):
+            shell.send(
+                f'{{"type":"verdict","id":1,"verdict":"{verdict}","goal_id":7,"find":{find}}}'
+            )
             assert hear(shell, "reply")["ok"]
-    assert [one for one in navigator.actions if one != "renew"] == [("confirm", 7), ("reject", 7)]
+    sent = [one for one in navigator.actions if one != "renew"]
+    assert sent == [("confirm", 7, 2), ("reject", 7, None)]

@@ -65,6 +65,9 @@ def test_the_name_of_a_thing_is_read_and_searched_for(open_office):
     assert search.goal.thing_id == 7
     assert search.goal.attributes == ()
     assert orders.plan(SearchRequest(object="mug")).goal.thing_id is None
+    denied = [Attribute(kind="owner", value="Anna", negated=True)]
+    search = orders.plan(SearchRequest(object="mug", attributes=denied))
+    assert search.goal.thing_id is None, "not Anna's"
     mug = thing(7, label="mug", name="Anna's mug", alternatives=(), denied=("mug",))
     orders.things = lambda: (mug,)
     with pytest.raises(RequestRefusedError, match="nobody knows of what"):

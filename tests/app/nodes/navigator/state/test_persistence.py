@@ -15,12 +15,14 @@ from app.messages.control import GuidanceRequest, SearchRequest, decode
 from app.messages.status import CountedFind, LevelTable
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.node import Navigator
+from app.nodes.navigator.state import persistence as persistence_module
 from app.nodes.navigator.state.persistence import (
     RECENT_S,
     RunState,
     StatePersistence,
     read_saved_state,
 )
+from ippon.atomic_file import replace_file
 from ippon.camera import PinholeCamera
 from ippon.errors import MapFileError
 from ippon.frame import Frame
@@ -53,6 +55,16 @@ def voxel_map():
         )
     )
     return voxel_map
+
+
+def keep(path, voxel_map, goals, run):
+    """Keep a state and wait until goals and run are written."""
+    keep_with(StatePersistence(path, lambda *_: None), voxel_map, goals, run)
+
+
+def keep_with(persistence, voxel_map, goals, run):
+    persistence.keep(voxel_map, goals, run)
+    persistence._small.wait()
 
 
 def test_nothing_is_read_where_nothing_was_kept(tmp_path):
@@ -100,7 +112,7 @@ def test_the_goals_of_a_tour_that_were_not_found_are_one_tour_again(
     office.goals.next()
     office.goals.conclude("found", 1)
     path = tmp_path / "home.map"
-    StatePersistence(path, lambda *_: None).keep(office.mission.voxel_map, office.goals, RUN)
+    keep(path, office.mission.voxel_map, office.goals, RUN)
     kept = read_saved_state(path, CONFIG)
     assert [(r.object, r.joins) for r in kept.requests] == [
         ("mug", None), ("keys", 1), ("plant", None)
@@ -126,7 +138,7 @@ def test_levels_that_the_operator_set_are_there_for_the_next_start(
         run_next(office)
     search(office, "mug", "", start=False)
     path = tmp_path / "home.map"
-    StatePersistence(path, lambda *_: None).keep(voxel_map, office.goals, RUN)
+    keep(path, voxel_map, office.goals, RUN)
     kept = read_saved_state(path, CONFIG)
     assert [r.levels for r in kept.requests] == [{"toilet": "near", "sofa": "average"}, {}]
     navigator, stop = Navigator(NavigatorConfig(robot="s"), router, saved=kept), threading.Event()
@@ -169,7 +181,7 @@ def test_what_was_found_of_several_counts_at_the_next_start(open_office, tmp_pat
     rejected = [dataclasses.replace(wrong, number=1)]
     office.goals.note_finds(1, finds, rejected)
     path = tmp_path / "home.map"
-    StatePersistence(path, lambda *_: None).keep(office.mission.voxel_map, office.goals, RUN)
+    keep(path, office.mission.voxel_map, office.goals, RUN)
     kept = read_saved_state(path, CONFIG)
     navigator = Navigator(NavigatorConfig(robot="r"), sessions[0], saved=kept)
     try:
@@ -197,7 +209,7 @@ def test_a_goal_that_is_over_is_not_taken_up(open_office, voxel_map, tmp_path):
     search(office)
     office.goals.conclude("found")
     persistence = StatePersistence(tmp_path / "home.map", lambda *_: None)
-    persistence.keep(voxel_map, office.goals, RUN)
+    keep_with(persistence, voxel_map, office.goals, RUN)
     kept = read_saved_state(tmp_path / "home.map", CONFIG)
     assert kept.requests == ()
     assert kept.voxel_map is None, "it is too early for the map"
@@ -210,12 +222,35 @@ def test_a_disk_that_is_full_is_told_once(open_office, voxel_map, tmp_path):
         tmp_path / "missing" / "home.map", lambda *event: told.append(event), every_s=0.0
     )
     for _ in range(4):
-        persistence.keep(voxel_map, goals, RUN)
+        keep_with(persistence, voxel_map, goals, RUN)
         if persistence._writer is not None:
             persistence._writer.join()
     assert [kind for kind, _ in told] == ["error"]
     assert "kept in home.map" in told[0][1]
     assert "No such file" in told[0][1]
+
+
+def test_a_disk_that_takes_its_time_holds_up_nobody(open_office, voxel_map, tmp_path, monkeypatch):
+    disk = threading.Semaphore(0)
+
+    def write_late(path, content):
+        assert disk.acquire(timeout=30.0)
+        replace_file(path, content)
+
+    monkeypatch.setattr(persistence_module, "replace_file", write_late)
+    path, office = tmp_path / "home.map", open_office()
+    persistence = StatePersistence(path, lambda *_: None)
+    search(office, "hat")
+    persistence.keep(voxel_map, office.goals, RUN)
+    search(office, "mug", "", start=False)
+    held = RunState(held=True, mode="auto", speed_limit=1.0)
+    persistence.keep(voxel_map, office.goals, held)
+    assert not path.with_name("home.map.goals.json").exists()
+    disk.release(4)
+    persistence._small.wait()
+    kept = read_saved_state(path, CONFIG)
+    assert [r.object for r in kept.requests] == ["hat", "mug"]
+    assert kept.interrupted == held
 
 
 def test_what_is_no_map_is_refused_with_a_reason(voxel_map, tmp_path):
@@ -238,10 +273,10 @@ def test_a_killed_run_is_told_from_one_that_ended(open_office, voxel_map, tmp_pa
     path, office = tmp_path / "home.map", open_office()
     search(office, "hat")
     persistence = StatePersistence(path, lambda *_: None)
-    persistence.keep(voxel_map, office.goals, RUN)
+    keep_with(persistence, voxel_map, office.goals, RUN)
     assert read_saved_state(path, CONFIG).interrupted == RUN
     held = RunState(held=True, mode="auto", speed_limit=1.0)
-    persistence.keep(voxel_map, office.goals, held)
+    keep_with(persistence, voxel_map, office.goals, held)
     assert not read_saved_state(path, CONFIG).interrupted.may_go_on
     run_file = tmp_path / "home.map.run.json"
     long_ago = run_file.stat().st_mtime - RECENT_S - 1.0

@@ -396,7 +396,7 @@ def test_the_doctor_counts_images_without_depth_in_bags_of_others(own_bag, tmp_p
     assert source.tally.note.startswith("15 of 30 colour images were not mapped")
     assert "without" not in out, "what only our recordings hold is not missed in others"
     assert run(["doctor", str(tmp_path)]) == 2
-    assert "it holds no .mcap file" in capsys.readouterr().err
+    assert "it holds no .mcap or .db3 file" in capsys.readouterr().err
 
 
 ROBOT = """

@@ -181,6 +181,6 @@ def test_out_of_memory_says_what_would_fit(segmenter, image_by_formula, monkeypa
 
 def test_a_missing_device_is_named(state, monkeypatch):
     monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
-    for name, said in (("cuda", "sees no GPU"), ("tpu9", "auto, cpu or cuda; got 'tpu9'")):
+    for name, said in (("cuda", "sees no GPU"), ("tpu9", "cpu, cuda or cuda:N; got 'tpu9'")):
         with pytest.raises(SegmentationError, match=said):
             SanSegmenter(network_of(state, SMALL, "f"), TOKENIZER, SegmentationConfig(device=name))

@@ -1,0 +1,109 @@
+"""Whether a recording has the topics of a camera that a map is made of."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+from numpy.typing import NDArray
+
+from app.messages import keys
+from app.messages.cdr import MessageError
+from app.messages.images import (
+    decode_camera,
+    decode_color,
+    decode_color_raw,
+    decode_depth,
+    decode_depth_raw,
+    decompress_color,
+)
+from app.recording.reading.recording import Recording
+
+COLORS: Final = (keys.COLOR, keys.COLOR_RAW)
+DEPTHS: Final = (keys.DEPTH, keys.DEPTH_RAW)
+POSES: Final = (keys.TF, keys.ODOM)
+MOST_NAMED: Final = 12
+"""Topics that a text names."""
+_NAMING: Final = "--profile FILE with a section `ros2` that names"
+
+
+def topic_problem(recording: Recording, *, poses: bool) -> str:
+    """Return which topics of a map are missing or ambiguous; empty where none are.
+
+    Args:
+        recording: The recording.
+        poses: Whether tf or odometry is needed.
+    """
+    needed = [COLORS, DEPTHS, (keys.CAMERA_INFO,), *((POSES,) if poses else ())]
+    missing = [several for several in needed if not set(several) & set(recording.keys)]
+    return _missing(recording, missing) if missing else _ambiguous(recording)
+
+
+def _missing(recording: Recording, missing: Sequence[tuple[str, ...]]) -> str:
+    kinds = {keys.ROS_TYPES[key] for several in missing for key in several}
+    channels = recording.index.channels.values()
+    there = sorted({f"{one.topic} ({one.type})" for one in channels if one.type in kinds})
+    text = (
+        f"it has no topic that ends in {', '.join(' or '.join(some) for some in missing)}: without "
+        "colour, depth, camera info and tf or odometry there is nothing to map. It has "
+        f"{', '.join(there[:MOST_NAMED]) or 'no other topic'} of such types; topics with other "
+        f"names: {_NAMING} them (`ippon profile`)"
+    )
+    if missing == [POSES]:
+        text += (
+            ". A recording without poses is replayed with `ippon replay --no-poses`, for "
+            "`ippon navigate --profile hand-held`, which finds them by the images"
+        )
+    return text
+
+
+def _ambiguous(recording: Recording) -> str:
+    """Return which topics of two cameras would be taken for one; empty where none would."""
+    for key in (*COLORS, *DEPTHS, keys.CAMERA_INFO):
+        topics = recording.topics(key)
+        if len(topics) > 1 and not (key == keys.COLOR_RAW and keys.COLOR in recording.keys):
+            return (
+                f"it has several topics that end in {key}: {', '.join(topics[:MOST_NAMED])}. The "
+                f"images of two cameras are not mixed: {_NAMING} those of one, or their `namespace`"
+            )
+    return ""
+
+
+def image_problems(recording: Recording) -> list[str]:
+    """Return why the first images of a recording, or what is said of its camera, are not usable."""
+    problems: list[str] = []
+    sizes: dict[str, tuple[int, int]] = {}
+    for key, size_of in _SIZES.items():
+        message = recording.first(key)
+        if message is None or (key == keys.COLOR_RAW and keys.COLOR in recording.keys):
+            continue
+        try:
+            sizes[key] = size_of(message.payload)
+        except MessageError as error:
+            problems.append(f"{recording.topics(key)[0]}: {error}")
+    depths = {sizes[key] for key in DEPTHS if key in sizes}
+    camera = sizes.get(keys.CAMERA_INFO)
+    if camera is not None:
+        problems += [
+            f"depth is {width} x {height}, the camera of {camera[0]} x {camera[1]}: depth must be "
+            "registered to colour and of its size (align_depth, depth_registered)"
+            for width, height in sorted(depths - {camera})
+        ]
+    return problems
+
+
+def _size(image: NDArray[Any]) -> tuple[int, int]:
+    return image.shape[1], image.shape[0]
+
+
+def _camera_size(payload: bytes) -> tuple[int, int]:
+    camera = decode_camera(payload).camera
+    return camera.width, camera.height
+
+
+_SIZES: Final[dict[str, Callable[[bytes], tuple[int, int]]]] = {
+    keys.COLOR: lambda payload: _size(decompress_color(decode_color(payload).encoded)),
+    keys.COLOR_RAW: lambda payload: _size(decode_color_raw(payload)[0]),
+    keys.DEPTH: lambda payload: _size(decode_depth(payload).depth),
+    keys.DEPTH_RAW: lambda payload: _size(decode_depth_raw(payload).depth),
+    keys.CAMERA_INFO: _camera_size,
+}
+"""Width and height that a message of a key says."""

@@ -1,0 +1,81 @@
+"""Endpoints that misbehave below HTTP: real sockets, one answer for each connection."""
+
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+
+import pytest
+
+from app.links.language_model.chat import ChatConfig, ChatEndpoint, ChatError
+
+LIMIT_S = 1.0
+Serve = Callable[[socket.socket], None]
+
+
+@pytest.fixture
+def serve() -> Iterator[Callable[[Serve], ChatEndpoint]]:
+    listener = socket.create_server(("127.0.0.1", 0))
+    over, endpoints = threading.Event(), list[ChatEndpoint]()
+
+    def start(answer: Serve) -> ChatEndpoint:
+        def loop() -> None:
+            while not over.is_set():
+                with suppress(OSError):
+                    connection, _ = listener.accept()
+                    connection.recv(65536)
+                    with connection, suppress(OSError):
+                        answer(connection)
+
+        threading.Thread(target=loop, daemon=True).start()
+        url = f"http://127.0.0.1:{listener.getsockname()[1]}/v1"
+        endpoints.append(ChatEndpoint(ChatConfig(base_url=url, model="m", timeout_s=LIMIT_S)))
+        return endpoints[-1]
+
+    yield start
+    over.set()
+    listener.shutdown(socket.SHUT_RDWR)
+    listener.close()
+    for endpoint in endpoints:
+        endpoint.close()
+
+
+def drip(data: bytes) -> Serve:
+    def answer(connection: socket.socket) -> None:
+        end = time.monotonic() + 10.0
+        connection.sendall(b"HTTP/1.1 200 OK\r\n")
+        while time.monotonic() < end:
+            connection.sendall(data)
+            time.sleep(0.2)
+
+    return answer
+
+
+def flood(data: bytes) -> Serve:
+    def answer(connection: socket.socket) -> None:
+        end = time.monotonic() + 10.0
+        while time.monotonic() < end:
+            connection.sendall(data)
+
+    return answer
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        drip(b"X: y\r\n"),
+        drip(b"\r\n" + b"x"),
+        flood(b"HTTP/1.1 100 Continue\r\n\r\n"),
+        lambda _: time.sleep(10.0),
+    ],
+    ids=["headers", "body", "continue", "silence"],
+)
+def test_no_answer_takes_longer_than_its_time(
+    serve: Callable[[Serve], ChatEndpoint], answer: Serve
+) -> None:
+    endpoint = serve(answer)
+    begun = time.monotonic()
+    with pytest.raises(ChatError):
+        endpoint.ask(lambda _: [{"role": "user", "content": "?"}], {"type": "object"})
+    assert time.monotonic() - begun < 3.0 * LIMIT_S

@@ -1,0 +1,392 @@
+"""The page around the scene in a real browser, with a console in the process of the test."""
+
+import asyncio
+import re
+import threading
+import time
+
+import msgspec
+import pytest
+from playwright.sync_api import expect
+from starlette.responses import StreamingResponse
+
+from app.messages.driving import DriveStatus
+from app.messages.memory import MemoryReply
+from app.nodes.console.scene.click_explanation import ClickExplanation
+from app.nodes.console.scene.shell_state import ShellState, ShownFind
+from app.nodes.console.web import gateway
+from ippon.control.drive_mode import NO_INPUT
+from tests.app.nodes.console.drawn_home import things_of
+from tests.app.nodes.console.opened_page import expect_state, panels
+from tests.app.relay import Relay
+from tests.chromium import PATIENCE_MS, new_window
+
+pytestmark = pytest.mark.browser
+
+SEARCHING = ShellState(
+    instance="one", robot="ippon", link="live", state="searching", object="hat", has_map=True
+)
+MANUAL = msgspec.structs.replace(SEARCHING, state="manual", drive=DriveStatus(mode="manual"))
+FORWARD = "[data-hold='1 0 0']"
+RELOAD = "document.getElementById('view').contentWindow.location.reload()"
+
+
+@pytest.fixture
+def post(state_feed):
+    """Has the pages show a state, or the last one with changes."""
+    last, is_over = [SEARCHING], threading.Event()
+
+    def show(state=None, **changes):
+        last[0] = msgspec.structs.replace(last[0] if state is None else state, **changes)
+        state_feed.post(msgspec.json.encode(last[0]))
+
+    def go_on():
+        while not is_over.wait(1.0):
+            show()
+
+    show()
+    thread = threading.Thread(target=go_on)
+    thread.start()
+    yield show
+    is_over.set()
+    thread.join()
+
+
+@pytest.fixture
+def window(browser):
+    window = new_window(browser)
+    yield window
+    window.close()
+
+
+@pytest.fixture
+def page(window, client, post):
+    """The page of a robot that searches, with its panels."""
+    page = window.new_page()
+    page.goto(client.origin)
+    expect_state(page, "Searching")
+    expect(panels(page).locator("body")).to_be_attached()
+    return page
+
+
+def _until(condition, timeout_s=PATIENCE_MS / 1e3):
+    deadline = time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def _sockets(page, ending):
+    """Return the addresses of the sockets that a page opens from now on, as they come."""
+    opened = []
+    page.on("websocket", lambda one: ending in one.url and opened.append(one.url))
+    return opened
+
+
+def test_the_page_starts_while_the_document_of_the_scene_has_no_element(
+    window, client, post, monkeypatch
+):
+    view, goes_on = gateway.Assets().view, threading.Event()
+    whole = view.response
+
+    async def late(body):
+        while not goes_on.is_set():
+            await asyncio.sleep(0.02)
+        yield body
+
+    def slow(request):
+        answer = whole(request)
+        length = {k: v for k, v in answer.headers.items() if k != "content-length"}
+        return StreamingResponse(late(answer.body), headers=length)
+
+    monkeypatch.setattr(view, "response", slow)
+    page = window.new_page()
+    problems = []
+    page.on("pageerror", lambda problem: problems.append(str(problem)))
+    page.goto(client.origin, wait_until="commit")
+    try:
+        expect_state(page, "Searching")
+        assert page.evaluate("document.getElementById('view').contentDocument.documentElement") is (
+            None
+        )
+    finally:
+        goes_on.set()
+    assert problems == []
+
+
+def test_a_page_that_slept_asks_before_it_leaves_its_line(window, client, post):
+    page = window.new_page()
+    page.clock.install()
+    page.goto(client.origin)
+    page.clock.run_for(1_000)
+    expect_state(page, "Searching")
+    opened = _sockets(page, "/api/ws")
+    for _ in range(3):
+        page.clock.fast_forward(60_000)
+        page.wait_for_timeout(300)
+    expect_state(page, "Searching")
+    assert opened == []
+
+
+def test_a_line_that_is_silent_is_left_and_the_console_is_told_for_how_long(window, client, post):
+    relay = Relay(int(client.origin.rpartition(":")[2]))
+    page = window.new_page()
+    page.goto(f"http://127.0.0.1:{relay.port}")
+    expect_state(page, "Searching")
+    opened = _sockets(page, "/api/ws")
+    relay.silence()
+    _until(lambda: page.wait_for_timeout(50) or opened)
+    assert 3.0 < float(opened[0].rpartition("?silent_s=")[2]) < 60.0
+    expect_state(page, "Searching")
+    relay.close()
+
+
+def test_a_scene_that_could_not_be_loaded_is_loaded_with_the_next_line(page, client, post):
+    page.route(re.compile(r"/view/\?"), lambda route: route.abort())
+    page.evaluate(RELOAD)
+    page.wait_for_function("() => document.getElementById('view').contentDocument === null")
+    page.unroute_all()
+    _drop_lines(page, client)
+    expect(panels(page).locator("canvas[data-engine]")).to_be_attached()
+
+
+def _drop_lines(page, client):
+    """End the sockets of a page, as a console does at a logout."""
+    cookies = page.context.cookies(client.origin)
+    value = next(one["value"] for one in cookies if one["name"] == "ippon")
+    headers = {"Cookie": f"ippon={value}"}
+    client.http.post("/api/stop?silent_s=0", headers=headers)
+
+
+def test_an_explanation_from_before_stays_closed_and_one_that_was_closed_too(page, client, post):
+    card = page.locator("#explanation")
+    post(explanation=ClickExplanation(number=4, title="Sofa"))
+    expect(card).to_be_visible()
+    later = page.context.new_page()
+    later.goto(client.origin)
+    expect_state(later, "Searching")
+    expect(later.locator("#explanation")).to_be_hidden()
+    page.locator("#explanation-close").click()
+    _drop_lines(page, client)
+    expect_state(page, "Disconnected")
+    expect_state(page, "Searching")
+    expect(card).to_be_hidden()
+    post(explanation=ClickExplanation(number=5, title="Table"))
+    expect(card).to_contain_text("Table")
+    expect(later.locator("#explanation")).to_contain_text("Table")
+
+
+def test_a_scene_that_is_loaded_again_leaves_nothing_behind(page):
+    session = page.context.new_cdp_session(page)
+    scene = page.frame(url=lambda url: "/view/" in url)
+
+    def documents():
+        session.send("HeapProfiler.enable")
+        for _ in range(2):
+            session.send("HeapProfiler.collectGarbage")
+        return session.send("Memory.getDOMCounters")["documents"]
+
+    def load():
+        page.evaluate("document.getElementById('view').contentWindow.isOld = true")
+        page.evaluate(RELOAD)
+        scene.wait_for_function("() => globalThis.isOld === undefined")
+        expect(panels(page).locator("canvas[data-engine]")).to_be_attached()
+        page.wait_for_timeout(500)
+
+    load()
+    before = documents()
+    for _ in range(3):
+        load()
+    assert documents() <= before + 1
+
+
+def test_a_click_in_the_scene_lets_the_page_call_by_sound(window, client, post):
+    window.add_init_script(
+        "globalThis.AudioContext = class { constructor() { top.sounds = (top.sounds ?? 0) + 1; } };"
+    )
+    page = window.new_page()
+    page.goto(client.origin)
+    expect_state(page, "Searching")
+    panels(page).locator("canvas[data-engine]").click(position={"x": 300, "y": 500})
+    page.wait_for_function("() => top.sounds === 1")
+
+
+def _hold(page, navigator):
+    """Hold W until the robot is told."""
+    before = len(navigator.inputs)
+    page.keyboard.down("w")
+    _until(lambda: len(navigator.inputs) > before and navigator.inputs[-1].forward == 1.0)
+
+
+def _expect_still(page, navigator):
+    _until(lambda: navigator.inputs[-1] == NO_INPUT)
+    page.wait_for_timeout(200)
+    assert navigator.inputs[-1] == NO_INPUT
+
+
+@pytest.fixture
+def driven(page, post):
+    """The page of a robot in Manual."""
+    post(MANUAL)
+    expect_state(page, "Manual")
+    return page
+
+
+def test_keys_are_released_where_nobody_tells_of_their_release(driven, navigator):
+    page = driven
+    _hold(page, navigator)
+    page.locator("#camera-label").click()
+    _expect_still(page, navigator)
+    page.keyboard.up("w")
+    page.keyboard.press("Escape")
+    _hold(page, navigator)
+    page.mouse.click(300, 20, button="right")
+    _expect_still(page, navigator)
+    page.keyboard.up("w")
+    _hold(page, navigator)
+    page.keyboard.down("Meta")
+    _expect_still(page, navigator)
+    page.keyboard.up("Meta")
+    page.keyboard.up("w")
+
+
+def test_a_scene_that_loads_again_releases_keys_and_takes_a_stop_at_once(driven, navigator, post):
+    page = driven
+    waiting = []
+
+    def keep(route):
+        waiting.append(route)
+
+    page.evaluate("document.getElementById('view').focus()")
+    page.route("**/assets/draw_rate.js", keep)
+    _hold(page, navigator)
+    page.evaluate(RELOAD)
+    _expect_still(page, navigator)
+    _until(lambda: page.wait_for_timeout(50) or waiting)
+    page.keyboard.up("w")
+    page.wait_for_timeout(200)
+    page.keyboard.press("Space")
+    _until(lambda: page.wait_for_timeout(50) or navigator.actions == ["stop"])
+    for route in waiting:
+        route.continue_()
+
+
+def _middle(locator):
+    box = locator.bounding_box()
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def test_a_second_finger_on_stop_stops_while_the_first_drives(driven, navigator):
+    page = driven
+    session = page.context.new_cdp_session(page)
+    pad, stop = _middle(page.locator(FORWARD)), _middle(page.locator("#stop"))
+
+    def touch(kind, *fingers):
+        points = [{"x": x, "y": y, "id": n} for n, (x, y) in enumerate(fingers)]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    touch("touchStart", pad)
+    _until(lambda: navigator.inputs and navigator.inputs[-1].forward == 1.0)
+    touch("touchStart", pad, stop)
+    _until(lambda: page.wait_for_timeout(50) or navigator.actions)
+    touch("touchEnd")
+    touch("touchStart", stop)
+    touch("touchEnd")
+    page.wait_for_timeout(500)
+    assert navigator.actions == ["stop", "stop"], "one for each press"
+
+
+@pytest.mark.parametrize("dialog", ["help", "room"])
+def test_stop_is_pressed_also_while_a_dialog_is_open(page, navigator, dialog):
+    stop = _middle(page.locator("#stop"))
+    page.evaluate(f"document.getElementById('{dialog}').showModal()")
+    page.mouse.click(500, 20)
+    page.evaluate(f"document.getElementById('{dialog}').close()")
+    page.evaluate(f"document.getElementById('{dialog}').showModal()")
+    page.mouse.click(*stop)
+    _until(lambda: page.wait_for_timeout(50) or navigator.actions)
+    page.evaluate(f"document.getElementById('{dialog}').close()")
+    page.locator("#stop").press("Enter")
+    _until(lambda: page.wait_for_timeout(50) or len(navigator.actions) == 2)
+    assert navigator.actions == ["stop", "stop"]
+
+
+def test_a_verdict_is_for_the_find_that_the_notice_shows(page, post, navigator):
+    find = ShownFind(
+        goal_id=7, number=2, name="hat", position=(1.0, 2.0, 0.5), size=(0.2, 0.2, 0.2),
+        perhaps=False, out_of_reach_m=None,
+    )  # fmt: skip
+    post(msgspec.structs.replace(SEARCHING, state="found", find=find))
+    page.locator("#notice").get_by_role("button", name="Confirm", exact=True).click()
+    _until(lambda: page.wait_for_timeout(50) or navigator.actions)
+    assert navigator.actions == [("confirm", 7, 2)]
+
+
+def test_a_plan_without_a_map_has_no_rooms(page):
+    room = {"x_m": 1.0, "y_m": 1.0, "name": "hall", "kind": "", "area_m2": 4.0}
+    scene = {"revision": 1, "explored_m2": 4.0, "rooms": [room], "things": [], "trail": [],
+             "path": [], "painted": [], "find": None, "robot": None}  # fmt: skip
+    cells = {"revision": 1, "origin_m": [0.0, 0.0], "size": [4, 4], "cell_m": 0.5, "packed": "AAAA"}
+    page.route("**/api/export/plan-cells.json", lambda route: route.fulfill(json=cells))
+    page.route("**/api/export/plan.json", lambda route: route.fulfill(json=scene))
+    page.keyboard.press("p")
+    expect(page.locator("#plan-rooms button")).to_have_text("hall")
+    page.unroute("**/api/export/plan.json")
+    page.route("**/api/export/plan.json", lambda route: route.fulfill(status=404))
+    expect(page.locator("#plan-none")).to_be_visible()
+    expect(page.locator("#plan-rooms button")).to_have_count(0)
+
+
+def test_ages_are_those_of_the_console_whatever_the_clock_of_the_tablet_says(
+    window, client, post, navigator
+):
+    mug = msgspec.structs.replace(things_of()[0], last_seen_ns=time.time_ns())
+    navigator.things = lambda: MemoryReply(things=[mug], count=1)
+    page = window.new_page()
+    page.clock.install(time=time.time() + 3 * 3600)
+    page.goto(client.origin)
+    page.clock.run_for(1_000)
+    expect_state(page, "Searching")
+    page.keyboard.press("t")
+    expect(page.locator("#things-list small").nth(1)).to_contain_text("just now")
+
+
+def test_another_thing_of_the_same_number_has_its_own_picture(page, navigator):
+    asked = []
+    page.on("request", lambda one: "/api/things/" in one.url and asked.append(one.url))
+    for since_ns in (10**18, 2 * 10**18):
+        mug = msgspec.structs.replace(
+            things_of()[0], instance_id=1, first_seen_ns=since_ns, has_picture=True
+        )
+        navigator.things = lambda mug=mug: MemoryReply(things=[mug], count=1)
+        page.keyboard.press("t")
+        wanted = f"/api/things/1?since={since_ns}"
+        while not any(wanted in url for url in asked):
+            page.wait_for_event("request")
+        page.keyboard.press("Escape")
+
+
+def test_a_goal_that_has_moved_keeps_the_focus(page, post, state_feed):
+    def goals(*numbers):
+        common = {"outcome": "queued", "context": "", "count": 1, "rejected": 0, "took_s": None,
+                  "counted": [], "confirmed": False, "display": "", "tour": None}  # fmt: skip
+        waiting = [{"goal_id": n, "object": f"cup {n}", **common} for n in numbers]
+        state_feed.goals = msgspec.json.encode({"waiting": waiting})
+        post(goals=numbers[0])
+
+    goals(5, 6, 7)
+    page.keyboard.press("g")
+    page.get_by_role("button", name="Move cup 7 up").focus()
+    goals(5, 7, 6)
+    goals(7, 5, 6)
+    expect(page.locator("#goals-waiting li").first).to_contain_text("cup 7")
+    expect(page.get_by_role("button", name="Move cup 7 down")).to_be_focused()
+
+
+def test_a_picture_that_waited_to_be_drawn_is_as_old_as_that(page):
+    age = """async () => {
+        const { Camera } = await import("/assets/camera.js");
+        const drawn = { drawnAt: Date.now(), waited_ms: 60000, header: { held_ms: 5 } };
+        return Camera.prototype.age.call({ drawn, latency: { ms: 40 } });
+    }"""
+    assert 60_005 <= page.evaluate(age) < 61_000

@@ -1,0 +1,48 @@
+"""Images of a dataset that are not what its description says."""
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from app.nodes.replay.datasets import DatasetError, read_color, read_depth
+from ippon.camera import PinholeCamera
+
+CAMERA = PinholeCamera(width=8, height=6, fx=7.0, fy=7.0, cx=3.5, cy=2.5)
+
+
+def saved(path, values):
+    Image.fromarray(values).save(path)
+    return path
+
+
+def test_depth_is_in_metres_and_zero_without_a_reading(tmp_path):
+    values = np.full((6, 8), 1500, np.uint16)
+    values[0] = 0
+    values[1] = 65535
+    depth = read_depth(saved(tmp_path / "depth.png", values), 0.001, CAMERA)
+    assert (depth[:2] == 0.0).all()
+    assert depth[2:] == pytest.approx(1.5)
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "text"),
+    [
+        ("small.png", np.ones((3, 4), np.uint16), "is an image of 4x3 in the mode I;16"),
+        ("colour.png", np.ones((6, 8, 3), np.uint8), "is an image of 8x6 in the mode RGB"),
+        ("grey.png", np.ones((6, 8), np.uint8), "is an image of 8x6 in the mode L"),
+        ("metres.tiff", np.ones((6, 8), np.float32), "is an image of 8x6 in the mode F"),
+    ],
+)
+def test_what_is_no_depth_of_the_camera_is_refused(tmp_path, name, values, text):
+    with pytest.raises(DatasetError) as caught:
+        read_depth(saved(tmp_path / name, values), 0.001, CAMERA)
+    assert text in str(caught.value)
+    assert "takes depth of 8x6, grey of 16 bits" in str(caught.value)
+
+
+def test_colour_is_scaled_to_depth_and_not_stretched(tmp_path):
+    larger = saved(tmp_path / "larger.png", np.full((12, 16, 3), 9, np.uint8))
+    assert read_color(larger, CAMERA).shape == (6, 8, 3)
+    wide = saved(tmp_path / "wide.png", np.zeros((9, 16, 3), np.uint8))
+    with pytest.raises(DatasetError, match=r"wide\.png is an image of 16x9; colour and depth of"):
+        read_color(wide, CAMERA)

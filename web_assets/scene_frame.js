@@ -1,0 +1,33 @@
+// Tells of each document of the scene's frame as soon as it is there: half read, or without any element.
+// Keys that a person presses in it meanwhile count, too.
+
+import { BASE } from "./base.js";
+
+const LOOK_MS = 50;
+const view = document.getElementById("view");
+const acts = [];
+let known = null;
+
+function look() {
+  const inner = view.contentDocument;
+  if (inner === null || inner === known || inner.location.pathname !== `${BASE}view/`) return;
+  known = inner;
+  for (const act of acts) act(inner);
+}
+
+// act: called with each document, in the order in which acts are given here.
+export function onScene(act) {
+  acts.push(act);
+  if (known !== null) act(known);
+  look();
+}
+
+// Loads the scene again; the browser's own page of an error, where the scene could not be loaded, is
+// of another origin.
+export function reloadScene() {
+  if (view.contentDocument === null) view.src = view.src;
+  else view.contentWindow.location.reload();
+}
+
+view.addEventListener("load", look);
+setInterval(look, LOOK_MS);
