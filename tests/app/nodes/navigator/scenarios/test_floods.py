@@ -169,9 +169,9 @@ def stop_amid(search, flood, path):
     finally:
         flooder.kill()
         flooder.wait()
-    where = search.truth().trajectory[-1]
     assert answered_s < STOP_S, answered_s
     assert search.moved_after_s(asked_at) < STOP_S
+    where = search.truth().trajectory[-1]
     assert search.truth().trajectory[-1] == where
     _resume(search)
     return int(out)
