@@ -89,8 +89,8 @@ UNSAID = {
     "“not {}”", "the {}", " or the ", " and it is ", "(named by you)",
     # Names of threads, of a search that is repeated, of a model and of what is noted of a stream.
     "memory writer", "map writer", "state writer", "stream conversion", "command mux",
-    "command stream", "pose tracking", "clock comparison", "robot link", "last messages", "saved search {}",
-    "goal {}", "{} at {}", "{} lost",
+    "command stream", "pose tracking", "clock comparison", "robot link", "last messages",
+    "saved search {}", "goal {}", "{} at {}", "{} lost",
     # Errors of a caller inside the program, and of files at its start.
     "no proximity level {}; the levels are {}",
     "a tour takes 2 to {} goals of different numbers; got {}",
