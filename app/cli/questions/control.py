@@ -11,7 +11,12 @@ from app.cli.tools.levels_table import printable
 from app.cli.tools.navigator_address import check_timeout, find_navigator
 from app.errors import UsageError
 from app.links.network.request_credential import request_credential
-from app.links.network.requests import RequestRefusedError, ask, last_message
+from app.links.network.requests import (
+    RequestRefusedError,
+    ask,
+    ask_until_answered,
+    last_message,
+)
 from app.links.network.session import LinkError, open_client
 from app.messages import keys
 from app.messages.control import Accepted, ControlReply, ControlRequest, QueueRequest, decode
@@ -107,7 +112,12 @@ def _send(session: zenoh.Session, robot: str, command: Control) -> None:
             answer = msgspec.json.encode(taken)
         else:
             asked = ControlRequest(action=command.action, goal_id=command.goal, requester=NAME)
-            reply = ask(session, f"{robot}/{keys.CONTROL}", asked, ControlReply, limit_s, who)
+            key = f"{robot}/{keys.CONTROL}"
+            if command.action == "stop":
+                # Of anybody, and at any time: also while the line breaks.
+                reply = ask_until_answered(session, key, asked, ControlReply, limit_s)
+            else:
+                reply = ask(session, key, asked, ControlReply, limit_s, who)
             said, answer = _said(robot, reply), msgspec.json.encode(reply)
     print(answer.decode() if command.json else printable(said), flush=True)
 

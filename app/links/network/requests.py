@@ -26,6 +26,7 @@ Authorize = Callable[[msgspec.Struct, Credential | None], None]
 MAX_QUOTED = 500
 """Bytes of a malformed request that its record keeps."""
 _TIMED_OUT = b"Timeout"
+_AGAIN_S = 0.1
 """Error reply of zenoh at a timeout."""
 _MOST_STOP_BYTES = 1000
 
@@ -215,3 +216,26 @@ def last_message(session: zenoh.Session, key: str, timeout_s: float) -> bytes | 
         if reply.ok is not None:
             return reply.ok.payload.to_bytes()
     return None
+
+
+def ask_until_answered(
+    session: zenoh.Session, key: str, message: msgspec.Struct, kind: type[R], timeout_s: float
+) -> R:
+    """Send a request that may be carried out more than once, such as Stop, until it is answered.
+
+    A line that breaks under load is open again a moment later.
+
+    Raises:
+        RequestRefusedError: The request was refused.
+        LinkError: No reply within the time.
+    """
+    deadline, left_s = time.monotonic() + timeout_s, timeout_s
+    problem: LinkError | None = None
+    while problem is None or left_s > 0.0:
+        try:
+            return ask(session, key, message, kind, left_s)
+        except LinkError as error:
+            problem = problem or error
+        time.sleep(_AGAIN_S)
+        left_s = deadline - time.monotonic()
+    raise problem

@@ -6,7 +6,13 @@ import msgspec
 import pytest
 
 from app.links.network.latched_topic import LatchedTopic
-from app.links.network.requests import RequestRefusedError, ask, last_message, serve
+from app.links.network.requests import (
+    RequestRefusedError,
+    ask,
+    ask_until_answered,
+    last_message,
+    serve,
+)
 from app.links.network.sender import Sender
 from app.links.network.session import LinkError, open_client
 from app.messages.control import Accepted, ErrorReply, FeedbackRequest, SearchRequest
@@ -129,6 +135,20 @@ def test_a_request_is_not_sent_again_when_the_line_breaks(sessions, free_endpoin
         client.close()
         relay.close()
     assert len(taken) == 1
+
+
+def test_what_may_be_done_twice_is_sent_until_it_is_answered(sessions):
+    router, client = sessions
+    served = []
+    later = threading.Timer(
+        0.4, lambda: served.append(serve(router, KEY, SearchRequest, lambda _: Accepted()))
+    )
+    later.start()
+    request = SearchRequest(object="hat")
+    assert ask_until_answered(client, KEY, request, Accepted, 20.0) == Accepted()
+    later.join()
+    with pytest.raises(LinkError, match=r"no reply on robot/another within 0\.3 s"):
+        ask_until_answered(client, "robot/another", request, Accepted, 0.3)
 
 
 def test_a_reply_of_another_kind_is_not_taken(sessions):

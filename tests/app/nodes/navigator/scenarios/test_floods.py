@@ -15,7 +15,12 @@ import msgspec
 import psutil
 import pytest
 
-from app.links.network.requests import RequestRefusedError, ask, last_message
+from app.links.network.requests import (
+    RequestRefusedError,
+    ask,
+    ask_until_answered,
+    last_message,
+)
 from app.links.network.session import LinkError, open_client
 from app.links.network.subscription import subscribe
 from app.messages import keys
@@ -116,8 +121,10 @@ class Search:
         return msgspec.json.decode(payload, type=GroundTruth)
 
     def control(self, action):
+        # As `ippon control` and the console do: Stop is sent until it is answered.
+        send = ask_until_answered if action == "stop" else ask
         request = ControlRequest(action=action)
-        return ask(self._operator, f"r/{keys.CONTROL}", request, ControlReply, 10.0).state
+        return send(self._operator, f"r/{keys.CONTROL}", request, ControlReply, 10.0).state
 
     def memory_mb(self):
         return self._process.memory_info().rss / 1e6
@@ -168,7 +175,7 @@ def stop_amid(search, flood, path):
         out, _ = flooder.communicate(timeout=flood.seconds + 60.0)
     finally:
         flooder.kill()
-        flooder.wait()
+        flooder.communicate()
     assert answered_s < STOP_S, answered_s
     assert search.moved_after_s(asked_at) < STOP_S
     where = search.truth().trajectory[-1]
