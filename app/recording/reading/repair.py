@@ -2,6 +2,7 @@
 
 import os
 from collections import Counter
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -90,13 +91,8 @@ def check(
             problems.append(f"no image has a pose: {problem}")
         elif problem := _unposed(recording, tree, pairs.colors, mount=mount):
             problems.append(problem)
-        # `ippon record` leaves out depth images on purpose.
-        if not ours and (problem := pairs.problem()):
-            problems.append(problem)
         if not ours:
-            problems += image_problems(recording)
-        if not ours and (problem := topic_problem(recording, poses=True)):
-            problems.append(problem)
+            problems += _problems_of_others(recording, pairs)
         expected = _SESSION if ours else _CAMERA
         missing = tuple(some[0] for some in expected if not set(some) & set(recording.keys))
         live = not recording.index.complete and is_held(recording.path)
@@ -117,6 +113,16 @@ def check(
         )
     finally:
         recording.close()
+
+
+def _problems_of_others(recording: Recording, pairs: DepthPairs) -> Iterator[str]:
+    """Yield what a recording of another program lacks for a map."""
+    # `ippon record` leaves out depth images on purpose.
+    if problem := pairs.problem():
+        yield problem
+    yield from image_problems(recording)
+    if problem := topic_problem(recording, poses=True):
+        yield problem
 
 
 def _pose_problem(recording: Recording, tree: FrameTree, *, mount: bool) -> str:

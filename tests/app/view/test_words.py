@@ -53,7 +53,7 @@ NOT_SHOWN = {
     # What viser's client says, to be replaced.
     "Collapse panel", "Expand panel",
     # Names of keys, of the browser's own interfaces, and of our messages.
-    "Escape", "Enter", "Space", "Comma", "Period", "Home", "Shift", "Hz",
+    "Escape", "Enter", "Space", "Comma", "Period", "Home", "Shift", "Meta", "Hz",
 }  # fmt: skip
 
 

@@ -65,10 +65,7 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
     begun = read_determiners(said, start)
     index = begun.index
     end = end_of_nouns(said, index, knowledge)
-    words = [word for word in hyphened_words(said, index, end) if word not in ("and", "or")]
-    left_out = not words and (said.breaks(index) or said.word(index) in STOP)
-    if begun.reference and (left_out or words in _THING):
-        words = ["one"]  # "Another", "two more", "the same thing".
+    words = _words_of(said, index, end, stands_alone=bool(begun.reference))
     if said.word(index) in PRONOUNS or not words:
         return None
     times = _TIMES.match(words[-1]) if len(words) > 1 and begun.count is None else None
@@ -109,6 +106,15 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
         crowded=named.crowded,
         end=end,
     )
+
+
+def _words_of(said: Utterance, index: int, end: int, *, stands_alone: bool) -> list[str]:
+    """Return the words of the nouns; "one" for those that a reference leaves out."""
+    words = [word for word in hyphened_words(said, index, end) if word not in ("and", "or")]
+    left_out = not words and (said.breaks(index) or said.word(index) in STOP)
+    if stands_alone and (left_out or words in _THING):
+        return ["one"]  # "Another", "two more", "the same thing".
+    return words
 
 
 def _read_possessive(said: Utterance, start: int) -> NounPhrase | None:
