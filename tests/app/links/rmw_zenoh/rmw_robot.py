@@ -221,8 +221,9 @@ class ActionServer:
         number, pose, tail = payload[4:20], payload[:4] + payload[20:-5], payload[-5:]
         assert tail == struct.pack("<I", 1) + b"\0", "no behavior tree"
         answer = struct.pack("<4s?3xiI", b"\0\1\0\0", self.accepts, 0, 0)
-        self._reply(query, answer)
+        # First, as the reply may bring the request for the result at once.
         self.goals.add(pose, number)
+        self._reply(query, answer)
 
     def _keep(self, query):
         self._result = query
@@ -230,8 +231,8 @@ class ActionServer:
     def _cancel(self, query):
         payload = query.payload.to_bytes()
         answer = struct.pack("<4sb3xI", b"\0\1\0\0", 0, 0)
-        self._reply(query, answer)
         self.cancelled.add(payload[4:20], None)
+        self._reply(query, answer)
 
     def _reply(self, query, answer):
         if self.silent:
