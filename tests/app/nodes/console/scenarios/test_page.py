@@ -15,7 +15,7 @@ from tests.app.nodes.console.opened_page import (
     text_field,
 )
 from tests.app.relay import Relay
-from tests.chromium import GPU, box_at_rest, new_window
+from tests.chromium import GPU, KEEP_PICTURES, box_at_rest, new_window
 
 pytestmark = pytest.mark.browser
 
@@ -295,6 +295,10 @@ def test_a_first_visit_is_introduced_and_the_next_one_is_not(shared, browser, ho
     assert (panel["x"], panel["width"]) == (0, 390), "a phone's panel is below the map"
     card = page.locator("#introduction")
     expect(card).to_contain_text("1 of 5")
+    if folder := os.environ.get(KEEP_PICTURES):
+        home.frozen = False
+        page.wait_for_timeout(4_000)
+        page.screenshot(path=f"{folder}/introduction.png")
     for title in "Why it goes there", "Steer", "Confirm", "Review":
         page.get_by_role("button", name="Next").click()
         expect(card.get_by_role("heading")).to_have_text(title)
