@@ -24,13 +24,14 @@ def read_names(profile: str | None) -> Names:
     settings = read_ros2(profile)
     for stream, topic in settings.topics.items():
         usual, kinds = STREAMS.get(stream, (None, {}))
-        is_usual = usual is not None and topic.name.endswith("/" + usual.strip("/"))
-        if is_usual and topic.name == "/" + str(usual).strip("/") and settings.namespace == "/":
+        ending = "/" + (usual or "").strip("/")
+        is_usual = usual is not None and topic.name.endswith(ending)
+        if is_usual and topic.name == ending and settings.namespace == "/":
             continue
         for kind, key in kinds.items():
             names[topic.name, kind] = key
             if is_usual:
-                names[topic.name.removesuffix(str(usual).strip("/")) + key, kind] = key
+                names[f"{topic.name.removesuffix(ending)}/{key}", kind] = key
             if kind == COMPRESSED:
                 names[f"{topic.name}/{key.rsplit('/', 1)[-1]}", kind] = key
     return names

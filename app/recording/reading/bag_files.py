@@ -2,11 +2,12 @@
 
 import re
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import yaml
 
 from app.recording.errors import RecordingError
+from app.yaml_text import parse_yaml
 
 STORED: Final = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
 """Endings of the files of recordings and rosbag2 folders."""
@@ -57,9 +58,8 @@ def is_one_bag(folder: Path) -> bool:
 def _named_in_metadata(folder: Path) -> list[Path]:
     """Return the parts that metadata.yaml names; none where it is missing or cannot be used."""
     try:
-        text = (folder / METADATA).read_bytes()[:_MOST_METADATA_BYTES]
-        told: Any = yaml.safe_load(text)
-        names = told["rosbag2_bagfile_information"]["relative_file_paths"]
+        text = (folder / METADATA).read_bytes()[:_MOST_METADATA_BYTES].decode()
+        names = parse_yaml(text)["rosbag2_bagfile_information"]["relative_file_paths"]
         # Bags of ROS 2 Dashing and Eloquent have the name of the folder before that of the file.
         return [folder / Path(name).name for name in names]
     except (OSError, yaml.YAMLError, TypeError, KeyError, ValueError):

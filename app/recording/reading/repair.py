@@ -12,7 +12,7 @@ from mcap.writer import CompressionType, Writer
 
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.recording.camera_topics import image_problems, topic_problem
+from app.recording.camera_topics import COLORS, DEPTHS, POSES, image_problems, topic_problem
 from app.recording.channels import USUAL, Names, Topic, to_recorded, topic_of
 from app.recording.depth_pairs import FEW, DepthPairs
 from app.recording.errors import RecordingError
@@ -24,10 +24,7 @@ from app.recording.writing.bag_metadata import write_bag_metadata
 from app.recording.writing.session import CONFIGURATION, SUMMARY, THUMBNAIL, summary_of, thumbnail
 from app.recording.writing.writer import PROFILE, register
 
-_CAMERA: Final = (
-    (keys.TF, keys.ODOM), (keys.COLOR, keys.COLOR_RAW), (keys.DEPTH, keys.DEPTH_RAW),
-    (keys.CAMERA_INFO,),
-)  # fmt: skip
+_CAMERA: Final = (POSES, COLORS, DEPTHS, (keys.CAMERA_INFO,))
 """Topics that a map needs, each with the one that may stand for it."""
 _SESSION: Final = ((keys.STATUS,), *_CAMERA, (keys.MAP_VOXELS,), (keys.MAP_KEYFRAME,))
 """Topics of a complete session of ours."""
@@ -87,9 +84,7 @@ def check(
             pairs.add(message.key, message.payload)
         problems = list(recording.index.problems)
         problems += [f"{text} ({n} messages)" for text, n in recording.damaged.items()]
-        if problem := _pose_problem(recording, tree, mount=mount):
-            problems.append(f"no image has a pose: {problem}")
-        elif problem := _unposed(recording, tree, pairs.colors, mount=mount):
+        if problem := _pose_problem(recording, tree, pairs.colors, mount=mount):
             problems.append(problem)
         if not ours:
             problems += _problems_of_others(recording, pairs)
@@ -125,22 +120,21 @@ def _problems_of_others(recording: Recording, pairs: DepthPairs) -> Iterator[str
         yield problem
 
 
-def _pose_problem(recording: Recording, tree: FrameTree, *, mount: bool) -> str:
-    """Return why no image has a pose; empty for poses, and for a recording without any."""
-    if not {keys.TF, keys.ODOM} & set(recording.keys):
+def _pose_problem(recording: Recording, tree: FrameTree, colors: list[int], *, mount: bool) -> str:
+    """Return why no image has a pose, or that many have none.
+
+    Empty where they have, and for a recording without poses.
+    """
+    if not set(POSES) & set(recording.keys):
         return ""
-    problem = tree.problem()
+    used, problem = tree, tree.problem()
     with_odometry = tree.with_odometry(mount=mount) if problem else None
-    if with_odometry is None or not (problem := with_odometry.problem()):
-        return problem
-    return problem + (NO_MOUNT if tree.lacks_mount and not mount else "")
-
-
-def _unposed(recording: Recording, tree: FrameTree, colors: list[int], *, mount: bool) -> str:
-    """Return how many images have no pose; empty for few, and for a recording without poses."""
-    if not {keys.TF, keys.ODOM} & set(recording.keys):
-        return ""
-    used = (tree.with_odometry(mount=mount) if tree.problem() else None) or tree
+    if with_odometry is not None:
+        used, problem = with_odometry, with_odometry.problem()
+        if problem and tree.lacks_mount and not mount:
+            problem += NO_MOUNT
+    if problem:
+        return f"no image has a pose: {problem}"
     count = used.count_unposed(colors)
     if count <= FEW * len(colors):
         return ""

@@ -53,7 +53,7 @@ def test_files_that_are_not_parts_of_one_bag_are_not_joined(tmp_path, names, tol
         files_of(folder)
 
 
-@pytest.mark.parametrize("text", ["", "[", "rosbag2_bagfile_information: 3", "\0"])
+@pytest.mark.parametrize("text", ["", "[", "rosbag2_bagfile_information: 3", "\0", "[" * 600])
 def test_metadata_that_cannot_be_read_is_not_used(tmp_path, text):
     folder = _folder(tmp_path, ["b_1.mcap", "b_0.mcap"])
     (folder / "metadata.yaml").write_text(text)
