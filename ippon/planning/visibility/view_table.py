@@ -42,7 +42,7 @@ class ViewTable(NamedTuple):
 
 
 # Every search with one robot has the same table, which takes a tenth of a second.
-@functools.lru_cache(maxsize=4)
+@functools.lru_cache(maxsize=1)
 def build_view_table(
     *,
     yaw_bins: int,
