@@ -17,12 +17,11 @@ LEASE_PACE = 0.1
 """Speed of the lease's clock: pages of a software renderer may be silent for seconds."""
 
 
-def shoot(page, name):
-    """Take a picture where they are kept; no assertion needs one."""
-    folder = os.environ.get(KEEP_PICTURES)
-    if folder is not None:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-        page.screenshot(path=Path(folder) / f"{name}.png")
+@pytest.fixture(scope="module")
+def pictures(tmp_path_factory):
+    folder = Path(os.environ.get(KEEP_PICTURES, tmp_path_factory.mktemp("pictures")))
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
 
 
 @pytest.fixture
@@ -74,12 +73,12 @@ def holder(page, text):
     expect(page.locator("#holder")).to_have_text(text)
 
 
-def test_login_roles_and_control_as_people_meet_them(open_page, console):
+def test_login_roles_and_control_as_people_meet_them(open_page, console, pictures):
     anna = open_page()
     expect(anna).to_have_title("Log in – IPPON")
     log_in(anna, "Anna", "wrong horse")
     expect(anna.get_by_role("alert")).to_have_text("Name or password is wrong.")
-    shoot(anna, "login")
+    anna.screenshot(path=pictures / "login.png")
     log_in(anna, "Anna")
     expect(anna.locator("#state")).to_have_text("Searching")
     holder(anna, "nobody")
@@ -101,7 +100,7 @@ def test_login_roles_and_control_as_people_meet_them(open_page, console):
         button = view.get_by_role("button", name=name, exact=True)
         expect(button).to_have_css("opacity", opacity)
         view.get_by_role("tab", name="Map").click()
-    shoot(vera, "viewer")
+    vera.screenshot(path=pictures / "viewer.png")
     press(vera, "#stop")
     expect(vera.locator("#state")).to_have_text("Stopped")
     vera.context.close()
@@ -111,13 +110,13 @@ def test_login_roles_and_control_as_people_meet_them(open_page, console):
     holder(bert, "Anna")
     press(bert, "#lease-request")
     expect(anna.locator("#asked")).to_contain_text("Bert requests control.")
-    shoot(anna, "asked")
+    anna.screenshot(path=pictures / "asked.png")
     press(anna, "#asked [data-lease=deny]")
     press(bert, "#lease-request")
     press(anna, "#asked .grant")
     holder(bert, "you")
     holder(anna, "Bert")
-    shoot(anna, "watching")
+    anna.screenshot(path=pictures / "watching.png")
 
     bert.context.close()
     holder(anna, "nobody")
