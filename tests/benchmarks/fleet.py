@@ -58,10 +58,10 @@ def fleet_rows(robots: int, images: str = "kitchen", seconds: float = 15.0) -> I
         end.start()
     try:
         time.sleep(4.0 + 0.3 * seconds)
-        before_s, since = _cpu_s(router.pid), time.monotonic()
+        before_s, since = cpu_s(router.pid), time.monotonic()
         time.sleep(0.5 * seconds)
-        share = 100.0 * (_cpu_s(router.pid) - before_s) / (time.monotonic() - since)
-        memory_mb = _rss_mb(router.pid)
+        share = 100.0 * (cpu_s(router.pid) - before_s) / (time.monotonic() - since)
+        memory_mb = rss_mb(router.pid)
         measured: dict[str, Any] = {}
         for _ in ends:
             measured |= results.get(timeout=seconds + 60.0)
@@ -196,10 +196,12 @@ def _receive(endpoint: str, robots: int, _: Payloads, seconds: float, results: A
         session.close()  # pyright: ignore[reportUnknownMemberType]
 
 
-def _cpu_s(pid: int | None) -> float:
+def cpu_s(pid: int | None) -> float:
+    """Return the processor time that a process has used."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / _HZ
 
 
-def _rss_mb(pid: int | None) -> float:
+def rss_mb(pid: int | None) -> float:
+    """Return the memory of a process."""
     return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * _PAGE / 1e6
