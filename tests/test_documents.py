@@ -76,6 +76,7 @@ def test_decisions_are_few_and_short():
     )
     assert 0 < len(entries) <= 40
     assert max(entry.count("\n") + 1 for entry in entries) <= 5
+    assert max(map(len, entries)) <= 600
 
 
 def test_pictures_are_small():

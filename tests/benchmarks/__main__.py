@@ -118,6 +118,8 @@ def fleet_rows(_: int, quick: bool) -> Iterator[Row]:
     """Measure many robots on one router."""
     from tests.benchmarks import fleet
 
+    for images in ("kitchen", "home"):
+        yield from fleet.depth_rows(images)
     for robots, images in ((20, "kitchen"), (20, "home")) if quick else FLEETS:
         yield from fleet.fleet_rows(robots, images)
 

@@ -71,7 +71,7 @@ def lookup_rows(dataset: Dataset) -> Iterator[Row]:
 
 
 class Odometry:
-    """Open3D's RGB-D odometry from each frame to the next."""
+    """Open3D's RGB-D odometry from each frame to the next, begun with the step before."""
 
     def __init__(self, dataset: Dataset, first: Pose, method: str, stride: int) -> None:
         import open3d
@@ -83,24 +83,26 @@ class Odometry:
         camera = camera.scaled_to(camera.width // stride, camera.height // stride)
         rows = [[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]]
         self._intrinsics = open3d.core.Tensor(np.array(rows, np.float64))
-        self._pose, self._last = first, None
+        self._pose, self._step, self._last = first, np.eye(4), None
 
     def track(self, color: NDArray[np.uint8], depth: NDArray[np.float32]) -> Pose:
         """Return the pose of the next frame."""
         images, tensor, k = self._o3d.t.geometry, self._o3d.core.Tensor, self._stride
-        image = images.RGBDImage(
-            images.Image(tensor(np.ascontiguousarray(color[::k, ::k]))),
-            images.Image(tensor(np.ascontiguousarray(depth[::k, ::k]))),
-        )
+        height, width = depth.shape
+        blocks = color.reshape(height // k, k, width // k, k, 3)
+        small = np.ascontiguousarray(blocks.mean(axis=(1, 3)).astype(np.uint8))
+        near = np.ascontiguousarray(depth[::k, ::k])
+        image = images.RGBDImage(images.Image(tensor(small)), images.Image(tensor(near)))
         if self._last is not None:
             odometry = self._o3d.t.pipelines.odometry
             steps = [odometry.OdometryConvergenceCriteria(n) for n in (6, 6, 8)]
             loss = odometry.OdometryLossParams(OUTLIER_M, 0.02, 0.1)
             found = odometry.rgbd_odometry_multi_scale(
-                image, self._last, self._intrinsics, tensor(np.eye(4)), 1.0, FARTHEST_M, steps,
+                image, self._last, self._intrinsics, tensor(self._step), 1.0, FARTHEST_M, steps,
                 self._method, loss,
             )  # fmt: skip
-            self._pose = self._pose @ found.transformation.numpy()
+            self._step = found.transformation.numpy()
+            self._pose = self._pose @ self._step
         self._last = image
         return self._pose
 
