@@ -32,6 +32,8 @@ RANGES_M: Final = (1.0, 1.25, 1.5, 1.75, 2.6)
 SHRUNK: Final = (1, 1.5, 2, 3, 4, 6)
 """Images are shown smaller as well: things of fewer pixels, as from farther away."""
 WRONG_FROM: Final = 0.15
+FEW_KINDS: Final = 12
+"""Up to so many kinds each has a row of its own."""
 SAME_M: Final = 0.25
 """Wrong boxes of one label are at one place within this distance."""
 SAME_SHARE: Final = 0.4
@@ -225,6 +227,10 @@ def wrong_rows(wrong: list[list[Box]], kinds: int, data: str) -> Iterator[Row]:
     some = [box for box in boxes if box.score >= WRONG_FROM]
     labels = sorted({box.label for box in some})
     rates = [sum(box.label == label for box in some) / len(wrong) for label in labels]
+    if len(labels) <= FEW_KINDS:
+        for label, rate in zip(labels, rates, strict=True):
+            name = f"wrong boxes of {label}, scored {WRONG_FROM:g} or more"
+            yield Row(name=name, data=data, value=rate, unit="an image")
     for share in (10, 50, 90):
         name = f"wrong boxes from {WRONG_FROM:g}, {share} % of the kinds below"
         yield Row(name=name, data=data, value=float(np.percentile(rates, share)), unit="an image")
