@@ -116,37 +116,28 @@ class Losses:
     other_failures: float
 
 
+_PARTS: Final[tuple[tuple[str, Callable[[EpisodeRow], bool]], ...]] = (
+    (f"path below {SHORT_M:g} m", lambda r: r.shortest_path_m < SHORT_M),
+    (f"path {SHORT_M:g} to {LONG_M:g} m", lambda r: SHORT_M <= r.shortest_path_m < LONG_M),
+    (f"path {LONG_M:g} m and more", lambda r: r.shortest_path_m >= LONG_M),
+    ("Habitat's objects", lambda r: r.goal in HABITAT_GOALS),
+    ("other objects", lambda r: r.goal not in HABITAT_GOALS),
+)
+
+
 def parts(rows: Sequence[EpisodeRow]) -> tuple[Part, ...]:
     """Return each method's figures by shortest path and by kind of object, without empty parts."""
-    kinds = [*(_path_kind(row) for row in rows), *(_goal_kind(row) for row in rows)]
-    out: list[Part] = []
-    for name in sorted(set(kinds)):
-        chosen = [row for row in rows if name in (_path_kind(row), _goal_kind(row))]
-        for method, of in by_method(chosen).items():
-            out.append(
-                Part(
-                    name=name,
-                    method=method,
-                    episodes=len(of),
-                    success=float(np.mean([row.success for row in of])),
-                    spl=float(np.mean([row.spl for row in of])),
-                )
-            )
-    return tuple(out)
-
-
-def _path_kind(row: EpisodeRow) -> str:
-    if row.shortest_path_m < SHORT_M:
-        return f"path below {SHORT_M:g} m"
-    return (
-        f"path {SHORT_M:g} to {LONG_M:g} m"
-        if row.shortest_path_m < LONG_M
-        else f"path {LONG_M:g} m and more"
+    return tuple(
+        Part(
+            name=name,
+            method=method,
+            episodes=len(of),
+            success=float(np.mean([row.success for row in of])),
+            spl=float(np.mean([row.spl for row in of])),
+        )
+        for name, belongs in _PARTS
+        for method, of in by_method(row for row in rows if belongs(row)).items()
     )
-
-
-def _goal_kind(row: EpisodeRow) -> str:
-    return "Habitat's objects" if row.goal in HABITAT_GOALS else "other objects"
 
 
 def losses(rows: Sequence[EpisodeRow]) -> tuple[Losses, ...]:

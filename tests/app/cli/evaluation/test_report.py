@@ -227,5 +227,5 @@ def test_the_detail_says_where_spl_is_lost(results, make_row, capsys, monkeypatc
     assert max(len(line) for line in out.splitlines() if "report.html" not in line) <= 80
     everything = json.loads((results.path / "report.json").read_text())
     assert everything["losses"][0]["before_view"] == pytest.approx(0.1)
-    assert everything["parts"][0]["name"] == "Habitat's objects"
+    assert everything["parts"][0]["name"] == "path 4 to 8 m"
     assert "Where SPL is lost" in (results.path / "report.html").read_text()
