@@ -180,12 +180,13 @@ def _hour_rows(file: Path, root: Path, seconds: float) -> Iterator[Row]:
     session.close()
     used_s = time.process_time() - began
     data = f"{late_ns * 1e-9 / 3600:.2f} hours, {count:,} messages"
-    written = sum(one.stat().st_size for one in root.rglob("*.mcap"))
+    written = session.writer.folder
+    size = sum(one.stat().st_size for one in written.glob("*.mcap"))
     per_hour = 3600e9 / late_ns
     yield Row(name="writing, of a core", data=data, value=100e9 * used_s / late_ns, unit="%")
-    yield Row(name="size of an hour", data=data, value=written * per_hour / 1e9, unit="GB")
+    yield Row(name="size of an hour", data=data, value=size * per_hour / 1e9, unit="GB")
     began = time.perf_counter()
-    recording = Recording(root)
+    recording = Recording(written)
     player = Player(recording, lambda *_: None)
     opened_s = time.perf_counter() - began
     yield Row(name="opened for review", data=data, median_ms=1e3 * opened_s)
