@@ -67,13 +67,15 @@ def _search_rows(sessions: Path, seconds: float) -> Iterator[Row]:
     log = tempfile.TemporaryFile("w+")  # noqa: SIM115
     demo = subprocess.Popen(command, cwd=ROOT, stdout=log, stderr=subprocess.STDOUT)
     try:
-        _wait_for("simulated robot in home-", log, demo)
+        _wait_for("simulated robot in ", log, demo)
         pids = _children(demo.pid)
-        sent, page = Counter[str](), _Page(f"http://127.0.0.1:{port}")
-        session = _count(_command_line(pids["navigate"]), sent)
+        sent, count = Counter[str](), Counter[str]()
+        page = _Page(f"http://127.0.0.1:{port}")
+        session = _count(_command_line(pids["navigate"]), sent, count)
         # The first turn of the robot, and the page's first scene.
         time.sleep(10.0)
         sent.clear()
+        count.clear()
         before = {name: cpu_s(pid) for name, pid in pids.items()}
         since = time.monotonic()
         time.sleep(seconds)
@@ -83,6 +85,8 @@ def _search_rows(sessions: Path, seconds: float) -> Iterator[Row]:
         for name, pid in pids.items():
             yield Row(name=f"{name}, of a core", data=data, value=100 * used[name] / took, unit="%")
             yield Row(name=f"{name}, memory", data=data, value=rss_mb(pid), unit="MB")
+        rate = count[keys.COLOR] / took
+        yield Row(name="images; 5 unless the machine is too busy", data=data, value=rate, unit="Hz")
         groups = Counter[str]()
         for key, size in sent.items():
             groups[GROUPS.get(key, "all else")] += size
@@ -118,13 +122,15 @@ class _Page:
         self._scene.close()
 
 
-def _count(navigator: str, sent: Counter[str]) -> zenoh.Session:
-    """Count the bytes of each key of the robot that a navigator's command line names."""
+def _count(navigator: str, sent: Counter[str], count: Counter[str]) -> zenoh.Session:
+    """Count bytes and messages of each key of the robot that a navigator's command line names."""
     ((endpoint, robot),) = re.findall(r"--listen (\S+) .*--robot (\S+)", navigator)
     session = open_client(endpoint, 20.0)
 
     def take(sample: zenoh.Sample) -> None:
-        sent[str(sample.key_expr).removeprefix(f"{robot}/")] += len(sample.payload)
+        key = str(sample.key_expr).removeprefix(f"{robot}/")
+        sent[key] += len(sample.payload)
+        count[key] += 1
 
     handler = zenoh.handlers.Callback(take, indirect=False)
     session.declare_subscriber(f"{robot}/**", handler)
