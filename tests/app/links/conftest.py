@@ -118,9 +118,7 @@ def completed() -> Callable[..., bytes]:
 def make_model(chat_server: Any) -> Iterator[Make]:
     made: list[Any] = []
 
-    def make(
-        timeout_s: float = 120.0, cache_dir: Path | None = None, **config: Any
-    ) -> Any:
+    def make(timeout_s: float = 120.0, cache_dir: Path | None = None, **config: Any) -> Any:
         settings = {"base_url": chat_server.url, "model": "tiny", "api_key": KEY} | config
         made.append(LanguageModel(ChatConfig(timeout_s=timeout_s, **settings), cache_dir=cache_dir))
         return made[-1]
