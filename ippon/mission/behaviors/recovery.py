@@ -1,19 +1,14 @@
 """Freeing the robot after a contact, or when it does not follow its commands."""
 
 import math
-from typing import Final
 
 from ippon.command import Command
 from ippon.frame import NANOSECONDS, Frame
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.mission.behaviors.behavior import Action, StepContext
 from ippon.mission.behaviors.config import RecoveryConfig
+from ippon.mission.safe_motion import COMMAND_S
 from ippon.robot import RobotProfile
-
-
-_COMMAND_NS: Final = NANOSECONDS // 2
-"""Time after which a robot stands that gets no other command: while frames are missing, it does not
-drive."""
 
 
 class Recovery:
@@ -54,7 +49,8 @@ class Recovery:
         if moved > self._config.moved_m or turned > self._config.turned_rad:
             self._unmoved_ns = None
             return False
-        self._unmoved_ns += min(since_ns, _COMMAND_NS)
+        # While frames are missing the robot stands.
+        self._unmoved_ns += min(since_ns, int(COMMAND_S * NANOSECONDS))
         return self._unmoved_ns > self._config.stuck_after_s * NANOSECONDS
 
     def act(self, step: StepContext) -> Action | None:
