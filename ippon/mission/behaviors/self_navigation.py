@@ -45,6 +45,7 @@ class SelfNavigation:
         # People stop to talk: who stands for long has not failed.
         goals = replace(config.goals, stuck_s=math.inf) if robot.is_carried else config.goals
         self._is_carried = robot.is_carried
+        self._beside_m = config.planner.connection.waypoint_reach_m
         self.follower = GoalFollower(goals, robot, config.follower.angle_tolerance_rad)
         self._planner = planner
         self._operator = operator
@@ -58,7 +59,7 @@ class SelfNavigation:
             return
         text = f"the robot's navigation could not reach ({failed.x_m:.1f}, {failed.y_m:.1f})"
         self._journal.note("out_of_reach", text)
-        if self._operator.waypoint is not None:
+        if self._is_waypoint(failed):
             self._operator.cancel_go_to()
         elif self._turns(failed):
             self._look_around.abandon(search)
@@ -85,6 +86,11 @@ class SelfNavigation:
         silent = self.follower.is_silent and not self._is_carried
         why = SILENT_TEXT if command.goal and silent else action.why
         return replace(action, command=command, why=why)
+
+    def _is_waypoint(self, goal: NavigationGoal) -> bool:
+        """Return whether a goal led to the operator's point; one from before it is another's."""
+        waypoint = self._operator.waypoint
+        return waypoint is not None and math.dist((goal.x_m, goal.y_m), waypoint) <= self._beside_m
 
     def _turns(self, goal: NavigationGoal) -> bool:
         last = self._operator.frame

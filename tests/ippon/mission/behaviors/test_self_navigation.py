@@ -76,6 +76,19 @@ def test_a_point_of_the_operator_is_given_up_when_it_fails(robot):
     assert robot.mission.operator.waypoint is None
 
 
+def test_a_point_of_the_operator_stays_when_an_earlier_goal_fails(robot):
+    robot.ask("lamp")
+    goal = robot.search(60.0, until=lambda r: _is_far(r.command.goal, (1.0, 1.0)))[-1].command.goal
+    robot.mission.operator.go_to((1.0, 1.0))
+    robot.mission.navigation.follower.report(goal.number, GoalOutcome.FAILED)
+    robot.mission.step(robot.world.observe())
+    assert robot.mission.operator.waypoint == (1.0, 1.0)
+
+
+def _is_far(goal, xy):
+    return goal is not None and np.hypot(goal.x_m - xy[0], goal.y_m - xy[1]) > 1.0
+
+
 def test_viewpoints_count_as_reached_from_as_far_as_the_robot_stops():
     config = MissionConfig()
     assert planner_config(config).selection.reached_m == config.goals.near_m
