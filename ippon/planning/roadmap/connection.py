@@ -68,6 +68,8 @@ class Connector:
         self._next = 0
         self._failed: dict[tuple[int, int], int] = {}
         """Pairs of nodes without a path between them; count of floor changes at that time."""
+        self._failed_margin_m = floor.margin_m
+        """Margin with which they failed; a smaller one may join them."""
 
     @property
     def _margin(self) -> float:
@@ -153,6 +155,9 @@ class Connector:
         lost = nodes[~np.isfinite(tree.cost[nodes])]
         if not len(reached) or not len(lost):
             return False
+        if self._margin < self._failed_margin_m:
+            self._failed.clear()
+        self._failed_margin_m = self._margin
         cells = np.floor(self._roadmap.xy[lost] / grid.voxel_size).astype(np.int64) - grid.origin
         lost = lost[reachable[cells[:, 0], cells[:, 1]] > 0]
         apart = np.linalg.norm(

@@ -34,9 +34,9 @@ class RootConnector:
         self._floor = floor
         self._local_planner = local_planner
         self._robot = robot
-        self._shut_in: tuple[int, tuple[float, float], tuple[int, ...], int] | None = None
-        """The last place without a path into the roadmap: count of floor changes at that time, the
-        place, the nodes near it, and how many of them the local planner has tried."""
+        self._shut_in: tuple[int, float, tuple[float, float], tuple[int, ...], int] | None = None
+        """The last place without a path into the roadmap: count of floor changes at that time,
+        margin, the place, the nodes near it, and how many of them the local planner has tried."""
 
     def edges(
         self,
@@ -151,15 +151,17 @@ class RootConnector:
             if self._local_planner.unfinished:
                 break
             tried += 1
-        self._shut_in = self._local_planner.floor_changes, (x, y), near, tried
+        margin_m, floor_changes = self._floor.margin_m, self._local_planner.floor_changes
+        self._shut_in = floor_changes, margin_m, (x, y), near, tried
         return []
 
     def _tried_here(self, x: float, y: float, nodes: tuple[int, ...]) -> int:
         """Return how many of the nodes the local planner has tried from here without success."""
         if self._shut_in is None:
             return 0
-        floor_changes, place, near, tried = self._shut_in
+        floor_changes, margin_m, place, near, tried = self._shut_in
         same = near == nodes and math.dist(place, (x, y)) <= SAME_PLACE_M
+        same = same and self._floor.margin_m >= margin_m
         return tried if same and not self._local_planner.may_retry(floor_changes) else 0
 
     def _drive_time(self, path: Float64Array, margin: float, yaw: float) -> float | None:

@@ -33,6 +33,20 @@ def test_a_robot_that_is_shut_in_does_not_plan_the_same_again(two_rooms, monkeyp
     assert len(solved) == before + 1, "and from elsewhere"
 
 
+def test_a_robot_that_is_shut_in_tries_again_with_less_margin(two_rooms, monkeypatch):
+    joined = Joined(two_rooms(0.0), base_pose(2.0, 2.85, 0.0, 0.0))
+    joined.add(4.5, 2.85)
+    solved = []
+    monkeypatch.setattr(LocalPlanner, "solve", lambda *_: solved.append(1))
+    for _ in range(3):
+        joined.root.edges(3.4, 2.85, 0.0, None, None)
+    assert len(solved) == 1
+    joined.floor.relax()
+    for _ in range(3):
+        joined.root.edges(3.4, 2.85, 0.0, None, None)
+    assert len(solved) == 2
+
+
 def test_a_robot_that_is_shut_in_tries_each_way_out_in_pieces(two_rooms, monkeypatch):
     joined = Joined(two_rooms(0.0), base_pose(2.0, 2.85, 0.0, 0.0))
     for y in (2.45, 2.85, 3.25):
