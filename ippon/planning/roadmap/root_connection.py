@@ -89,7 +89,7 @@ class RootConnector:
         root_edges: RootEdges,
         tree: ShortestTree,
     ) -> Float64Array | None:
-        """Find a path from the robot to a point that is no node.
+        """Find a path from the robot to a point that is no node, by straight moves at its end.
 
         Args:
             goal: (2,) where the robot can stand, metres.
@@ -104,25 +104,36 @@ class RootConnector:
         straight, yaw = np.stack([T_world_base[:2, 3], goal]), yaw_of(T_world_base)
         if self._drive_time(straight, floor.margin_m, yaw) is not None:
             return straight
-        nodes = roadmap.near(
-            float(goal[0]), float(goal[1]), self._config.radius_m, 2 * self._config.neighbours
-        )
-        nodes = [int(n) for n in nodes if np.isfinite(tree.cost[n])]
         best, path = math.inf, None
-        for node in nodes:
+        for node in self._nodes_near(goal, tree):
             free, time, _ = move_between(
                 floor.grid, floor.limits, roadmap.xy[node], goal, floor.margin_m
             )
             if free and tree.cost[node] + time < best:
                 best, path = tree.cost[node] + time, roadmap.path_to(node, tree, root_edges)
-        if path is not None:
-            return shorten_path(np.vstack([path, goal]), floor, yaw)
-        for node in nodes[: self._config.local_planner_nodes]:
-            detour = self._local_planner.solve(roadmap.xy[node], goal)
+        return None if path is None else shorten_path(np.vstack([path, goal]), floor, yaw)
+
+    def detour_to_point(
+        self,
+        goal: Float64Array,
+        T_world_base: Float64Array,
+        root_edges: RootEdges,
+        tree: ShortestTree,
+    ) -> Float64Array | None:
+        """Find a path whose end is the local planner's; see `path_to_point`."""
+        for node in self._nodes_near(goal, tree)[: self._config.local_planner_nodes]:
+            detour = self._local_planner.solve(self._roadmap.xy[node], goal)
             if detour is not None:
-                path = np.vstack([roadmap.path_to(node, tree, root_edges), detour[1:]])
-                return shorten_path(path, floor, yaw)
+                path = np.vstack([self._roadmap.path_to(node, tree, root_edges), detour[1:]])
+                return shorten_path(path, self._floor, yaw_of(T_world_base))
         return None
+
+    def _nodes_near(self, goal: Float64Array, tree: ShortestTree) -> list[int]:
+        """Return the nodes near a point (2,) that the robot can reach, nearest first."""
+        nodes = self._roadmap.near(
+            float(goal[0]), float(goal[1]), self._config.radius_m, 2 * self._config.neighbours
+        )
+        return [int(n) for n in nodes if np.isfinite(tree.cost[n])]
 
     def _straight(
         self, x: float, y: float, yaw: float, node: int
