@@ -61,7 +61,7 @@ class SelfNavigation:
         self._journal.note("out_of_reach", text)
         if self._is_waypoint(failed):
             self._operator.cancel_go_to()
-        elif self._turns(failed):
+        elif self.follower.is_turn(failed):
             self._look_around.abandon(search)
         else:
             self._planner.mark_unreachable((failed.x_m, failed.y_m))
@@ -91,13 +91,6 @@ class SelfNavigation:
         """Return whether a goal led to the operator's point; one from before it is another's."""
         waypoint = self._operator.waypoint
         return waypoint is not None and math.dist((goal.x_m, goal.y_m), waypoint) <= self._beside_m
-
-    def _turns(self, goal: NavigationGoal) -> bool:
-        last = self._operator.frame
-        if last is None:
-            return False
-        x, y = float(last.T_world_base[0, 3]), float(last.T_world_base[1, 3])
-        return math.hypot(goal.x_m - x, goal.y_m - y) <= self.follower.config.near_m
 
 
 def planner_config(config: MissionConfig) -> PlannerConfig:
