@@ -204,14 +204,16 @@ class RoadmapBuilder:
         if apart.min() > self._config.waypoint_reach_m:
             return None
         goal, yaw = places[int(np.argmin(apart))], yaw_of(T_world_base)
-        for _ in range(_MOST_ROUNDS):
+        rounds, saturated = 0, False
+        while True:
             root_edges, tree = self.shortest_tree(
                 reachable, x, y, yaw, deadline, target=target, path=path
             )
             found = self._root.path_to_point(goal, T_world_base, root_edges, tree)
             if found is not None:
                 return found
+            rounds += 1
+            complete = saturated and not self._local_planner.unfinished
+            if complete or rounds == _MOST_ROUNDS:
+                return self._root.detour_to_point(goal, T_world_base, root_edges, tree)
             saturated = self.sample(_NO_VOXELS, reachable, x, y, UNLIMITED)
-            if saturated and not self._local_planner.unfinished:
-                break
-        return self._root.detour_to_point(goal, T_world_base, root_edges, tree)
