@@ -66,7 +66,12 @@ def ends_clause(said: Utterance, index: int) -> bool:
 
 
 def _asks_inside(reading: Reading, index: int) -> bool:
-    """Tell whether a sentence that began with something else asks here."""
+    """Tell whether a sentence that began with something else asks here, or leads to a place."""
+    if reading.said.breaks(index) or reading.said.word(index - 1) in ("so", "but", "and", "then"):
+        for leading in (phrases.GO, phrases.SEVERAL):
+            after = reading.match(leading, index)
+            if after > index and read_noun_phrase(reading.said, after) is not None:
+                return True
     if reading.match(phrases.TOLD, index) > index:
         phrase = read_noun_phrase(reading.said, reading.match(phrases.TOLD, index))
         return phrase is not None

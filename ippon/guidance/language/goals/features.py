@@ -54,6 +54,7 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
         return end
     index += said.word(index) in ("and", "but")
     index += said.word(index) in SUBJECTS
+    index += said.word(index) in ("only", "just", "also", "still") and index > start
     lacking = said.starts(index, phrases.LACKING)
     length = lacking or said.starts(index, phrases.HAVING)
     if (end := _measure(said, start)) > start:

@@ -9,6 +9,7 @@ from typing import cast
 import yaml
 
 from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.context_words import STOREYS
 from ippon.guidance.language.goals.goal import AttributeKind
 from ippon.guidance.language.words import ADJECTIVES
 
@@ -122,6 +123,8 @@ def attribute_kind(word: str) -> AttributeKind | None:
     knowledge = load_knowledge()
     if word in _words("noun") or knowledge.find(word) or knowledge.room(word):
         return None
+    if word in STOREYS:
+        return "which"
     return "other" if _ENDING.match(word) else None
 
 

@@ -4,7 +4,7 @@ from functools import cache
 from typing import Final
 
 from ippon.guidance.knowledge import Knowledge, load_knowledge
-from ippon.guidance.language.context_words import NEGATIONS
+from ippon.guidance.language.context_words import NEGATIONS, STOREYS
 from ippon.guidance.language.grammar.attributes import UNITS, listed_kind
 from ippon.guidance.language.grammar.determiners import (
     NO_OWNERS,
@@ -12,7 +12,7 @@ from ippon.guidance.language.grammar.determiners import (
     is_person_at,
     may_be_noun,
 )
-from ippon.guidance.language.grammar.phrases import PREPOSITIONS, PRONOUNS, STOP
+from ippon.guidance.language.grammar.phrases import PREPOSITIONS, PRONOUNS, STOP, TIME
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
@@ -89,6 +89,8 @@ def _ends_before(said: Utterance, index: int, knowledge: Knowledge) -> bool:
         return True
     if following == "than" or word == "another" or stands_somewhere(said, index):
         return True
+    if TIME.match(said.text, said.tokens[index].start):
+        return True  # "My tablet last night".
     if word[:1].isdigit() and following in UNITS and not may_be_noun(said, index + 2):
         return True  # "Ruler 50 cm".
     adverb = word.endswith("ly") and listed_kind(word) is None and knowledge.find(word) is None
@@ -116,7 +118,8 @@ def _belongs(said: Utterance, index: int, *, first: bool) -> bool:
     if word in ("really", "rather"):
         return listed_kind(following) is not None  # "A really big box".
     participle = word in _PARTICIPLES or word.endswith("ed")
-    placed = word in _PLACED or (participle and may_be_noun(said, index + 1))
+    described = participle or word in STOREYS  # "The upstairs bathroom".
+    placed = word in _PLACED or (described and may_be_noun(said, index + 1))
     owned = before.endswith("'s") and before not in NO_OWNERS and following not in STOP
     return placed and (owned or before in _BEFORE_PLACED)  # "Mia's left shoe", "The inside pocket".
 

@@ -319,7 +319,6 @@ def relation_to(
         # The name of a room: the operator may have given it to one.
         place = said.said(start, phrase.end)
         place = place[4:] if place.lower().startswith("the ") else place
-        place = place.replace("s's ", "s' ")
         attributes = tuple(one for one in attributes if one.kind != "owner")
     elif phrase.head in _OWN_ROOMS and said.word(start) in ("my", "our", "your"):
         place = said.said(start, phrase.end)

@@ -151,9 +151,10 @@ _SOUND = (
     (re.compile(r"\b(?:location|place|position)\s*[:=]\s*", re.IGNORECASE), "at "),
     (re.compile(r"(?:^|(?<=[,;/] ))room\s*[:=]\s*", re.IGNORECASE), "in "),
     (re.compile(r"\s*/\s*"), " or "),
-    (re.compile(r"(?<=s)[’'](?=\s)"), "'s"),
+    (re.compile(r"(?<=s)'(?=\s)"), "’s"),
 )
-"""How a sign is said. A decimal separator becomes a sign that ends no word."""
+"""How a sign is said. A decimal separator becomes a sign that ends no word, and the s of an owner
+"parents'" gets another apostrophe than that of "James's"."""
 
 
 @dataclass(slots=True)
@@ -206,7 +207,7 @@ class Utterance:
         if start >= end:
             return ""
         said = self.text[self.tokens[start].start : self.tokens[end - 1].end]
-        return said.replace("\u2024", ".").replace("s's ", "s' ")
+        return said.replace("\u2024", ".").replace("s’s", "s'")
 
     def starts(self, index: int, phrases: Iterable[str]) -> int:
         """Return the number of words of the longest phrase that stands at an index; 0 for none."""

@@ -1,11 +1,12 @@
 """What takes the place of what was said before: "no, the scarf", "no, in the hallway"."""
 
+from ippon.guidance.language.context_words import NEGATIONS
 from ippon.guidance.language.goals.drafts import Draft, Reading
 from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import read_relation, relation_to
-from ippon.guidance.language.requests.lists import BE, read_goals
+from ippon.guidance.language.requests.lists import BE, read_goals, read_modifiers
 
 
 def read_correction(reading: Reading, index: int, start: int) -> int:
@@ -20,6 +21,8 @@ def read_correction(reading: Reading, index: int, start: int) -> int:
         Index after it; `index` where nothing is said anew.
     """
     said, last = reading.said, reading.drafts[-1]
+    if said.word(start) in NEGATIONS:
+        return max(index, read_modifiers(reading, start))  # "A mug, no, not the chipped one".
     counted = count_again(said, start)
     if counted:
         last.count = NUMBERS[said.word(start)]

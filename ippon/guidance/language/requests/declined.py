@@ -10,6 +10,7 @@ from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import relation_to
+from ippon.guidance.language.naming import same_object
 from ippon.guidance.language.requests.lists import read_goals, read_modifiers
 
 
@@ -27,7 +28,8 @@ def not_this(reading: Reading, index: int) -> int:
     other = read_noun_phrase(said, at)
     if other is None or (at == phrase.end and not said.breaks(at)):
         return index
-    if not other.head:
+    again = bool(phrase.attributes and other.attributes) and same_object(phrase.head, other.head)
+    if not other.head or again:
         goal = draft(replace(phrase, attributes=()), "and", "bare")
         first, _, last = phrase.head.rpartition(" ")
         if first and not phrase.attributes and load_knowledge().find(last) is not None:
