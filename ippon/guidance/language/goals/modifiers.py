@@ -14,18 +14,16 @@ from ippon.guidance.language.goals.drafts import Draft
 from ippon.guidance.language.goals.features import (
     BE,
     SUBJECTS,
-    read_activity,
     read_feature,
     read_material,
     read_owner,
-    read_purpose,
     read_side,
-    read_topic,
     read_until,
     without_article,
 )
 from ippon.guidance.language.goals.goal import Attribute, Relation
 from ippon.guidance.language.goals.placed import read_placed, read_spot
+from ippon.guidance.language.goals.purposes import read_activity, read_purpose, read_topic
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import (
     is_intensity,

@@ -87,7 +87,6 @@ def name_head(
     if says and attributes[-1].value == "wet":
         head = f"{attributes.pop().value} {head}"  # What it says: "wet floor sign".
     crowded = sum(knowledge.find(noun) is not None for noun in nouns) > 1
-    crowded = crowded or any(noun in ("keys", "glasses", "shoes") for noun in nouns)
     if known and not corrected and nouns:
         head, corrected = _respelt_compound(nouns, head, knowledge)
     else:

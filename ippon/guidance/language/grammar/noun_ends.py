@@ -12,6 +12,7 @@ from ippon.guidance.language.grammar.determiners import (
     is_person_at,
     may_be_noun,
 )
+from ippon.guidance.language.grammar.name_rows import begins_name
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS, PRONOUNS, STOP, TIME
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.words import word_set
@@ -86,6 +87,8 @@ def _ends_before(said: Utterance, index: int, knowledge: Knowledge) -> bool:
     """Tell whether a word after the first of a noun phrase is no part of it."""
     word, following = said.word(index), said.word(index + 1)
     if _names_room_of(said, index, knowledge) or is_person_at(said, index):
+        return True
+    if begins_name(said, index):
         return True
     if following == "than" or word == "another" or stands_somewhere(said, index):
         return True

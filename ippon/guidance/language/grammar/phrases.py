@@ -168,6 +168,15 @@ TOLD: Final = re.compile(
     re.IGNORECASE,
 )
 """Who did what with the object that follows: "my sister borrowed"."""
+DOING: Final = re.compile(
+    rf"\b{_TELLER} (?:was|were|has been|have been|had been)(?: just| busy)? "
+    r"(?!(?:look|search|hunt|wonder|hop|try|think|go|com|sitt|ly|stand|sleep|wait|walk|runn|hid|liv|"
+    r"stay|hang|ask|call)ing\b)\w+ing "
+    r"(?:(?:with|on|in|from|out of|at|through) )*"
+    r"(?=(?:the|my|our|his|her|their|a|an|some) )",
+    re.IGNORECASE,
+)
+"""What somebody was doing with the object that follows: "the kids were playing with"."""
 _GONE = (
     r"(?:gone(?! (?:cold|off|bad|flat|dead|out|sour|mouldy)\b)|missing|lost|misplaced|escaped|"
     r"disappeared|vanished|stolen|nowhere)"

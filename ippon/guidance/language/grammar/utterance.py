@@ -207,7 +207,7 @@ class Utterance:
         if start >= end:
             return ""
         said = self.text[self.tokens[start].start : self.tokens[end - 1].end]
-        return said.replace("\u2024", ".").replace("s’s", "s'")
+        return said.replace("\u2024", ".").replace("s’s ", "s' ")
 
     def starts(self, index: int, phrases: Iterable[str]) -> int:
         """Return the number of words of the longest phrase that stands at an index; 0 for none."""

@@ -13,6 +13,7 @@ from ippon.guidance.language.goals.pronouns import read_place_named
 from ippon.guidance.language.goals.references import complained, refer, replaced, selects
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.determiners import NUMBERS, count_again, is_person_at
+from ippon.guidance.language.grammar.name_rows import begins_name
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PRONOUNS
 from ippon.guidance.language.grammar.places import is_room
@@ -35,6 +36,11 @@ _FOLLOWING = word_set(
 """Words that may follow an object which stands without a verb."""
 
 
+_PLACEHOLDERS: Final = word_set(
+    "thing thingy thingie thingamajig thingummy whatsit wotsit whatnot doodah doohickey gizmo item "
+    "object whatchamacallit"
+)
+"""They stand for a name that does not come to mind."""
 _UNASKED: Final = ("bare", "listed", "named", "told")
 _SUITING: Final = (
     "will do",
@@ -60,7 +66,7 @@ def separator(reading: Reading, index: int) -> tuple[Order, int, NounPhrase] | N
         if found > length:
             length, order = found, name
     comma = said.breaks(index)
-    if not length and not comma:
+    if not length and not comma and not begins_name(said, index):
         return None
     start = index + length
     while start < len(said) and length and (end := reading.match(phrases.PADDING, start)) > start:
@@ -203,6 +209,8 @@ def _take(
         for one in goal.attributes:
             last.add(one)  # "The jacket, not the leather one, the denim jacket".
         return
+    if last is not None and apposed and last.head in _PLACEHOLDERS:
+        last.head, last.phrase = "", phrase  # "The thing, the corkscrew".
     if last is not None and not last.head and goal.head:
         last.head = goal.head
         last.display = " ".join([*(one.value for one in last.attributes), goal.head])
@@ -319,6 +327,7 @@ def stands_alone(reading: Reading, index: int, phrase: NounPhrase) -> bool:
         or _is_room_at(said, end)
         or (phrase.known and said.word(end) in ("my", "our", "you"))
         or said.corrected(end, phrases.CORRECTIONS) > end
+        or begins_name(said, end)
     ):
         return True
     if reading.match(phrases.PADDING, end) == len(said):

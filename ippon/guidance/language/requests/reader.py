@@ -40,6 +40,7 @@ from ippon.guidance.language.requests.lists import (
     separator,
     stands_alone,
 )
+from ippon.guidance.language.requests.told import read_told
 from ippon.guidance.language.words import is_mass, word_set
 
 _SUBJECTS = word_set(
@@ -50,8 +51,6 @@ _SUBJECTS = word_set(
     "left put fell was were must had took"
 )
 """Words that begin what is told beside a request."""
-_UNNAMED = word_set("i we he she they i've we've somebody someone must may might you")
-"""Of these it need not be told that they had the object."""
 
 
 def _is_event(said: Utterance, phrase: NounPhrase) -> bool:
@@ -196,19 +195,7 @@ class RequestReader:
         return read_asked(self.reading, index)
 
     def _told(self, index: int) -> int:
-        """Read "I left my phone in the kitchen" as a request for the phone."""
-        said = self._said
-        if self.reading.drafts:
-            return index
-        end = self.reading.match(phrases.TOLD, index)
-        if end == index:
-            return index
-        after = read_goals(self.reading, end, "told")
-        if after == end:
-            return index
-        if said.word(index) not in _UNNAMED:
-            self.reading.drafts[0].note(said.said(index, end))  # "Priya borrowed".
-        return after
+        return read_told(self.reading, index)
 
     def _described(self, index: int) -> int:
         """Read what is said of the objects before: "not upstairs", "the blue one"."""

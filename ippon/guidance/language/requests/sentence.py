@@ -172,7 +172,7 @@ def _doubts(read: Draft, goal: Goal) -> list[str]:
     if _may_end_in_verb(goal.object, read.phrase.display):
         reasons.append(f"“{goal.object}” may be more than a name")
     if read.phrase.crowded:
-        reasons.append(f"“{goal.object}” may be several objects: say “and” between them")
+        reasons.append(f"“{read.phrase.crowded}” may be several objects: say “and” between them")
     if len(goal.object.split()) > 4:
         reasons.append(f"“{goal.object}” is long for the name of an object")
     return reasons
