@@ -41,7 +41,7 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
         return _whose(said, index, goal)
     if (end := _part_is(said, index, goal)) > index:
         return end
-    if (end := next_part(said, index, goal.attributes)) > index:
+    if (end := _next_part(said, index, goal.attributes)) > index:
         last = goal.attributes[-1]
         goal.add(replace(last, value=without_article(said.said(index + 1, end))))
         return end
@@ -83,7 +83,13 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     return end
 
 
-def next_part(said: Utterance, start: int, attributes: Sequence[Attribute]) -> int:
+def tells_of_part(said: Utterance, index: int, goal: Draft) -> bool:
+    """Tell whether "and" goes on with a part of an object: "and a handle", "and the lid is red"."""
+    named = _next_part(said, index, goal.attributes) > index
+    return named or _part_is(said, index, goal.probe()) > index
+
+
+def _next_part(said: Utterance, start: int, attributes: Sequence[Attribute]) -> int:
     """Return the index after "and a handle" where a part was told before; the same for none."""
     after = attributes and attributes[-1].kind == "feature"
     if not after or said.word(start) not in ("and", "or") or said.breaks(start + 1):

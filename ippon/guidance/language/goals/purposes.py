@@ -81,7 +81,7 @@ def read_activity(said: Utterance, start: int, goal: Draft) -> int:
     if said.word(start) not in ("that", "which") or said.breaks(start + 1):
         return start
     index = start + 1
-    index += said.word(index) in ("still", "always", "only", "also", "just", "really")
+    index += said.word(index) in ("still", "always", "only", "also", "just", "really", "actually")
     verb, following = said.word(index), said.word(index + 1)
     acts = verb in ("is", "are") and following.endswith("ing") and len(following) > 4
     does = verb in ("doesn't", "don't", "can", "can't", "won't") and following not in STOP

@@ -113,8 +113,9 @@ ONCE_FOUND: Final = re.compile(
 )
 """What says which object comes first."""
 UNLESS_FOUND: Final = re.compile(
-    r"if (?:you|we) (?:can't|cannot|can not|don't|do not|couldn't) (?:find|see|get|locate)"
-    r"\s+(?=(?:the|my|our|his|her|a|an|any) )",
+    r"if (?:(?:you|we) (?:can't|cannot|can not|don't|do not|couldn't) (?:find|see|get|locate)"
+    r"\s+(?=(?:the|my|our|his|her|a|an|any) )|there(?:'s| is| are)(?:n't| not| no)(?: any| an?)? "
+    r"(?=[\w ]{2,30}(?:,| then\b)))",
     re.IGNORECASE,
 )
 """What says in place of which object another will do."""
@@ -172,7 +173,7 @@ DOING: Final = re.compile(
     rf"\b{_TELLER} (?:was|were|has been|have been|had been)(?: just| busy)? "
     r"(?!(?:look|search|hunt|wonder|hop|try|think|go|com|sitt|ly|stand|sleep|wait|walk|runn|hid|liv|"
     r"stay|hang|ask|call)ing\b)\w+ing "
-    r"(?:(?:with|on|in|from|out of|at|through) )*"
+    r"(?:\w+ (?=with ))?(?:(?:with|on|in|from|out of|at|through) )*"
     r"(?=(?:the|my|our|his|her|their|a|an|some) )",
     re.IGNORECASE,
 )
@@ -208,9 +209,11 @@ TIME: Final = re.compile(
     rf"(?:from |since )?(?:(?:early |late )?yesterday(?: (?:{_PART_OF_DAY}))?|just now|"
     rf"earlier(?: today| on)?|(?:last|this|the other|on|every) (?:{_PART_OF_DAY}|day|week|weekend|"
     rf"month|year|spring|summer|autumn|winter|{_DAY})(?: (?:{_PART_OF_DAY}))?|"
-    r"(?:a|an|one|two|three|four|five|\d+|a few|some|a couple of) "
+    r"(?:a|an|\d+|a few|some|a couple of|one|two|three|four|five|six|seven|eight|nine|ten|twelve|"
+    r"fifteen|twenty|thirty|half an) "
     r"(?:second|minute|hour|day|week|month|year)s? ago|"
-    r"(?:before|after|at|during) (?:breakfast|lunch|dinner|supper|work|school|noon|night))"
+    r"(?:before|after|at|during) (?:breakfast|lunch|dinner|supper|work|school|noon|night|midnight|midday|"
+    r"dawn|dusk|bedtime|lunchtime|teatime|dinnertime))"
     r"(?![\w'’]),?",
     re.IGNORECASE,
 )

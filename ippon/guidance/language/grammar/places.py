@@ -23,7 +23,8 @@ _SITED = word_set("front back rear main")
 def is_room(head: str) -> bool:
     """Tell whether a name is that of a room and of no thing."""
     knowledge = load_knowledge()
-    named = knowledge.room(head) is not None or head.endswith(" room")
+    numbered = head.startswith("room ") and head[-1].isdigit()
+    named = numbered or knowledge.room(head) is not None or head.endswith(" room")
     return named and knowledge.find(head) is None
 
 

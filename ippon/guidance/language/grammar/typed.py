@@ -24,7 +24,7 @@ _SHORT = (
     (re.compile(r"\bwhere r\b", re.IGNORECASE), "where are"),
     (re.compile(r"\bur(?= \w)", re.IGNORECASE), "your"),
     (re.compile(r"\bprobs?\b", re.IGNORECASE), "probably"),
-    (re.compile(r"\bidk\b", re.IGNORECASE), "i don't know"),
+    (re.compile(r"\b(?:idk|(?:i )?dunno)\b", re.IGNORECASE), "i don't know"),
     (re.compile(r"\b(?:cuz|coz|cos)\b", re.IGNORECASE), "because"),
     (re.compile(r"\bgonna\b", re.IGNORECASE), "going to"),
     (re.compile(r"\b(?:w/ ?(?=\w)|w (?=(?:a|an|the|my|no|some) ))", re.IGNORECASE), "with "),

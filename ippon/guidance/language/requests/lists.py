@@ -5,7 +5,7 @@ from typing import Final
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.goals.clauses import state
 from ippon.guidance.language.goals.drafts import Draft, Reading, draft
-from ippon.guidance.language.goals.features import next_part
+from ippon.guidance.language.goals.features import tells_of_part
 from ippon.guidance.language.goals.goal import Order
 from ippon.guidance.language.goals.list_end import settle
 from ippon.guidance.language.goals.modifiers import read_modifier
@@ -278,7 +278,7 @@ def read_modifiers(reading: Reading, index: int) -> int:
 
 def _listed_next(reading: Reading, index: int) -> bool:
     """Tell whether the next object of a list begins: "and the blue one"."""
-    if next_part(reading.said, index, reading.drafts[-1].attributes) > index:
+    if tells_of_part(reading.said, index, reading.drafts[-1]):
         return False
     return reading.said.word(index) in ("and", "or") and separator(reading, index) is not None
 

@@ -136,7 +136,8 @@ class RequestReader:
         if after == index:
             return index
         if not self.reading.drafts:
-            return max(self._declined(index), index if after == index + 1 else after)
+            plain = after == index + 1 and self._said.word(after) != "not"
+            return max(self._declined(index), index if plain else after)
         again = read_place_again(self.reading, after)
         if again > after:
             return again
