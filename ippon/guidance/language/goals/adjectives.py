@@ -1,5 +1,8 @@
 """Adjectives that stand without their noun: "is blue and heavy", "isn't scratchy"."""
 
+import re
+from typing import Final
+
 from ippon.guidance.language.goals.drafts import Draft
 from ippon.guidance.language.goals.goal import Attribute
 from ippon.guidance.language.grammar.attributes import (
@@ -16,6 +19,10 @@ from ippon.guidance.language.languages import ENGLISH
 from ippon.guidance.language.words import word_set
 
 _MISSING = word_set("missing lost gone back")
+_ADJECTIVE: Final = re.compile(
+    r"un\w{3,}ed|\w{3,}(?:less|able|ible|ous|ish|proof)|\w{7,}ic|\w+(?:-\w+)?-(?:\w+ed|free)"
+)
+"""A word that is an adjective wherever it stands."""
 
 
 def read_unlisted(said: Utterance, index: int, goal: Draft, *, negated: bool) -> int:
@@ -26,6 +33,16 @@ def read_unlisted(said: Utterance, index: int, goal: Draft, *, negated: bool) ->
     if kind is None or not ends or word in _MISSING or word in ENGLISH:
         return 0
     goal.add(Attribute(kind=kind, value=word, negated=negated))
+    return index + 1
+
+
+def read_apposed(said: Utterance, index: int, goal: Draft) -> int:
+    """Read ", unscratched," after an object; returns the index after it, the same for none."""
+    word = said.word(index)
+    alone = said.breaks(index) and said.breaks(index + 1) and not said.ends(index)
+    if not alone or word in ENGLISH or not _ADJECTIVE.fullmatch(word):
+        return index
+    goal.add(Attribute(kind=attribute_kind(word) or "other", value=word))
     return index + 1
 
 

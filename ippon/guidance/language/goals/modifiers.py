@@ -8,6 +8,7 @@ from ippon.guidance.language.goals.absence import read_absence
 from ippon.guidance.language.goals.adjectives import (
     is_adjective_at,
     read_adjectives,
+    read_apposed,
     read_unlisted,
 )
 from ippon.guidance.language.goals.drafts import Draft
@@ -57,6 +58,7 @@ def read_modifier(said: Utterance, index: int, goal: Draft) -> int:
         read_feature,
         read_material,
         read_owner,
+        read_apposed,
         _other_one,
         read_placed,
         read_side,
@@ -253,7 +255,7 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
     if bare:
         for one in phrase.attributes:
             goal.add(one)
-        last = said.word(phrase.end) == "and" and said.breaks(phrase.end + 2)
+        last = said.word(phrase.end) in ("and", "or") and said.breaks(phrase.end + 2)
         more = read_adjectives(said, phrase.end + 1, goal, negated=False) if last else 0
         return more or phrase.end  # "Markers: red, black and blue".
     contained = is_mass(goal.head) and phrase.head in _HOLDING and bool(phrase.attributes)

@@ -36,7 +36,9 @@ def read_placed(said: Utterance, start: int, goal: Draft) -> int:
             goal.add(Attribute(kind="feature", value=value, negated=denied))
             return phrase.end
     crossed = said.words(max(0, start - _NEAR), phrase.end)
-    if "over" in said.words(start, phrase.end) and _CROSSING & set(crossed):
+    over = [n for n in range(start, phrase.end) if said.word(n) == "over"]
+    across = any(said.word(n + 1) not in ("there", "here") for n in over)
+    if across and _CROSSING & set(crossed):
         goal.note(said.said(phrase.begin, phrase.end))
         return phrase.end  # "It flew over the fence".
     contracted = said.word(start) == "that's"

@@ -78,6 +78,9 @@ def read_activity(said: Utterance, start: int, goal: Draft) -> int:
     if (end := _where_things_are(said, start)) > start:
         goal.add(Attribute(kind="feature", value=said.said(start, end)))
         return end
+    if (end := _done_to(said, start)) > start:
+        goal.add(Attribute(kind="feature", value=said.said(start, end)))
+        return end
     if said.word(start) not in ("that", "which") or said.breaks(start + 1):
         return start
     index = start + 1
@@ -88,7 +91,7 @@ def read_activity(said: Utterance, start: int, goal: Draft) -> int:
     plain = (
         verb.endswith("s")
         and not verb.endswith("ss")
-        and verb not in STOP | BE | {"has", "belongs"}
+        and (verb not in STOP | BE | {"has", "belongs"} or verb in ("needs", "wants"))
     )
     if not (acts or does or plain) or (said.breaks(index + 1) and not plain):
         return start
@@ -96,6 +99,15 @@ def read_activity(said: Utterance, start: int, goal: Draft) -> int:
     begin = index + 1 if acts else start + 1
     goal.add(Attribute(kind="feature", value=said.said(begin, end)))
     return end
+
+
+def _done_to(said: Utterance, start: int) -> int:
+    """Return the index after "addressed to Ms Lind" or "tied with string"; the same for none."""
+    word, joint = said.word(start), said.word(start + 1)
+    passive = joint in ("with", "by", "for") or (word, joint) == ("addressed", "to")
+    passive = passive and word.endswith("ed") and len(word) > 3 and not said.breaks(start)
+    phrase = read_noun_phrase(said, start + 2) if passive and not said.breaks(start + 2) else None
+    return start if phrase is None else phrase.end
 
 
 def _where_things_are(said: Utterance, start: int) -> int:

@@ -102,7 +102,7 @@ def _ends_before(said: Utterance, index: int, knowledge: Knowledge) -> bool:
     if (word == "more" or word in _PARTICLES) and not may_be_noun(said, index + 1):
         return True  # "One towel more".
     over = said.breaks(index + 1) or following in ("and", "then")
-    if (word, following) in (("end", "up"), ("free", "of"), ("free", "from")):
+    if (word, following) in (("end", "up"), ("free", "of"), ("free", "from"), ("used", "to")):
         return True  # "Cookies free of nuts".
     return word in ("first", "next", "last") and over
 
@@ -140,7 +140,7 @@ def stands_somewhere(said: Utterance, index: int) -> bool:
         return False
     if word in STANDS:
         return True
-    moving = word.endswith(("ing", "ed")) and len(word) > 5
+    moving = word.endswith(("ing", "ed")) and len(word) > 3
     return moving and listed_kind(word) is None and knowledge.find(word) is None
 
 

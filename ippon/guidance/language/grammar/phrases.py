@@ -159,7 +159,7 @@ TOLD: Final = re.compile(
     r"\b(?!\w+ (?:far|top|bottom|front|rear|back|upper|lower|middle) left\b)"
     r"(?!\w+ \w+ (?:is|are|was|were)\b)"
     rf"{_TELLER}{_MEANWHILE} (?:last had|ha[ds](?= (?:my|our|his|her|their) "
-    r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|"
+    r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|has got(?= (?:the|my|our|his|her|their) )|"
     r"had(?= (?:the|my|our|his|her) \w+(?: \w+)? last\b)|used|wore|saw|"
     r"(?:keeps?|kept)(?! \w+ing\b)|was wearing|"
     r"leaves?|left|forgot|forgotten|put|placed|dropped|laid|stored|hid|took|taken|hidden|moved|"
@@ -212,8 +212,8 @@ TIME: Final = re.compile(
     r"(?:a|an|\d+|a few|some|a couple of|one|two|three|four|five|six|seven|eight|nine|ten|twelve|"
     r"fifteen|twenty|thirty|half an) "
     r"(?:second|minute|hour|day|week|month|year)s? ago|"
-    r"(?:before|after|at|during) (?:breakfast|lunch|dinner|supper|work|school|noon|night|midnight|midday|"
-    r"dawn|dusk|bedtime|lunchtime|teatime|dinnertime))"
+    r"(?:before|after|at|during) (?:breakfast|lunch|dinner|supper|work|school|noon|night|midnight|"
+    r"midday|dawn|dusk|bedtime|lunchtime|teatime|dinnertime))"
     r"(?![\w'’]),?",
     re.IGNORECASE,
 )
@@ -233,7 +233,7 @@ CODE: Final = re.compile(
 )
 """What no sentence holds, and code does."""
 SAYS: Final = re.compile(
-    r"(?:(?:i|we|he|she|they|"
+    rf"(?:(?:i|we|he|she|they|{_PERSON}|"
     r"(?:(?:my|the|our|mrs?|ms|dr|doctor|uncle|aunt|auntie) )?\w+)(?: just| also)? "
     r"(?:told (?:me|us)|said|swore|"
     r"(?:say|think|believe|claim|swear|reckon|bet|guess|suppose|suspect|assume|expect|imagine|hope)"

@@ -92,6 +92,8 @@ def read_relation(said: Utterance, start: int, *, verbs: bool = True) -> Relatio
             negated = True
         elif negated and word in ENTERING:
             pass
+        elif said.words(index, index + 2) == ["used", "to"]:
+            soft, index = True, index + 1  # "Used to be on".
         elif word in SOFT:
             soft = soft or (word, said.word(index + 1)) != ("could", "not")
         elif word in ("longer", "but", "or", "and") or (verbs and _may_precede(said, index)):
