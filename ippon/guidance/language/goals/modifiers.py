@@ -193,6 +193,10 @@ def _predicate(said: Utterance, start: int, goal: Draft) -> int:
         negated, index = True, index + 1
     while is_intensity(said.word(index)) or said.word(index) in ("also", "all", "just", "only"):
         index += 1
+    if said.word(index) == "last" and said.word(index + 2) == "by":
+        user = read_noun_phrase(said, index + 3)
+        goal.note(said.said(start, user.end if user is not None else index + 2))
+        return user.end if user is not None else start  # "Was last used by Carol".
     article = said.word(index) in ("a", "an", "the", "my", "one", "that")
     if article:
         phrase = read_noun_phrase(said, index)

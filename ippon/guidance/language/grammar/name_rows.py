@@ -5,6 +5,7 @@ from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.grammar.attributes import listed_kind
+from ippon.guidance.language.grammar.determiners import NUMBERS, may_be_noun
 from ippon.guidance.language.grammar.phrases import STOP
 from ippon.guidance.language.grammar.utterance import Utterance, read_once
 from ippon.guidance.language.words import singular_candidates, word_set
@@ -20,6 +21,12 @@ def begins_name(said: Utterance, index: int) -> bool:
     if said.word(index) in _DETERMINERS:
         end = _name_end(said, index + 1)
         return end > index + 1 and _is_joined(said, end)
+    if _row_start(said, index) < index and (
+        said.word(index) in NUMBERS or said.word(index).isdecimal()
+    ):
+        end = _name_end(said, index + 1)
+        several = end > index + 1 and said.word(end - 1).endswith("s")
+        return several and not may_be_noun(said, end)  # "Three mugs two spoons".
     return index in _row(said, _row_start(said, index))
 
 

@@ -99,7 +99,9 @@ def _ends_before(said: Utterance, index: int, knowledge: Knowledge) -> bool:
     adverb = word.endswith("ly") and listed_kind(word) is None and knowledge.find(word) is None
     if (word in _STAY or adverb) and said.breaks(index + 1):
         return True  # "Where does the dog food live?", "find my glasses quietly".
-    if (word == "more" or word in _PARTICLES) and not may_be_noun(said, index + 1):
+    noun = word == "back" and said.word(index - 2) in ("a", "the")  # "A high back".
+    noun = noun and knowledge.find(said.word(index - 1)) is None
+    if (word == "more" or word in _PARTICLES) and not (noun or may_be_noun(said, index + 1)):
         return True  # "One towel more".
     over = said.breaks(index + 1) or following in ("and", "then")
     if (word, following) in (("end", "up"), ("free", "of"), ("free", "from"), ("used", "to")):

@@ -78,7 +78,11 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
         begun.count = None  # "Both my mug and yours".
     attributes = [*(begun.owners or []), *named.attributes]
     display = said.said(index, end - (times is not None))
-    chosen = (not named.head and named.attributes) or named.head in MEASURES
+    described, _, measure = named.head.rpartition(" ")
+    if measure in MEASURES and said.word(end) == "of" and of:
+        nouns = [Attribute(kind="other", value=described)] if described else []
+        attributes, named = [*attributes, *nouns], replace(named, head="")  # "A decent pair of".
+    chosen = (not named.head and named.attributes) or measure in MEASURES
     chosen = chosen and of and said.word(end) == "of"
     several = read_noun_phrase(said, end + 1) if chosen else None
     if several is not None and several.head:

@@ -53,6 +53,12 @@ _SUBJECTS = word_set(
 """Words that begin what is told beside a request."""
 
 
+_ALL = (
+    "all of them", "every one of them", "all", "as many as you can", "as many as you can find",
+    "as many as possible", "as many as there are",
+)  # fmt: skip
+
+
 def _is_event(said: Utterance, phrase: NounPhrase) -> bool:
     """Tell whether no thing is named: "lunch is at one", "happy Friday", "the cat is cute"."""
     if any(one.kind == "owner" for one in phrase.attributes):
@@ -212,7 +218,7 @@ class RequestReader:
             if "?" not in said.text:
                 self.reading.drafts[-1].relate(Relation(relation="in", place=room.head))
             return room.end
-        length = said.starts(index, ("all of them", "every one of them", "all"))
+        length = said.starts(index, _ALL)
         if length and said.ends(index + length):
             self.reading.drafts[-1].count = "all"
             return index + length
@@ -256,7 +262,7 @@ class RequestReader:
         """Read a name without a verb: "my hat on the sofa", "my keys are missing"."""
         said = self._said
         word = said.word(index)
-        if said.word(index) in ("not", "never"):
+        if said.word(index) in ("not", "never", "neither"):
             return not_this(self.reading, index)
         if word in phrases.OTHER_TASKS:
             return index
