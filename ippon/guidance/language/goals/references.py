@@ -45,13 +45,14 @@ def complained(reading: Reading, asked: str) -> bool:
     if _is_placed(reading, last):
         reading.unused.append(reading.said.said(last.phrase.end - 1, last.phrase.end))
         return True  # "The knife is in the kitchen, find the fork".
-    stated = last.attributes[len(last.phrase.attributes) :]
-    return (
-        last.trigger == "bare"
-        and not last.relations
-        and bool(stated)
-        and all(one.kind in ("condition", "feel", "quality") and not one.negated for one in stated)
-    )
+    return is_only_stated(last)
+
+
+def is_only_stated(goal: Draft) -> bool:
+    """Tell whether only a state of a thing was told: "my phone is dead"."""
+    stated = goal.attributes[len(goal.phrase.attributes) :]
+    kinds = all(one.kind in ("condition", "feel", "quality") and not one.negated for one in stated)
+    return goal.trigger == "bare" and not goal.relations and bool(stated) and kinds
 
 
 def _is_placed(reading: Reading, last: Draft) -> bool:

@@ -9,6 +9,7 @@ from typing import Final
 from rapidfuzz.distance import OSA
 
 from ippon.guidance.knowledge import Knowledge, load_knowledge
+from ippon.guidance.language.context_words import STOREYS
 from ippon.guidance.language.goals.goal import Attribute, AttributeKind
 from ippon.guidance.language.grammar.attributes import (
     UNITS,
@@ -134,6 +135,7 @@ def _unknown_start(words: list[str]) -> int:
     start = 0
     while start < len(words) - 1 and (
         listed_kind(words[start]) is not None
+        or words[start] in STOREYS
         or is_intensity(words[start])
         or words[start] in UNITS
         or words[start][0].isdigit()

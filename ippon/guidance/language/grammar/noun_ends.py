@@ -33,7 +33,7 @@ _NEAR: Final = 4
 _STAY = word_set("live lives belong belongs")
 _AWAY = word_set("away off down up out back")
 _PARTICLES = word_set(
-    "down aside up off out over back missing lost gone checked stacked piled parked hung"
+    "down aside up off out over back home missing lost gone checked stacked piled parked hung"
 )
 """They belong to the verb: "I put my pipe down"."""
 _LACKING = word_set("free less")

@@ -165,7 +165,9 @@ TOLD: Final = re.compile(
     r"leaves?|left|forgot|forgotten|put|placed|dropped|laid|stored|hid|took|taken|hidden|moved|"
     r"stole|stolen|borrowed|nicked|pinched|swiped|stashed|lost|misplaced|handed in|turned in|"
     r"dragged|threw|thrown|tossed|pushed|kicked|knocked|hung|parked|carried|chucked|stuck|shoved|"
-    r"stuffed|tucked|packed|rolled|brought|wheeled|locked|tidied)\s+",
+    r"stuffed|tucked|packed|rolled|brought|wheeled|locked|tidied|"
+    r"(?:put|took|taken|threw|thrown|packed|tidied|cleared|locked|picked|brought|hung|chucked) "
+    r"(?:away|back|out|down|up|off)(?= (?:the|my|our|his|her|their|a|an|some) ))\s+",
     re.IGNORECASE,
 )
 """Who did what with the object that follows: "my sister borrowed"."""

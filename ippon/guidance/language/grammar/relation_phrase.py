@@ -30,7 +30,7 @@ _STANDING = word_set(
 )
 """Words that may stand before a preposition without changing where."""
 SOFT = word_set(
-    "probably maybe perhaps possibly likely presumably usually normally often sometimes might "
+    "probably maybe perhaps possibly likely presumably usually normally often sometimes might may "
     "could should supposedly apparently mostly prob probs i'd guess generally typically"
 )
 _JOINTS: Final = ("or", "nor", "and")

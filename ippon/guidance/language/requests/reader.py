@@ -8,6 +8,7 @@ from ippon.guidance.language.goals import clauses
 from ippon.guidance.language.goals.drafts import Reading
 from ippon.guidance.language.goals.goal import Goal, Relation
 from ippon.guidance.language.goals.modifiers import read_modifier
+from ippon.guidance.language.goals.references import is_only_stated
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import listed_kind
 from ippon.guidance.language.grammar.determiners import NUMBERS, count_again, is_person_at
@@ -90,6 +91,10 @@ class RequestReader:
             self.reading.stray.append(self._said.said(index, len(self._said))[:200])
         drop_rooms(self.reading)
         settle_each(self.reading)
+        for goal in self.reading.drafts:
+            end = goal.phrase.end
+            if is_only_stated(goal) and self._said.word(end) in ("is", "are"):
+                self.reading.stray.append(self._said.said(end, end + 2))  # "The bar is open".
         return self.reading
 
     def _by_name(self) -> None:
