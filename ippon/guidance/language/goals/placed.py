@@ -72,7 +72,8 @@ def read_spot(said: Utterance, start: int, goal: Draft) -> int:
     relations, at = prepositions_at(said, index)
     phrase = read_noun_phrase(said, at) if relations else None
     last = phrase.head.rpartition(" ")[2] if phrase is not None else ""
-    if phrase is None or not (last in _EVENTS or (last in SPOTS and phrase.determined)):
+    event = last in _EVENTS and relations != ["between"]
+    if phrase is None or not (event or (last in SPOTS and phrase.determined)):
         return start
     goal.note(said.said(start, phrase.end))
     return phrase.end

@@ -43,6 +43,11 @@ def is_guessed(said: Utterance, phrase: RelationPhrase, object_end: int) -> bool
     asked = said.word(first + 1) in DETERMINERS or said.word(first + 1) == "there"
     if said.word(first) in _PERHAPS and asked:
         return True  # "Could my wallet have fallen behind the sofa?"
+    if not any(said.breaks(n) for n in range(object_end, phrase.begin + 1)) and any(
+        be in ("was", "were") and doing.endswith("ing")
+        for be, doing in pairwise(said.words(first, object_end))
+    ):
+        return True  # "I was reading the atlas in the den".
     doubts = BELIEFS | DOUBTS | HABITS
     return bool(doubts & set(said.words(after, last))) or is_guessed_before(said, after)
 

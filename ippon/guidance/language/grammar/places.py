@@ -48,8 +48,8 @@ def _is_of_name(attribute: Attribute, head: str) -> bool:
 
 def is_searched_inside(head: str) -> bool:
     """Tell whether a place to search is a room or something with an inside."""
-    last = head.rpartition(" ")[2]
-    return is_room(head) or is_room(last) or last in _OPENED
+    last, room = head.rpartition(" ")[2], load_knowledge().room
+    return is_room(head) or room(head) is not None or room(last) is not None or last in _OPENED
 
 
 @lru_cache(maxsize=512)
