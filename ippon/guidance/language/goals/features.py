@@ -57,6 +57,10 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     if coded:
         goal.add(Attribute(kind="which", value=said.said(start, start + 1)))
         return start + 1  # "Bolts, M8".
+    number = start + said.starts(start, ("number", "serial number", "model", "model number"))
+    if number > start and said.breaks(start) and said.word(number)[:1].isdigit():
+        goal.add(Attribute(kind="which", value=said.said(start, number + 1)))
+        return number + 1  # "My key, number 48".
     if said.word(index + 1) == "than":
         return _than(said, index, goal)
     if not length or (said.word(index) == "have" and said.breaks(index)):
@@ -76,9 +80,10 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     if said.word(end) in ("on", "in", "at", "around") and said.word(end + 1) in ("its", "their"):
         part = read_noun_phrase(said, end + 1)
         end = end if part is None else part.end  # "With tennis balls on its feet".
-    value = said.said(index, end)
-    goal.add(Attribute(kind="feature", value=without_article(value), negated=bool(lacking)))
-    while length := said.starts(end, PLACES_ON_IT) or said.starts(end, phrases.SIDES):
+    end += said.starts(end, phrases.SIDES)  # "A hook on the end".
+    value = without_article(said.said(index, end))
+    goal.add(Attribute(kind="feature", value=value, negated=bool(lacking)))
+    while length := said.starts(end, PLACES_ON_IT):
         end += length
     return end
 

@@ -9,6 +9,7 @@ from ippon.guidance.language.grammar.guesses import is_guessed_before
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS, STOP
 from ippon.guidance.language.grammar.places import is_searched_inside
+from ippon.guidance.language.grammar.relation_phrase import read_relation
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
@@ -64,8 +65,11 @@ def read_purpose(said: Utterance, start: int, goal: Draft) -> int:
             goal.relate(Relation(relation=relation, place=phrase.head))
         goal.note(said.said(start, phrase.end))
         return phrase.end  # "Dad took the ladder to the garage".
-    goal.add(Attribute(kind="feature", value=said.said(start, phrase.end)))
-    return phrase.end
+    end = phrase.end
+    if not phrase.known and phrase.determined and (at := read_relation(said, end, verbs=False)):
+        end = at.end  # "For the lady on the sofa".
+    goal.add(Attribute(kind="feature", value=said.said(start, end)))
+    return end
 
 
 def read_activity(said: Utterance, start: int, goal: Draft) -> int:

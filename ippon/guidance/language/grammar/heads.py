@@ -217,7 +217,8 @@ def _describe(words: list[str]) -> tuple[list[Attribute], list[str]]:
 
 def _is_noun(words: list[str]) -> bool:
     word = words[-1]
-    measure = word in UNITS and len(words) > 1 and _is_number(words[-2])
+    measure = word in UNITS and len(words) > 1
+    measure = measure and (_is_number(words[-2]) or words[-2] in ("half", "quarter"))
     sized = len(words) > 1 and words[-2] == "size"
     paper = word in _SIZES or CODE.match(word) is not None
     if measure or sized or paper or word == "dot" or _adjective(word) is not None:
@@ -256,7 +257,7 @@ def _next_attribute(words: list[str], index: int) -> tuple[str, AttributeKind, i
     word, following = words[index], words[index + 1] if index + 1 < len(words) else ""
     if word in _SIZES or CODE.match(word):
         return word, "size" if word in _SIZES else "which", index + 1
-    if _is_number(word) and following in UNITS:
+    if (_is_number(word) or word in ("half", "quarter")) and following in UNITS:
         return f"{word} {following}", "size", index + 2
     if word == "size" and following:
         return f"size {following}", "size", index + 2

@@ -1,6 +1,6 @@
 """Phrases that say where a thing is: "next to the white fridge", "not in Anna's room"."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
@@ -80,7 +80,9 @@ def read_relation(said: Utterance, start: int, *, verbs: bool = True) -> Relatio
         if prepositions:
             relations, end = _read_places(said, prepositions, at, negated=negated)
             if relations:
-                more, end = _also_denied(said, end) if negated else ([], end)
+                more, end = (
+                    _also_denied(said, end) if negated else _also_at(said, end, relations[-1])
+                )
                 return RelationPhrase((*relations, *more), soft, start, end)
         if word in ("from", "at") and said.word(index + 1) in _STOREYS:
             index, word = index + 1, said.word(index + 1)
@@ -115,6 +117,14 @@ def _also_denied(said: Utterance, index: int) -> tuple[list[Relation], int]:
             break
         relations, index = [*relations, *more], end
     return relations, index
+
+
+def _also_at(said: Utterance, index: int, place: Relation) -> tuple[list[Relation], int]:
+    """Read "or behind it" after a place: another relation to the same place."""
+    prepositions, at = prepositions_at(said, index + 1) if said.word(index) == "or" else ([], 0)
+    if not prepositions or said.word(at) not in ("it", "them"):
+        return [], index
+    return [replace(place, relation=relation) for relation in prepositions], at + 1
 
 
 def _may_precede(said: Utterance, index: int) -> bool:

@@ -16,7 +16,7 @@ _STATES = word_set("asleep awake late ready")
 _CONTRACTED = {"be": "'s", "are": "'re", "have": "'ve", "not": "n't", "am": "'m"}
 _CHAT = re.compile(
     r",?\s*(?<![-\w'’])(?:lo+l|(?:ha){2,}h?|(?:he){2,}|omg|btw|tho|thx|tx|ty|x{2,}|lmao|rofl|smh|ngl|imo|"
-    r"tbh|fyi|lmk|pretty pls)(?![-\w'’])",
+    r"tbh|fyi|lmk|idc|pretty pls)(?![-\w'’])",
     re.IGNORECASE,
 )
 """What is typed and says nothing."""

@@ -114,12 +114,21 @@ _SOUND = (
     ),
     (
         re.compile(
-            r"['’]s (?=(?:taken|moved|stolen|hidden|borrowed|got|vanished|disappeared|escaped)\b)",
+            r"['’]s (?=(?:(?:taken|moved|stolen|hidden|borrowed|got|vanished|disappeared|escaped)\b"
+            r"|(?:left|put|lost|dropped|forgotten|brought|used) (?:the|an?|my|our|his|her|their)"
+            r"\b))",
             re.IGNORECASE,
         ),
         " has ",
     ),
+    (re.compile(r"(?<=[a-z]) (\d+)\s?[x×]\s+(?=[^\W\d])", re.IGNORECASE), r", \1 "),
     (re.compile(r"(?<=\d)\s?[x×]\s+(?=[^\W\d])", re.IGNORECASE), " "),
+    (
+        re.compile(
+            r"\blast (?:i|we) saw(?: it| them)?,? (?=(?:it|they|was|were)\b)", re.IGNORECASE
+        ),
+        "it ",
+    ),
     (re.compile(r"(?<=\w) or so\b", re.IGNORECASE), ""),
     (
         re.compile(r"(?<=\w)(,?) (?<!as )(?:even |al)?(?:though|however),?(?= \w)", re.IGNORECASE),
@@ -139,7 +148,7 @@ _SOUND = (
     (
         re.compile(
             r"\b(\w+)['’]s (?=(?:been|not|in|on|at|under|behind|near|next to|beside|above|"
-            r"upstairs|downstairs|probably|gone|missing|lost)\b)",
+            r"upstairs|downstairs|somewhere|probably|gone|missing|lost)\b)",
             re.IGNORECASE,
         ),
         r"\1 is ",

@@ -105,7 +105,7 @@ def _is_place(phrase: NounPhrase, *, first: bool) -> bool:
 
 def _is_adverb(place: NounPhrase) -> bool:
     """Tell whether a place is none: "up" of "look up, there is"."""
-    return place.head in ("up", "down", "out", "away", "back", "off")
+    return place.head in ("up", "down", "out", "away", "back", "off", "ahead", "along")
 
 
 def _at(said: Utterance, start: int, place: NounPhrase) -> Relation:

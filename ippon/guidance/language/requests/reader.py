@@ -227,6 +227,9 @@ class RequestReader:
         if length and said.ends(index + length):
             self.reading.drafts[-1].count = "all"
             return index + length
+        if said.words(index, index + 3) == ["both", "of", "them"] and said.ends(index + 3):
+            self.reading.drafts[-1].count = 2
+            return index + 3
         counted = count_again(said, index + 1) if said.word(index) == "all" else 0
         if counted:
             self.reading.drafts[-1].count = NUMBERS[said.word(index + 1)]
