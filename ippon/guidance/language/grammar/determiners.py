@@ -9,6 +9,7 @@ from ippon.guidance.language.goals.goal import ALL, Attribute, Reference
 from ippon.guidance.language.grammar.attributes import UNITS, listed_kind
 from ippon.guidance.language.grammar.phrases import OWNERS, PREPOSITIONS, STOP
 from ippon.guidance.language.grammar.utterance import Utterance
+from ippon.guidance.language.languages import ENGLISH
 from ippon.guidance.language.words import word_set
 
 NUMBERS: Final = {
@@ -185,6 +186,8 @@ def _owner_end(said: Utterance, index: int) -> int:
         named = said.said(index, index + 1)[0].isupper() and load_knowledge().find(first) is None
         if f"{first}s" in OWNERS or (named and not first.endswith("'s")):
             return index + 3  # "Tom and Anna's".
+    if _is_bare_owner(said, index):
+        return index + 1
     for end in range(index, min(index + 3, len(said))):
         word = said.word(end)
         if (end > index and said.breaks(end)) or listed_kind(said.word(index)) == "colour":
@@ -194,6 +197,15 @@ def _owner_end(said: Utterance, index: int) -> int:
         if word in STOP or word in PREPOSITIONS or word in _LEADING or word in _OWNERS:
             return index
     return index
+
+
+def _is_bare_owner(said: Utterance, index: int) -> bool:
+    """Tell whether a name owns what follows without its apostrophe: "Olivers goggles"."""
+    word = said.word(index)
+    named = index > 0 and not said.ends(index) and said.said(index, index + 1)[:1].isupper()
+    unknown = word not in ENGLISH and load_knowledge().find(word) is None
+    owns = named and word.endswith("s") and len(word) > 3 and unknown
+    return owns and not word.endswith(("'s", "ss")) and may_be_noun(said, index + 1)
 
 
 def _number(said: Utterance, index: int) -> int | None:

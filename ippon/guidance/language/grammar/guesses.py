@@ -3,6 +3,7 @@
 from itertools import pairwise
 
 from ippon.guidance.language.context_words import BELIEFS, DOUBTS, HABITS
+from ippon.guidance.language.grammar.phrases import TIME
 from ippon.guidance.language.grammar.relation_phrase import SOFT, RelationPhrase, read_relation
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.words import DETERMINERS, word_set
@@ -48,6 +49,9 @@ def is_guessed(said: Utterance, phrase: RelationPhrase, object_end: int) -> bool
         for be, doing in pairwise(said.words(first, object_end))
     ):
         return True  # "I was reading the atlas in the den".
+    times = (TIME.match(said.text, said.tokens[n].start) for n in range(phrase.end, last))
+    if said.word(first) != "i" and "had" in said.words(first, object_end) and any(times):
+        return True  # "Tom had the drill in the garage yesterday".
     doubts = BELIEFS | DOUBTS | HABITS
     return bool(doubts & set(said.words(after, last))) or is_guessed_before(said, after)
 

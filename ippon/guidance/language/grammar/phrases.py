@@ -97,6 +97,7 @@ PLACE_DECLINED: Final = re.compile(
 _LOOKING: Final = (
     r"(?:(?:bring|get|take|move|drive) yourself|make your way|go|drive|navigate|walk|head|move|run|"
     r"pop|nip|dash|hurry|rush|hop|step|look|check|search|try|inspect|scan|explore|comb|patrol|come|proceed|return|"
+    r"peek|peep|rummage|glance|root|dig|"
     r"(?:take|have|do) (?:a|an|another)(?: \w+)? (?:look|peek|peep|search|rummage|glance|hunt|dig|"
     r"root|check))"
 )

@@ -22,10 +22,9 @@ _STANDING = word_set(
     "that which who is are was were it's its be been being lying sitting standing hanging located "
     "placed stored kept left put hidden resting stuck somewhere right just still only also over "
     "down up back out what's they're he's she's what found it they he she definitely certainly "
-    "that's who's surely currently now must anywhere there somewhere even but or and either behind "
-    "directly "
-    "exactly immediately close sat stands lies sits hangs lives placed both all fell "
-    "fallen slipped rolled have has had got gone used seen spotted worn last will "
+    "that's who's asleep surely currently now must anywhere there somewhere even but or and either "
+    "behind directly exactly immediately close sat stands lies sits hangs lives placed both all "
+    "fell fallen slipped rolled have has had got gone used seen spotted worn last will "
     "off away dropped ran come came popped slid"
 )
 """Words that may stand before a preposition without changing where."""

@@ -20,6 +20,7 @@ _CHAT = re.compile(
     re.IGNORECASE,
 )
 """What is typed and says nothing."""
+_SWORN = r"(?:flipping|ruddy|freaking|frigging|fucking|(?:god)?damn(?:ed)?|darn(?:ed)?|blasted)"
 _SHORT = (
     (re.compile(r"\bwhere r\b", re.IGNORECASE), "where are"),
     (re.compile(r"\bur(?= \w)", re.IGNORECASE), "your"),
@@ -29,6 +30,7 @@ _SHORT = (
     (re.compile(r"\bgonna\b", re.IGNORECASE), "going to"),
     (re.compile(r"\b(?:w/ ?(?=\w)|w (?=(?:a|an|the|my|no|some) ))", re.IGNORECASE), "with "),
     (re.compile(r"\bhv\b", re.IGNORECASE), "have"),
+    (re.compile(rf"\b{_SWORN} (?=\w)", re.IGNORECASE), ""),
     (re.compile(r"\bb4\b", re.IGNORECASE), "before"),
     (re.compile(r"(?<=\w\w) ['’]?n['’]? (?=\w\w)", re.IGNORECASE), " and "),
     (re.compile(r"\bright (?=(?:here|there|now)\b)", re.IGNORECASE), ""),

@@ -83,8 +83,9 @@ def _replace_object(reading: Reading, start: int) -> int:
     if not new:
         return 0
     # A whole list that is said again takes the place of the whole list.
-    replaced = listed if len(new) == listed else 1
     first = new[0]
+    again = any(one.head == first.head for one in reading.drafts[before - listed : before])
+    replaced = listed if len(new) == listed or again else 1
     for place in last.relations:
         first.relate(place)
     first.context += [words for words in last.context if words not in first.context]
