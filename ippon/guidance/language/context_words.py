@@ -11,20 +11,6 @@ RELATIONS: dict[str, str] = {
     "atop": "on",
     "over": "on",
     "hanging from": "on",
-    "stuck to": "on",
-    "taped to": "on",
-    "pinned to": "on",
-    "attached to": "on",
-    "fixed to": "on",
-    "glued to": "on",
-    "clipped to": "on",
-    "tied to": "on",
-    "chained to": "on",
-    "strapped to": "on",
-    "fastened to": "on",
-    "screwed to": "on",
-    "nailed to": "on",
-    "hooked to": "on",
     "down the side of": "next to",
     "down the back of": "behind",
     "in": "in",
@@ -93,6 +79,12 @@ RELATIONS: dict[str, str] = {
     "everywhere except": "outside",
     "not far from": "near",
     "not far away from": "near",
+} | {
+    f"{held} to": "on"
+    for held in word_set(
+        "stuck taped pinned attached fixed glued clipped tied chained strapped fastened screwed "
+        "nailed hooked"
+    )
 }
 """Preposition to relation, longest match first."""
 

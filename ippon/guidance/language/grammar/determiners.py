@@ -7,39 +7,13 @@ from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import NEGATIONS
 from ippon.guidance.language.goals.goal import ALL, Attribute, Reference
 from ippon.guidance.language.grammar.attributes import UNITS, listed_kind
+from ippon.guidance.language.grammar.number_words import NUMBER_WORDS
 from ippon.guidance.language.grammar.phrases import OWNERS, PREPOSITIONS, STOP
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.languages import ENGLISH
 from ippon.guidance.language.words import word_set
 
-NUMBERS: Final = {
-    word: number
-    for number, word in enumerate(
-        [
-            "one",
-            "two",
-            "three",
-            "four",
-            "five",
-            "six",
-            "seven",
-            "eight",
-            "nine",
-            "ten",
-            "eleven",
-            "twelve",
-            "thirteen",
-            "fourteen",
-            "fifteen",
-            "sixteen",
-            "seventeen",
-            "eighteen",
-            "nineteen",
-            "twenty",
-        ],
-        start=1,
-    )
-} | {"thirty": 30, "forty": 40, "fifty": 50, "sixty": 60, "hundred": 100}
+NUMBERS: Final = NUMBER_WORDS | {"hundred": 100}
 COUNTS: Final[dict[str, int | Literal["all"]]] = {
     "every single": ALL, "each and every": ALL, "every one of": ALL, "each of": ALL, "every": ALL,
     "each": ALL, "all of": ALL, "all": ALL, "as many": ALL, "half a dozen": 6, "a dozen": 12,
@@ -51,40 +25,10 @@ MEASURES = word_set(
     "pair bunch set piece bit stack pile kind type sort pack packet roll heap pairs bunches sets "
     "pieces bits stacks piles kinds types packs packets rolls heaps"
 )
-_LEADING = [
-    "the",
-    "my",
-    "our",
-    "your",
-    "a",
-    "an",
-    "this",
-    "that",
-    "these",
-    "those",
-    "some",
-    "any",
-    "its",
-    "said",
-    "whatever",
-    "either",
-    "more",
-    "of",
-    "at",
-    "least",
-    "most",
-    "up",
-    "to",
-    "exactly",
-    "maximum",
-    "minimum",
-    "only",
-    "just",
-    "about",
-    "around",
-    "of",
-    "me",
-]
+_LEADING = word_set(
+    "the my our your a an this that these those some any its said whatever either more of at "
+    "least most up to exactly maximum minimum only just about around me"
+)
 _KINDS: Final = ("colour", "color", "coloured", "colored", "size", "sized", "shape", "shaped")
 _AT_LEAST = (["at", "least"], ["at", "most"], ["up", "to"], ["more", "than"])
 _DID = word_set("had has bought gave used lent made sent wore took borrowed brought wants needs")

@@ -49,6 +49,8 @@ def is_guessed(said: Utterance, phrase: RelationPhrase, object_end: int) -> bool
         for be, doing in pairwise(said.words(first, object_end))
     ):
         return True  # "I was reading the atlas in the den".
+    if ("must", "have") in pairwise(said.words(first, after)):
+        return True
     times = (TIME.match(said.text, said.tokens[n].start) for n in range(phrase.end, last))
     if said.word(first) != "i" and "had" in said.words(first, object_end) and any(times):
         return True  # "Tom had the drill in the garage yesterday".

@@ -215,8 +215,9 @@ TIME: Final = re.compile(
     r"(?:a|an|\d+|a few|some|a couple of|one|two|three|four|five|six|seven|eight|nine|ten|twelve|"
     r"fifteen|twenty|thirty|half an) "
     r"(?:second|minute|hour|day|week|month|year)s? ago|"
-    r"(?:before|after|at|during) (?:breakfast|lunch|dinner|supper|work|school|noon|night|midnight|"
-    r"midday|dawn|dusk|bedtime|lunchtime|teatime|dinnertime))"
+    r"(?:at|(?:before|after|during|since)(?: the| my| our)?) (?:breakfast|lunch|dinner|supper|work|"
+    r"school|noon|night|midnight|midday|dawn|dusk|bedtime|lunchtime|teatime|dinnertime|break|"
+    r"meeting|lesson|class|match|game|shift|party|wedding|concert|show))"
     r"(?![\w'’]),?",
     re.IGNORECASE,
 )

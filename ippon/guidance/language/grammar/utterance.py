@@ -121,6 +121,14 @@ _SOUND = (
         ),
         " has ",
     ),
+    (
+        re.compile(
+            r"\b(?:it's|it is) not ((?:the|my) [^,.;!?]{2,40}?) (?:that )?(?:i|we) "
+            r"(?:want|need|mean|am after),? (?:but|it's|it is) (?=(?:the|my) )",
+            re.IGNORECASE,
+        ),
+        r"not \1 but ",
+    ),
     (re.compile(r"(?<=[a-z]) (\d+)\s?[x×]\s+(?=[^\W\d])", re.IGNORECASE), r", \1 "),
     (re.compile(r"(?<=\d)\s?[x×]\s+(?=[^\W\d])", re.IGNORECASE), " "),
     (

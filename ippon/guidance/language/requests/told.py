@@ -36,4 +36,8 @@ def _doing(reading: Reading, index: int) -> int:
     if said.word(end - 1) in ("on", "in", "at") and holds_things(phrase.head):
         return index
     rest = range(phrase.end, len(said))
-    return index if any(reading.match(one, n) > n for n in rest for one in _ASKING) else end
+    if any(reading.match(one, n) > n for n in rest for one in _ASKING):
+        return index
+    if said.word(phrase.end) == "with":
+        reading.unused.append(said.said(index, end))  # "Fixing the bike with the wrench".
+    return end
