@@ -86,10 +86,10 @@ def _is_joined(said: Utterance, index: int) -> bool:
     """Tell whether "and" and one more object follow."""
     if said.word(index) not in ("and", "or") or said.breaks(index + 1):
         return False
-    start = index + 1
-    while said.word(start) in _DETERMINERS or listed_kind(said.word(start)) is not None:
+    start = index + 1 + (said.word(index + 1) in _DETERMINERS)
+    while listed_kind(said.word(start)) is not None:
         start += 1
-    return _name_end(said, start) > start
+    return said.word(index + 1) in _DETERMINERS or _name_end(said, start) > start
 
 
 def _both_determined(said: Utterance, start: int, end: int) -> bool:
