@@ -147,8 +147,10 @@ def _is_bare_owner(said: Utterance, index: int) -> bool:
     """Tell whether a name owns what follows without its apostrophe: "Olivers goggles"."""
     word = said.word(index)
     named = index > 0 and not said.ends(index) and said.said(index, index + 1)[:1].isupper()
-    unknown = word not in ENGLISH and load_knowledge().find(word) is None
-    owns = named and word.endswith("s") and len(word) > 3 and unknown
+    find = load_knowledge().find
+    unknown = word not in ENGLISH and find(word) is None
+    thing = any(find(owned) for owned in said.words(index + 1, index + 4))  # Not "Annas Zimmer".
+    owns = named and word.endswith("s") and len(word) > 3 and unknown and thing
     return owns and not word.endswith(("'s", "ss")) and may_be_noun(said, index + 1)
 
 
