@@ -125,7 +125,7 @@ def _judge(drafts: list[Draft], unused: list[str], stray: list[str]) -> Request:
     goals = [read.goal() for read in drafts]
     told = [read for read in drafts if read.trigger == "told"]
     if told and any(read.trigger not in ("told", "listed") for read in drafts):
-        reasons.append(f"it is only told of “{told[0].display}”, and something else is asked for")
+        unused = [*unused, told[0].display]
     if len(goals) > MAX_GOALS:
         left = ", ".join(goal.display for goal in goals[MAX_GOALS:])
         reasons.append(f"at most {MAX_GOALS} objects are read at once; left out: {left[:200]}")
