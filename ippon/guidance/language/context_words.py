@@ -11,6 +11,8 @@ RELATIONS: dict[str, str] = {
     "atop": "on",
     "over": "on",
     "hanging from": "on",
+    "down the side of": "next to",
+    "down the back of": "behind",
     "in": "in",
     "inside": "in",
     "inside of": "in",
@@ -77,6 +79,12 @@ RELATIONS: dict[str, str] = {
     "everywhere except": "outside",
     "not far from": "near",
     "not far away from": "near",
+} | {
+    f"{held} to": "on"
+    for held in word_set(
+        "stuck taped pinned attached fixed glued clipped tied chained strapped fastened screwed "
+        "nailed hooked"
+    )
 }
 """Preposition to relation, longest match first."""
 
@@ -219,8 +227,8 @@ ABSTRACT = word_set(
     "nowhere there here it him her them me you us once all least most first last mind purpose "
     "accident mistake trip holiday holidays vacation today yesterday tomorrow tonight while "
     "mine yours work school party usual weekend birthday christmas pile mess top side back "
-    "front middle corner right left other same something someone that this which what where "
-    "when who one two three next general particular order question plain sight view reach "
+    "front middle corner end edge right left other same something someone that this which what "
+    "where when who one two three next general particular order question plain sight view reach "
     "line display loan use charge danger trouble love january february march april may june july "
     "august september october november december spring summer autumn winter dark rain snow "
     "sun weather colour color size shape possible best new few some many years days months weeks "

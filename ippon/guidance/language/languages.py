@@ -90,7 +90,8 @@ def other_language(sentence: str) -> str:
         return _strange(words, known)
     # Of languages with equally many own words, the one that has more of the shared ones.
     language = max(counts, key=lambda name: (counts[name], _shared(words, name)))
-    return language if counts[language] >= len(set(known)) - _shared_known(known) else ""
+    enough = max(len(set(known)) - _shared_known(known), 1 + ("the" in known))
+    return language if counts[language] >= enough else ""
 
 
 def _shared(words: list[str], language: str) -> int:

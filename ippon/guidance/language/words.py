@@ -115,6 +115,8 @@ def singular_candidates(word: str) -> tuple[str, ...]:
     found = [word[:-1]]
     if word.endswith("ies"):
         found.insert(0, word[:-3] + "y")
+    elif word.endswith(("shes", "ches", "xes", "sses")):
+        found.insert(0, word[:-2])
     elif word.endswith("es"):
         found.append(word[:-2])
     if word.endswith("ves"):

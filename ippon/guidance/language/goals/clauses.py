@@ -42,6 +42,7 @@ def clause_end(reading: Reading, start: int, *, whole: bool = True) -> int:
     """Return the index after the clause that begins at a word; without `whole`, up to a comma."""
     said = reading.said
     index = start + 1
+    placed = None if reading.drafts else read_relation(said, start)
     while index < len(said) and not said.ends(index) and (whole or not said.breaks(index)):
         joint = said.word(index) in ("and", "but", "so", "oh", "then") or said.breaks(index)
         joint = joint or said.word(index - 1) in ("and", "but", "so")
@@ -50,7 +51,9 @@ def clause_end(reading: Reading, start: int, *, whole: bool = True) -> int:
         early = not reading.drafts
         if early and _asks_inside(reading, index):
             break
-        if (early or said.word(start) in ("if", "when", "while")) and _names_late(reading, index):
+        after = placed is not None and placed.end == index  # "It's on the shelf my list".
+        beside = early or said.word(start) in ("if", "when", "while")
+        if beside and (after or said.breaks(index)) and _names_late(reading, index):
             break
         index += 1
     return index
@@ -66,7 +69,12 @@ def ends_clause(said: Utterance, index: int) -> bool:
 
 
 def _asks_inside(reading: Reading, index: int) -> bool:
-    """Tell whether a sentence that began with something else asks here."""
+    """Tell whether a sentence that began with something else asks here, or leads to a place."""
+    if reading.said.breaks(index) or reading.said.word(index - 1) in ("so", "but", "and", "then"):
+        for leading in (phrases.GO, phrases.SEVERAL):
+            after = reading.match(leading, index)
+            if after > index and read_noun_phrase(reading.said, after) is not None:
+                return True
     if reading.match(phrases.TOLD, index) > index:
         phrase = read_noun_phrase(reading.said, reading.match(phrases.TOLD, index))
         return phrase is not None
@@ -81,7 +89,7 @@ def _asks_inside(reading: Reading, index: int) -> bool:
 def _names_late(reading: Reading, index: int) -> bool:
     """Tell whether a sentence ends in the object: "it's not on the fridge: my list"."""
     said = reading.said
-    phrase = read_noun_phrase(said, index) if said.breaks(index) else None
+    phrase = read_noun_phrase(said, index)
     if phrase is None or not phrase.head or is_room(phrase.head):
         return False
     owned = said.word(index) in ("my", "our", "your", "his", "her", "the", "a", "an", "some")
@@ -246,6 +254,8 @@ def skip_declined(reading: Reading, index: int) -> int:
         return index
     end = phrase.end
     while end < len(said) and not said.breaks(end) and said.word(end) not in ("but", "and"):
+        if reading.match(phrases.ASKED, end) > end + 1:
+            break  # "I don't want the cup I want the plate".
         end += 1
     reading.unused.append(said.said(index, end))
     reading.declined = phrase

@@ -1,20 +1,18 @@
-"""What belongs to an object: parts, material, owner, topic, purpose."""
+"""What belongs to an object: parts, measures, material, owner, side."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.goals.drafts import Draft
-from ippon.guidance.language.goals.goal import Attribute, Relation
+from ippon.guidance.language.goals.goal import Attribute
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import UNITS, is_part, listed_kind
 from ippon.guidance.language.grammar.determiners import NUMBERS, count_again, may_be_noun
-from ippon.guidance.language.grammar.guesses import is_guessed_before
 from ippon.guidance.language.grammar.heads import CODE
 from ippon.guidance.language.grammar.noun_ends import STANDS, stands_somewhere
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
-from ippon.guidance.language.grammar.phrases import PREPOSITIONS, STOP
-from ippon.guidance.language.grammar.places import is_searched_inside
+from ippon.guidance.language.grammar.phrases import STOP
 from ippon.guidance.language.grammar.relation_phrase import ENTERING
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.words import word_set
@@ -28,19 +26,12 @@ COVERED = word_set(
     "wrapped covered dressed painted decorated printed soaked coated stained dipped smeared"
 )
 """After these, "in gold paper" tells what a thing looks like, not where it is."""
-_PEOPLE = word_set("me us him her them you my mine")
 _DIMENSIONS = word_set("long wide tall high deep thick")
-_PLACES_ON_IT = ("on it", "on them", "in it", "inside it", "on top")
+PLACES_ON_IT = ("on it", "on them", "in it", "inside it", "on top")
 _SIZES = word_set("xs s m l xl xxl extra medium")
 _OWNING = word_set("has belongs")
 _STATES = word_set("missing broken torn off open gone loose")
 """After a part, they say in which state it is: "one ear missing"."""
-_IDIOMS = word_set("life sake goodness")
-_GOING_ON = (
-    "keeps", "keep", "kept", "keeps on", "won't stop", "will not stop", "doesn't stop",
-    "never stops", "started", "starts", "always", "is always",
-)  # fmt: skip
-"""Between "that" and what a thing does: "that keeps beeping"."""
 
 
 def read_feature(said: Utterance, start: int, goal: Draft) -> int:
@@ -48,12 +39,15 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     index = start
     if said.word(index) == "whose":
         return _whose(said, index, goal)
-    if (end := next_part(said, index, goal.attributes)) > index:
+    if (end := _part_is(said, index, goal)) > index:
+        return end
+    if (end := _next_part(said, index, goal.attributes)) > index:
         last = goal.attributes[-1]
         goal.add(replace(last, value=without_article(said.said(index + 1, end))))
         return end
     index += said.word(index) in ("and", "but")
     index += said.word(index) in SUBJECTS
+    index += said.word(index) in ("only", "just", "also", "still") and index > start
     lacking = said.starts(index, phrases.LACKING)
     length = lacking or said.starts(index, phrases.HAVING)
     if (end := _measure(said, start)) > start:
@@ -63,6 +57,10 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     if coded:
         goal.add(Attribute(kind="which", value=said.said(start, start + 1)))
         return start + 1  # "Bolts, M8".
+    number = start + said.starts(start, ("number", "serial number", "model", "model number"))
+    if number > start and said.breaks(start) and said.word(number)[:1].isdigit():
+        goal.add(Attribute(kind="which", value=said.said(start, number + 1)))
+        return number + 1  # "My key, number 48".
     if said.word(index + 1) == "than":
         return _than(said, index, goal)
     if not length or (said.word(index) == "have" and said.breaks(index)):
@@ -82,14 +80,21 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     if said.word(end) in ("on", "in", "at", "around") and said.word(end + 1) in ("its", "their"):
         part = read_noun_phrase(said, end + 1)
         end = end if part is None else part.end  # "With tennis balls on its feet".
-    value = said.said(index, end)
-    goal.add(Attribute(kind="feature", value=without_article(value), negated=bool(lacking)))
-    while length := said.starts(end, _PLACES_ON_IT) or said.starts(end, phrases.SIDES):
+    end += said.starts(end, phrases.SIDES)  # "A hook on the end".
+    value = without_article(said.said(index, end))
+    goal.add(Attribute(kind="feature", value=value, negated=bool(lacking)))
+    while length := said.starts(end, PLACES_ON_IT):
         end += length
     return end
 
 
-def next_part(said: Utterance, start: int, attributes: Sequence[Attribute]) -> int:
+def tells_of_part(said: Utterance, index: int, goal: Draft) -> bool:
+    """Tell whether "and" goes on with a part of an object: "and a handle", "and the lid is red"."""
+    named = _next_part(said, index, goal.attributes) > index
+    return named or _part_is(said, index, goal.probe()) > index
+
+
+def _next_part(said: Utterance, start: int, attributes: Sequence[Attribute]) -> int:
     """Return the index after "and a handle" where a part was told before; the same for none."""
     after = attributes and attributes[-1].kind == "feature"
     if not after or said.word(start) not in ("and", "or") or said.breaks(start + 1):
@@ -147,6 +152,25 @@ def _whose(said: Utterance, start: int, goal: Draft) -> int:
     return end
 
 
+def _part_is(said: Utterance, start: int, goal: Draft) -> int:
+    """Read ", the handle is broken" and "and one wheel is missing"."""
+    joined = said.word(start) in ("and", "but", "because", "its")
+    if not (joined or said.breaks(start)):
+        return start
+    begin = start + joined
+    phrase = read_noun_phrase(said, begin)
+    if phrase is None or not is_part(phrase.head.rpartition(" ")[2]) or said.breaks(phrase.end):
+        return start
+    end = phrase.end + 2
+    state = said.word(end - 1) in _STATES or listed_kind(said.word(end - 1)) is not None
+    if said.word(phrase.end) not in ("is", "are", "was", "looks") or not state:
+        return start
+    if not said.breaks(end):
+        return start
+    goal.add(Attribute(kind="feature", value=without_article(said.said(begin, end))))
+    return end
+
+
 def read_material(said: Utterance, start: int, goal: Draft) -> int:
     """Read "made of oak", "in blue", "in size 42"."""
     index = start + (said.word(start) == "and")
@@ -198,111 +222,6 @@ def read_owner(said: Utterance, start: int, goal: Draft) -> int:
         return start
     goal.add(Attribute(kind="owner", value=said.said(index + length, phrase.end)))
     return phrase.end
-
-
-def read_topic(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "about cooking", "called Dune": what it is a picture or a book of."""
-    index = start + (said.word(start) in SUBJECTS)
-    index += said.word(index) in ("is", "are", "was", "were")
-    length = said.starts(index, phrases.TOPIC)
-    word = said.word(index + length)
-    if not length or said.breaks(index + length) or word in _PEOPLE or word in ("and", ""):
-        return start
-    if said.word(index) == "for":
-        return start
-    if said.word(index) == "about" and word in NUMBERS and said.breaks(index + 2):
-        goal.count = NUMBERS[word]
-        return index + 2  # "Bibs, about ten".
-    end = index + length
-    while end < len(said) and not said.breaks(end) and end - index < 6:
-        if (
-            said.word(end) in ("and", "or", "then", "that", "which")
-            or said.word(end) in PREPOSITIONS
-        ):
-            break
-        end += 1
-    if end == index + length:
-        return start
-    goal.add(Attribute(kind="feature", value=said.said(index, end)))
-    return end + said.starts(end, _PLACES_ON_IT)
-
-
-def read_purpose(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "for the living room" and "to the shed": what or whom it is for."""
-    to = said.word(start) == "to" and said.word(start + 1) in ("the", "my", "our", "a")
-    if not (to or said.word(start) == "for") or said.breaks(start + 1):
-        return start
-    phrase = read_noun_phrase(said, start + 1)
-    if phrase is None or not phrase.head:
-        return start
-    if phrase.head.split()[-1] in _IDIOMS:
-        return phrase.end  # "For the life of me".
-    if to and goal.trigger == "told":
-        relation = "in" if is_searched_inside(phrase.head) else "at"
-        if not is_guessed_before(said, start):
-            goal.relate(Relation(relation=relation, place=phrase.head))
-        goal.note(said.said(start, phrase.end))
-        return phrase.end  # "Dad took the ladder to the garage".
-    goal.add(Attribute(kind="feature", value=said.said(start, phrase.end)))
-    return phrase.end
-
-
-def read_activity(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "that is ringing", "which fits this pot", "that keeps beeping": what it does."""
-    if (begin := _goes_on(said, start)) > start:
-        end = _clause_end(said, begin + 1)
-        end += end < len(said) and said.word(end) in PREPOSITIONS and said.breaks(end + 1)
-        goal.add(Attribute(kind="feature", value=said.said(begin, end)))
-        return end  # "That keeps going off".
-    if (end := _where_things_are(said, start)) > start:
-        goal.add(Attribute(kind="feature", value=said.said(start, end)))
-        return end
-    if said.word(start) not in ("that", "which") or said.breaks(start + 1):
-        return start
-    index = start + 1
-    index += said.word(index) in ("still", "always", "only", "also", "just", "really")
-    verb, following = said.word(index), said.word(index + 1)
-    acts = verb in ("is", "are") and following.endswith("ing") and len(following) > 4
-    does = verb in ("doesn't", "don't", "can", "can't", "won't") and following not in STOP
-    plain = (
-        verb.endswith("s")
-        and not verb.endswith("ss")
-        and verb not in STOP | BE | {"has", "belongs"}
-    )
-    if not (acts or does or plain) or (said.breaks(index + 1) and not plain):
-        return start
-    end = _clause_end(said, index + 1 + (acts or does))
-    begin = index + 1 if acts else start + 1
-    goal.add(Attribute(kind="feature", value=said.said(begin, end)))
-    return end
-
-
-def _where_things_are(said: Utterance, start: int) -> int:
-    """Return the index after "where the knives are"; the same for none."""
-    phrase = read_noun_phrase(said, start + 1) if said.word(start) == "where" else None
-    if phrase is None or not phrase.head or said.breaks(start) or said.breaks(phrase.end):
-        return start
-    end = phrase.end + 1
-    return end if said.word(phrase.end) in BE and said.breaks(end) else start
-
-
-def _goes_on(said: Utterance, start: int) -> int:
-    """Return the index of what a thing keeps doing: "that won't stop beeping"; else the same."""
-    if said.word(start) not in ("that", "which", "that's"):
-        return start
-    index = start + 1 + said.starts(start + 1, _GOING_ON)
-    doing = said.word(index)
-    busy = index > start + 1 and doing.endswith("ing") and len(doing) > 4
-    return index if busy and not said.breaks(index) else start
-
-
-def _clause_end(said: Utterance, index: int) -> int:
-    """Return the index of the first word that ends what a thing does."""
-    while index < len(said) and not said.breaks(index):
-        if said.word(index) in ("and", "or", "then", "please") or said.word(index) in PREPOSITIONS:
-            break
-        index += 1
-    return index
 
 
 def read_side(said: Utterance, start: int, goal: Draft) -> int:

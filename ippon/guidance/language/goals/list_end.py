@@ -53,7 +53,8 @@ def _share_place(reading: Reading) -> None:
     last = listed[-1]
     if any(one.relations for one in listed[:-1]):
         return
-    together = last.phrase.shared or last.trigger == "told"
+    stated = reading.said.word(last.phrase.end) in ("are", "were", "aren't")
+    together = last.phrase.shared or last.trigger == "told" or (stated and last.trigger == "bare")
     shared = [
         place for place in last.relations
         if place not in reading.places

@@ -5,31 +5,37 @@ from dataclasses import replace
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import NEGATIONS
 from ippon.guidance.language.goals.absence import read_absence
+from ippon.guidance.language.goals.adjectives import (
+    is_adjective_at,
+    read_adjectives,
+    read_apposed,
+    read_unlisted,
+)
 from ippon.guidance.language.goals.drafts import Draft
 from ippon.guidance.language.goals.features import (
     BE,
     SUBJECTS,
-    read_activity,
     read_feature,
     read_material,
     read_owner,
-    read_purpose,
     read_side,
-    read_topic,
     read_until,
     without_article,
 )
 from ippon.guidance.language.goals.goal import Attribute, Relation
 from ippon.guidance.language.goals.placed import read_placed, read_spot
+from ippon.guidance.language.goals.purposes import read_activity, read_purpose, read_topic
 from ippon.guidance.language.grammar import phrases
-from ippon.guidance.language.grammar.attributes import is_intensity, is_part, is_shade, listed_kind
+from ippon.guidance.language.grammar.attributes import (
+    is_intensity,
+    is_part,
+    listed_kind,
+)
 from ippon.guidance.language.grammar.heads import ONES
 from ippon.guidance.language.grammar.noun_ends import CONTAINERS
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
-from ippon.guidance.language.grammar.phrases import PREPOSITIONS
 from ippon.guidance.language.grammar.places import holds_things, is_room
 from ippon.guidance.language.grammar.relation_phrase import (
-    prepositions_at,
     read_relation,
 )
 from ippon.guidance.language.grammar.utterance import Utterance
@@ -40,7 +46,6 @@ _CONTRACTED = word_set("it's its they're he's she's that's")
 _OWNED = word_set("mine yours his hers ours theirs")
 _CONDITIONS = ("but only if", "only if", "as long as", "so long as", "provided", "provided that")
 _HOLDING = CONTAINERS | word_set("box packet pack tube tub")
-_MISSING = word_set("missing lost gone back")
 
 
 def read_modifier(said: Utterance, index: int, goal: Draft) -> int:
@@ -53,6 +58,7 @@ def read_modifier(said: Utterance, index: int, goal: Draft) -> int:
         read_feature,
         read_material,
         read_owner,
+        read_apposed,
         _other_one,
         read_placed,
         read_side,
@@ -83,7 +89,7 @@ def _exclusion(said: Utterance, start: int, goal: Draft) -> int:
     while listed_kind(said.word(bare)) is not None and not said.breaks(bare):
         bare += 1
     owner = said.word(index)
-    if owner.endswith("'s") and _is_last(said, index):
+    if owner.endswith("'s") and said.breaks(index + 1):
         value = said.said(index, index + 1)[:-2]
         goal.add(Attribute(kind="owner", value=value, negated=True))
         return index + 1
@@ -114,7 +120,7 @@ def _exclusion(said: Utterance, start: int, goal: Draft) -> int:
             goal.note("not " + said.said(phrase.end, end))
         return _or_other(said, end, goal) if end == phrase.end else end
     if phrase is None or said.word(start) == "nor":
-        return _adjectives(said, index, goal, negated=True) or start
+        return read_adjectives(said, index, goal, negated=True) or start
     return _other_name(said, start, phrase, goal)
 
 
@@ -134,7 +140,7 @@ def _not_one_that(said: Utterance, start: int, goal: Draft) -> int:
 
 def _or_other(said: Utterance, index: int, goal: Draft) -> int:
     """Read "or green one" after "no red", and "or the brown one"."""
-    named = said.word(index + 1) == "the" or _adjective_at(said, index + 1)
+    named = said.word(index + 1) == "the" or is_adjective_at(said, index + 1)
     if said.word(index) not in ("or", "nor") or not named:
         return index
     phrase = read_noun_phrase(said, index + 1)
@@ -175,6 +181,7 @@ def _predicate(said: Utterance, start: int, goal: Draft) -> int:
     index, negated = start, False
     index += said.starts(index, _CONDITIONS) or said.word(index) in ("and", "but")
     subject = said.word(index) in SUBJECTS
+    relative = said.word(index) in ("that", "that's", "which")
     be = said.word(index) in _CONTRACTED
     index += subject
     if said.word(index) in BE and not said.breaks(index):
@@ -186,6 +193,10 @@ def _predicate(said: Utterance, start: int, goal: Draft) -> int:
         negated, index = True, index + 1
     while is_intensity(said.word(index)) or said.word(index) in ("also", "all", "just", "only"):
         index += 1
+    if said.word(index) == "last" and said.word(index + 2) == "by":
+        user = read_noun_phrase(said, index + 3)
+        goal.note(said.said(start, user.end if user is not None else index + 2))
+        return user.end if user is not None else start  # "Was last used by Carol".
     article = said.word(index) in ("a", "an", "the", "my", "one", "that")
     if article:
         phrase = read_noun_phrase(said, index)
@@ -199,72 +210,19 @@ def _predicate(said: Utterance, start: int, goal: Draft) -> int:
             goal.add(Attribute(kind=one.kind, value=one.value, negated=negated))
         return phrase.end
     owner = said.word(index)
-    if owner in _OWNED or (owner.endswith("'s") and _is_last(said, index)):
+    if owner in _OWNED or (owner.endswith("'s") and said.breaks(index + 1)):
         value = said.said(index, index + 1).removesuffix("'s")
         goal.add(Attribute(kind="owner", value=value, negated=negated))
         return index + 1
-    end = _adjectives(said, index, goal, negated=negated)
+    end = read_adjectives(said, index, goal, negated=negated)
     does = said.word(end + 1)
-    joined = end and said.word(end) == "and" and does.endswith("s") and _is_last(said, end + 1)
+    joined = end and said.word(end) == "and" and does.endswith("s") and said.breaks(end + 2)
     if joined and load_knowledge().find(does) is None:
         goal.add(Attribute(kind="feature", value=does))  # "It's yellow and squeaks".
         return end + 2
+    if not end and (relative or negated):
+        end = read_unlisted(said, index, goal, negated=negated)
     return end or start
-
-
-def _is_last(said: Utterance, index: int) -> bool:
-    return said.breaks(index + 1) or index + 1 == len(said)
-
-
-def _adjectives(said: Utterance, start: int, goal: Draft, *, negated: bool) -> int:
-    """Read a list of adjectives that stands alone; 0 where there is none."""
-    index, found = start, 0
-    while index < len(said):
-        word = said.word(index)
-        if (
-            found
-            and said.breaks(index)
-            and not (
-                "," in said.gap(index) and listed_kind(word) is not None and not said.ends(index)
-            )
-        ):
-            break
-        if (word in ("and", "but", "or", "nor") and found and _adjective_at(said, index + 1)) or (
-            is_intensity(word) and _adjective_at(said, index + 1)
-        ):
-            index += 1
-        elif _adjective_at(said, index):
-            kind = listed_kind(word) or "other"
-            if is_shade(word) and listed_kind(said.word(index + 1)) == "colour":
-                kind, word = "colour", f"{word} {said.word(index + 1)}"
-            goal.add(Attribute(kind=kind, value=word, negated=negated))
-            found += 1
-            index += len(word.split())
-        else:
-            break
-    if not found or (said.word(index) in ("one", "ones")):
-        return 0
-    noun = not said.breaks(index) and index < len(said) and _is_noun(said, index)
-    if noun:
-        del goal.attributes[-found:]
-        return 0
-    return index
-
-
-def _adjective_at(said: Utterance, index: int) -> bool:
-    word = said.word(index)
-    if is_intensity(word) and listed_kind(word) is None:
-        return _adjective_at(said, index + 1)
-    placing = word in ("right", "left") and bool(prepositions_at(said, index + 1)[0])
-    free = word == "free" and said.word(index + 1) in ("of", "from")
-    if placing or free or prepositions_at(said, index)[0]:
-        return False  # "Right next to", "closest to", "free of nuts".
-    return listed_kind(word) is not None and word not in _MISSING and word not in PREPOSITIONS
-
-
-def _is_noun(said: Utterance, index: int) -> bool:
-    phrase = read_noun_phrase(said, index, of=False)
-    return phrase is not None and not phrase.determined and bool(phrase.head)
 
 
 def _other_one(said: Utterance, start: int, goal: Draft) -> int:
@@ -301,8 +259,8 @@ def _other_one(said: Utterance, start: int, goal: Draft) -> int:
     if bare:
         for one in phrase.attributes:
             goal.add(one)
-        last = said.word(phrase.end) == "and" and said.breaks(phrase.end + 2)
-        more = _adjectives(said, phrase.end + 1, goal, negated=False) if last else 0
+        last = said.word(phrase.end) in ("and", "or") and said.breaks(phrase.end + 2)
+        more = read_adjectives(said, phrase.end + 1, goal, negated=False) if last else 0
         return more or phrase.end  # "Markers: red, black and blue".
     contained = is_mass(goal.head) and phrase.head in _HOLDING and bool(phrase.attributes)
     if said.breaks(start) and said.word(start) == "the" and contained:
@@ -338,5 +296,5 @@ def _aside(said: Utterance, start: int, goal: Draft) -> int:
     length = said.starts(start, ("preferably", "ideally", "if possible", "best"))
     if not length:
         return start
-    found = _adjectives(said, start + length, goal, negated=False)
+    found = read_adjectives(said, start + length, goal, negated=False)
     return found or max(_other_one(said, start + length, goal), start)

@@ -16,6 +16,10 @@ _COVERS = word_set("frame cover sleeve binding wrapping")
 _CROSSING = word_set(
     "flew flown went gone blew blown rolled jumped climbed threw thrown kicked tossed bounced came"
 )
+_EVENTS = word_set(
+    "party wedding meeting match game concert class lesson funeral break shift school work lunch "
+    "breakfast dinner supper"
+)
 _POSTURES = word_set("lying sitting standing hanging resting leaning hiding waiting sleeping being")
 _NEAR = 6
 
@@ -36,7 +40,9 @@ def read_placed(said: Utterance, start: int, goal: Draft) -> int:
             goal.add(Attribute(kind="feature", value=value, negated=denied))
             return phrase.end
     crossed = said.words(max(0, start - _NEAR), phrase.end)
-    if "over" in said.words(start, phrase.end) and _CROSSING & set(crossed):
+    over = [n for n in range(start, phrase.end) if said.word(n) == "over"]
+    across = any(said.word(n + 1) not in ("there", "here") for n in over)
+    if across and _CROSSING & set(crossed):
         goal.note(said.said(phrase.begin, phrase.end))
         return phrase.end  # "It flew over the fence".
     contracted = said.word(start) == "that's"
@@ -59,13 +65,15 @@ def read_placed(said: Utterance, start: int, goal: Draft) -> int:
 
 
 def read_spot(said: Utterance, start: int, goal: Draft) -> int:
-    """Read "in the corner", which names no place: it is kept as it was said."""
+    """Read "in the corner" and "at the party", which name no place: they are kept as said."""
     index = start
     while said.word(index) in SUBJECTS | BE | STANDS:
         index += 1
     relations, at = prepositions_at(said, index)
     phrase = read_noun_phrase(said, at) if relations else None
-    if phrase is None or phrase.head.rpartition(" ")[2] not in SPOTS or not phrase.determined:
+    last = phrase.head.rpartition(" ")[2] if phrase is not None else ""
+    event = last in _EVENTS and relations != ["between"]
+    if phrase is None or not (event or (last in SPOTS and phrase.determined)):
         return start
     goal.note(said.said(start, phrase.end))
     return phrase.end

@@ -5,18 +5,19 @@ from dataclasses import replace
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.goals.drafts import Draft, Reading
 from ippon.guidance.language.grammar.attributes import listed_kind
+from ippon.guidance.language.grammar.noun_phrase import NounPhrase
 from ippon.guidance.language.words import word_set
 
 _POINTING = ("is that", "is this", "are those", "are these")
 _IS = ("is", "are", "isn't", "aren't", "was", "were")
 _ONLY = word_set("only have got found here here's")
 _SOMEWHERE = word_set("here there anywhere somewhere around missing gone lost")
-_UNASKED = ("bare", "listed", "named", "told")
+UNASKED = ("bare", "listed", "named", "told")
 
 
 def replaced(reading: Reading, asked: str, *, other: bool) -> list[Draft]:
     """Return the objects of which only a state was told: "this pen is empty, find a new one"."""
-    if asked in _UNASKED or not reading.drafts:
+    if asked in UNASKED or not reading.drafts:
         return []
     pointed = [one for one in reading.drafts if one.trigger.lower().startswith(_POINTING)]
     last = reading.drafts[-1]
@@ -33,7 +34,7 @@ def replaced(reading: Reading, asked: str, *, other: bool) -> list[Draft]:
 
 def complained(reading: Reading, asked: str) -> bool:
     """Tell whether of the only object before a bad state was told: "my phone is dead, find"."""
-    if asked in _UNASKED or len(reading.drafts) != 1:
+    if asked in UNASKED or len(reading.drafts) != 1:
         return False
     last = reading.drafts[0]
     if any(word in last.trigger.lower() for word in ("fancy", "kill for", "love")):
@@ -44,13 +45,14 @@ def complained(reading: Reading, asked: str) -> bool:
     if _is_placed(reading, last):
         reading.unused.append(reading.said.said(last.phrase.end - 1, last.phrase.end))
         return True  # "The knife is in the kitchen, find the fork".
-    stated = last.attributes[len(last.phrase.attributes) :]
-    return (
-        last.trigger == "bare"
-        and not last.relations
-        and bool(stated)
-        and all(one.kind in ("condition", "feel", "quality") and not one.negated for one in stated)
-    )
+    return is_only_stated(last)
+
+
+def is_only_stated(goal: Draft) -> bool:
+    """Tell whether only a state of a thing was told: "my phone is dead"."""
+    stated = goal.attributes[len(goal.phrase.attributes) :]
+    kinds = all(one.kind in ("condition", "feel", "quality") and not one.negated for one in stated)
+    return goal.trigger == "bare" and not goal.relations and bool(stated) and kinds
 
 
 def _is_placed(reading: Reading, last: Draft) -> bool:
@@ -67,6 +69,14 @@ def selects(last: Draft, asked: str) -> bool:
     """Tell whether "I want the black one" selects from what was told before."""
     wanted = asked.lower().startswith(("i ", "we ", "i'd", "we'd", "i'm"))
     return last.trigger.lower().startswith("there") or (wanted and last.trigger != asked)
+
+
+def describes_declined(reading: Reading, phrase: NounPhrase) -> bool:
+    """Tell whether "the dry towel" is meant in place of "the wet towel" that was declined."""
+    declined = reading.declined
+    if declined is None or reading.drafts or declined.head != phrase.head:
+        return False
+    return bool(declined.attributes and phrase.attributes)
 
 
 def refer(reading: Reading, goal: Draft) -> None:

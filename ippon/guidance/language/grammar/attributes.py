@@ -9,76 +9,16 @@ from typing import cast
 import yaml
 
 from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.context_words import STOREYS
 from ippon.guidance.language.goals.goal import AttributeKind
-from ippon.guidance.language.words import ADJECTIVES
+from ippon.guidance.language.words import ADJECTIVES, word_set
 
-UNITS = frozenset(
-    [
-        "l",
-        "litre",
-        "litres",
-        "liter",
-        "liters",
-        "ml",
-        "cl",
-        "cm",
-        "mm",
-        "m",
-        "metre",
-        "metres",
-        "meter",
-        "meters",
-        "km",
-        "inch",
-        "inches",
-        "in",
-        "ft",
-        "foot",
-        "feet",
-        "kg",
-        "g",
-        "gram",
-        "grams",
-        "kilo",
-        "kilos",
-        "lb",
-        "lbs",
-        "pound",
-        "pounds",
-        "oz",
-        "ounce",
-        "ounces",
-        "gallon",
-        "gallons",
-        "pint",
-        "pints",
-        "watt",
-        "watts",
-        "w",
-        "volt",
-        "volts",
-        "v",
-        "gb",
-        "tb",
-        "euro",
-        "euros",
-        "dollar",
-        "dollars",
-        "piece",
-        "pieces",
-        "seat",
-        "seater",
-        "person",
-        "ply",
-        "centimetre",
-        "centimetres",
-        "centimeter",
-        "centimeters",
-        "millimetre",
-        "millimetres",
-        "millimeter",
-        "millimeters",
-    ]
+UNITS = word_set(
+    "l litre litres liter liters ml cl cm mm m metre metres meter meters km inch inches in ft "
+    "foot feet kg g gram grams kilo kilos lb lbs pound pounds oz ounce ounces gallon gallons pint "
+    "pints watt watts w volt volts v gb tb euro euros dollar dollars piece pieces seat seater "
+    "person ply centimetre centimetres centimeter centimeters millimetre millimetres millimeter "
+    "millimeters"
 )
 _ENDING = re.compile(r"^\w{2,}(?:y|ed|ish|ful|less|ous|able|ible|al|ic|ive|en|est)$")
 _KINDS: tuple[AttributeKind, ...] = (
@@ -122,6 +62,8 @@ def attribute_kind(word: str) -> AttributeKind | None:
     knowledge = load_knowledge()
     if word in _words("noun") or knowledge.find(word) or knowledge.room(word):
         return None
+    if word in STOREYS:
+        return "which"
     return "other" if _ENDING.match(word) else None
 
 

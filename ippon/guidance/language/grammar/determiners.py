@@ -7,38 +7,13 @@ from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.context_words import NEGATIONS
 from ippon.guidance.language.goals.goal import ALL, Attribute, Reference
 from ippon.guidance.language.grammar.attributes import UNITS, listed_kind
+from ippon.guidance.language.grammar.number_words import NUMBER_WORDS
 from ippon.guidance.language.grammar.phrases import OWNERS, PREPOSITIONS, STOP
 from ippon.guidance.language.grammar.utterance import Utterance
+from ippon.guidance.language.languages import ENGLISH
 from ippon.guidance.language.words import word_set
 
-NUMBERS: Final = {
-    word: number
-    for number, word in enumerate(
-        [
-            "one",
-            "two",
-            "three",
-            "four",
-            "five",
-            "six",
-            "seven",
-            "eight",
-            "nine",
-            "ten",
-            "eleven",
-            "twelve",
-            "thirteen",
-            "fourteen",
-            "fifteen",
-            "sixteen",
-            "seventeen",
-            "eighteen",
-            "nineteen",
-            "twenty",
-        ],
-        start=1,
-    )
-} | {"thirty": 30, "forty": 40, "fifty": 50, "sixty": 60, "hundred": 100}
+NUMBERS: Final = NUMBER_WORDS | {"hundred": 100}
 COUNTS: Final[dict[str, int | Literal["all"]]] = {
     "every single": ALL, "each and every": ALL, "every one of": ALL, "each of": ALL, "every": ALL,
     "each": ALL, "all of": ALL, "all": ALL, "as many": ALL, "half a dozen": 6, "a dozen": 12,
@@ -50,40 +25,10 @@ MEASURES = word_set(
     "pair bunch set piece bit stack pile kind type sort pack packet roll heap pairs bunches sets "
     "pieces bits stacks piles kinds types packs packets rolls heaps"
 )
-_LEADING = [
-    "the",
-    "my",
-    "our",
-    "your",
-    "a",
-    "an",
-    "this",
-    "that",
-    "these",
-    "those",
-    "some",
-    "any",
-    "its",
-    "said",
-    "whatever",
-    "either",
-    "more",
-    "of",
-    "at",
-    "least",
-    "most",
-    "up",
-    "to",
-    "exactly",
-    "maximum",
-    "minimum",
-    "only",
-    "just",
-    "about",
-    "around",
-    "of",
-    "me",
-]
+_LEADING = word_set(
+    "the my our your a an this that these those some any its said whatever either more of at "
+    "least most up to exactly maximum minimum only just about around me"
+)
 _KINDS: Final = ("colour", "color", "coloured", "colored", "size", "sized", "shape", "shaped")
 _AT_LEAST = (["at", "least"], ["at", "most"], ["up", "to"], ["more", "than"])
 _DID = word_set("had has bought gave used lent made sent wore took borrowed brought wants needs")
@@ -185,6 +130,8 @@ def _owner_end(said: Utterance, index: int) -> int:
         named = said.said(index, index + 1)[0].isupper() and load_knowledge().find(first) is None
         if f"{first}s" in OWNERS or (named and not first.endswith("'s")):
             return index + 3  # "Tom and Anna's".
+    if _is_bare_owner(said, index):
+        return index + 1
     for end in range(index, min(index + 3, len(said))):
         word = said.word(end)
         if (end > index and said.breaks(end)) or listed_kind(said.word(index)) == "colour":
@@ -194,6 +141,17 @@ def _owner_end(said: Utterance, index: int) -> int:
         if word in STOP or word in PREPOSITIONS or word in _LEADING or word in _OWNERS:
             return index
     return index
+
+
+def _is_bare_owner(said: Utterance, index: int) -> bool:
+    """Tell whether a name owns what follows without its apostrophe: "Olivers goggles"."""
+    word = said.word(index)
+    named = index > 0 and not said.ends(index) and said.said(index, index + 1)[:1].isupper()
+    find = load_knowledge().find
+    unknown = word not in ENGLISH and find(word) is None
+    thing = any(find(owned) for owned in said.words(index + 1, index + 4))  # Not "Annas Zimmer".
+    owns = named and word.endswith("s") and len(word) > 3 and unknown and thing
+    return owns and not word.endswith(("'s", "ss")) and may_be_noun(said, index + 1)
 
 
 def _number(said: Utterance, index: int) -> int | None:

@@ -3,6 +3,7 @@
 from itertools import pairwise
 
 from ippon.guidance.language.context_words import BELIEFS, DOUBTS, HABITS
+from ippon.guidance.language.grammar.phrases import TIME
 from ippon.guidance.language.grammar.relation_phrase import SOFT, RelationPhrase, read_relation
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.words import DETERMINERS, word_set
@@ -43,6 +44,16 @@ def is_guessed(said: Utterance, phrase: RelationPhrase, object_end: int) -> bool
     asked = said.word(first + 1) in DETERMINERS or said.word(first + 1) == "there"
     if said.word(first) in _PERHAPS and asked:
         return True  # "Could my wallet have fallen behind the sofa?"
+    if not any(said.breaks(n) for n in range(object_end, phrase.begin + 1)) and any(
+        be in ("was", "were") and doing.endswith("ing")
+        for be, doing in pairwise(said.words(first, object_end))
+    ):
+        return True  # "I was reading the atlas in the den".
+    if ("must", "have") in pairwise(said.words(first, after)):
+        return True
+    times = (TIME.match(said.text, said.tokens[n].start) for n in range(phrase.end, last))
+    if said.word(first) != "i" and "had" in said.words(first, object_end) and any(times):
+        return True  # "Tom had the drill in the garage yesterday".
     doubts = BELIEFS | DOUBTS | HABITS
     return bool(doubts & set(said.words(after, last))) or is_guessed_before(said, after)
 

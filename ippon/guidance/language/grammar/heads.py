@@ -9,6 +9,7 @@ from typing import Final
 from rapidfuzz.distance import OSA
 
 from ippon.guidance.knowledge import Knowledge, load_knowledge
+from ippon.guidance.language.context_words import STOREYS
 from ippon.guidance.language.goals.goal import Attribute, AttributeKind
 from ippon.guidance.language.grammar.attributes import (
     UNITS,
@@ -87,7 +88,6 @@ def name_head(
     if says and attributes[-1].value == "wet":
         head = f"{attributes.pop().value} {head}"  # What it says: "wet floor sign".
     crowded = sum(knowledge.find(noun) is not None for noun in nouns) > 1
-    crowded = crowded or any(noun in ("keys", "glasses", "shoes") for noun in nouns)
     if known and not corrected and nouns:
         head, corrected = _respelt_compound(nouns, head, knowledge)
     else:
@@ -135,6 +135,7 @@ def _unknown_start(words: list[str]) -> int:
     start = 0
     while start < len(words) - 1 and (
         listed_kind(words[start]) is not None
+        or words[start] in STOREYS
         or is_intensity(words[start])
         or words[start] in UNITS
         or words[start][0].isdigit()
@@ -216,7 +217,8 @@ def _describe(words: list[str]) -> tuple[list[Attribute], list[str]]:
 
 def _is_noun(words: list[str]) -> bool:
     word = words[-1]
-    measure = word in UNITS and len(words) > 1 and _is_number(words[-2])
+    measure = word in UNITS and len(words) > 1
+    measure = measure and (_is_number(words[-2]) or words[-2] in ("half", "quarter"))
     sized = len(words) > 1 and words[-2] == "size"
     paper = word in _SIZES or CODE.match(word) is not None
     if measure or sized or paper or word == "dot" or _adjective(word) is not None:
@@ -255,7 +257,7 @@ def _next_attribute(words: list[str], index: int) -> tuple[str, AttributeKind, i
     word, following = words[index], words[index + 1] if index + 1 < len(words) else ""
     if word in _SIZES or CODE.match(word):
         return word, "size" if word in _SIZES else "which", index + 1
-    if _is_number(word) and following in UNITS:
+    if (_is_number(word) or word in ("half", "quarter")) and following in UNITS:
         return f"{word} {following}", "size", index + 2
     if word == "size" and following:
         return f"size {following}", "size", index + 2

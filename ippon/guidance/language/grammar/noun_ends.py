@@ -4,7 +4,7 @@ from functools import cache
 from typing import Final
 
 from ippon.guidance.knowledge import Knowledge, load_knowledge
-from ippon.guidance.language.context_words import NEGATIONS
+from ippon.guidance.language.context_words import NEGATIONS, STOREYS
 from ippon.guidance.language.grammar.attributes import UNITS, listed_kind
 from ippon.guidance.language.grammar.determiners import (
     NO_OWNERS,
@@ -12,7 +12,8 @@ from ippon.guidance.language.grammar.determiners import (
     is_person_at,
     may_be_noun,
 )
-from ippon.guidance.language.grammar.phrases import PREPOSITIONS, PRONOUNS, STOP
+from ippon.guidance.language.grammar.name_rows import begins_name
+from ippon.guidance.language.grammar.phrases import PREPOSITIONS, PRONOUNS, STOP, TIME
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
@@ -32,7 +33,7 @@ _NEAR: Final = 4
 _STAY = word_set("live lives belong belongs")
 _AWAY = word_set("away off down up out back")
 _PARTICLES = word_set(
-    "down aside up off out over back missing lost gone checked stacked piled parked hung"
+    "down aside up off out over back home missing lost gone checked stacked piled parked hung"
 )
 """They belong to the verb: "I put my pipe down"."""
 _LACKING = word_set("free less")
@@ -87,17 +88,23 @@ def _ends_before(said: Utterance, index: int, knowledge: Knowledge) -> bool:
     word, following = said.word(index), said.word(index + 1)
     if _names_room_of(said, index, knowledge) or is_person_at(said, index):
         return True
+    if begins_name(said, index):
+        return True
     if following == "than" or word == "another" or stands_somewhere(said, index):
         return True
+    if TIME.match(said.text, said.tokens[index].start):
+        return True  # "My tablet last night".
     if word[:1].isdigit() and following in UNITS and not may_be_noun(said, index + 2):
         return True  # "Ruler 50 cm".
     adverb = word.endswith("ly") and listed_kind(word) is None and knowledge.find(word) is None
     if (word in _STAY or adverb) and said.breaks(index + 1):
         return True  # "Where does the dog food live?", "find my glasses quietly".
-    if (word == "more" or word in _PARTICLES) and not may_be_noun(said, index + 1):
+    noun = word == "back" and said.word(index - 2) in ("a", "the")  # "A high back".
+    noun = noun and knowledge.find(said.word(index - 1)) is None
+    if (word == "more" or word in _PARTICLES) and not (noun or may_be_noun(said, index + 1)):
         return True  # "One towel more".
     over = said.breaks(index + 1) or following in ("and", "then")
-    if (word, following) in (("end", "up"), ("free", "of"), ("free", "from")):
+    if (word, following) in (("end", "up"), ("free", "of"), ("free", "from"), ("used", "to")):
         return True  # "Cookies free of nuts".
     return word in ("first", "next", "last") and over
 
@@ -116,7 +123,8 @@ def _belongs(said: Utterance, index: int, *, first: bool) -> bool:
     if word in ("really", "rather"):
         return listed_kind(following) is not None  # "A really big box".
     participle = word in _PARTICIPLES or word.endswith("ed")
-    placed = word in _PLACED or (participle and may_be_noun(said, index + 1))
+    described = participle or word in STOREYS  # "The upstairs bathroom".
+    placed = word in _PLACED or (described and may_be_noun(said, index + 1))
     owned = before.endswith("'s") and before not in NO_OWNERS and following not in STOP
     return placed and (owned or before in _BEFORE_PLACED)  # "Mia's left shoe", "The inside pocket".
 
@@ -134,7 +142,7 @@ def stands_somewhere(said: Utterance, index: int) -> bool:
         return False
     if word in STANDS:
         return True
-    moving = word.endswith(("ing", "ed")) and len(word) > 5
+    moving = word.endswith(("ing", "ed")) and len(word) > 3
     return moving and listed_kind(word) is None and knowledge.find(word) is None
 
 

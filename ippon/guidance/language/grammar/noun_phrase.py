@@ -12,6 +12,7 @@ from ippon.guidance.language.grammar.determiners import (
     read_determiners,
 )
 from ippon.guidance.language.grammar.heads import name_head
+from ippon.guidance.language.grammar.name_rows import stands_beside, unclear_pair
 from ippon.guidance.language.grammar.noun_ends import end_of_nouns, hyphened_words
 from ippon.guidance.language.grammar.phrases import PRONOUNS, STOP
 from ippon.guidance.language.grammar.utterance import Utterance, read_once
@@ -41,8 +42,8 @@ class NounPhrase:
     """The knowledge table has the head."""
     corrected: bool
     """The spelling of the head was corrected."""
-    crowded: bool
-    """Several things stand beside each other like one name."""
+    crowded: str
+    """Names beside each other that may be one object or several."""
     end: int
     """Index after its last word."""
 
@@ -77,7 +78,11 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
         begun.count = None  # "Both my mug and yours".
     attributes = [*(begun.owners or []), *named.attributes]
     display = said.said(index, end - (times is not None))
-    chosen = (not named.head and named.attributes) or named.head in MEASURES
+    described, _, measure = named.head.rpartition(" ")
+    if measure in MEASURES and said.word(end) == "of" and of:
+        nouns = [Attribute(kind="other", value=described)] if described else []
+        attributes, named = [*attributes, *nouns], replace(named, head="")  # "A decent pair of".
+    chosen = (not named.head and named.attributes) or measure in MEASURES
     chosen = chosen and of and said.word(end) == "of"
     several = read_noun_phrase(said, end + 1) if chosen else None
     if several is not None and several.head:
@@ -86,6 +91,7 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
         attributes += several.attributes
         display = " ".join([*(one.value for one in attributes), named.head])
         end = several.end
+    row = stands_beside(said, index, end)
     if named.corrected:
         display = " ".join([*(one.value for one in named.attributes), named.head])
     if said.word(end) == "more" and begun.count is not None and not said.breaks(end):
@@ -103,7 +109,7 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
         shared=not begun.determined and begun.count is None and not begun.owners,
         known=named.known,
         corrected=named.corrected,
-        crowded=named.crowded,
+        crowded=row or (display if named.crowded or unclear_pair(said, index, end) else ""),
         end=end,
     )
 
@@ -141,7 +147,7 @@ def _possessive(owner: str, end: int) -> NounPhrase:
         shared=False,
         known=True,
         corrected=False,
-        crowded=False,
+        crowded="",
         end=end,
     )
 

@@ -9,7 +9,7 @@ _TEENS: Final = (
     "eighteen", "nineteen",
 )  # fmt: skip
 _TENS: Final = ("twenty", "thirty", "forty", "fifty", "sixty", "seventy", "eighty", "ninety")
-_VALUES: Final = {word: value for value, word in enumerate((*_UNITS, *_TEENS), start=1)} | {
+NUMBER_WORDS: Final = {word: value for value, word in enumerate((*_UNITS, *_TEENS), start=1)} | {
     word: 10 * value for value, word in enumerate(_TENS, start=2)
 }
 _UNIT, _TEN = f"(?:{'|'.join(_UNITS)})", f"(?:{'|'.join(_TENS)})"
@@ -29,5 +29,5 @@ def in_digits(text: str) -> str:
 def _digits(match: re.Match[str]) -> str:
     total = 0
     for word in re.split("[- ]", match.group().lower()):
-        total = max(total, 1) * 100 if word == "hundred" else total + _VALUES.get(word, 0)
+        total = max(total, 1) * 100 if word == "hundred" else total + NUMBER_WORDS.get(word, 0)
     return str(total)

@@ -97,6 +97,7 @@ PLACE_DECLINED: Final = re.compile(
 _LOOKING: Final = (
     r"(?:(?:bring|get|take|move|drive) yourself|make your way|go|drive|navigate|walk|head|move|run|"
     r"pop|nip|dash|hurry|rush|hop|step|look|check|search|try|inspect|scan|explore|comb|patrol|come|proceed|return|"
+    r"peek|peep|rummage|glance|root|dig|"
     r"(?:take|have|do) (?:a|an|another)(?: \w+)? (?:look|peek|peep|search|rummage|glance|hunt|dig|"
     r"root|check))"
 )
@@ -113,8 +114,9 @@ ONCE_FOUND: Final = re.compile(
 )
 """What says which object comes first."""
 UNLESS_FOUND: Final = re.compile(
-    r"if (?:you|we) (?:can't|cannot|can not|don't|do not|couldn't) (?:find|see|get|locate)"
-    r"\s+(?=(?:the|my|our|his|her|a|an|any) )",
+    r"if (?:(?:you|we) (?:can't|cannot|can not|don't|do not|couldn't) (?:find|see|get|locate)"
+    r"\s+(?=(?:the|my|our|his|her|a|an|any) )|there(?:'s| is| are)(?:n't| not| no)(?: any| an?)? "
+    r"(?=[\w ]{2,30}(?:,| then\b)))",
     re.IGNORECASE,
 )
 """What says in place of which object another will do."""
@@ -158,16 +160,27 @@ TOLD: Final = re.compile(
     r"\b(?!\w+ (?:far|top|bottom|front|rear|back|upper|lower|middle) left\b)"
     r"(?!\w+ \w+ (?:is|are|was|were)\b)"
     rf"{_TELLER}{_MEANWHILE} (?:last had|ha[ds](?= (?:my|our|his|her|their) "
-    r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|"
+    r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|has got(?= (?:the|my|our|his|her|their) )|"
     r"had(?= (?:the|my|our|his|her) \w+(?: \w+)? last\b)|used|wore|saw|"
     r"(?:keeps?|kept)(?! \w+ing\b)|was wearing|"
     r"leaves?|left|forgot|forgotten|put|placed|dropped|laid|stored|hid|took|taken|hidden|moved|"
     r"stole|stolen|borrowed|nicked|pinched|swiped|stashed|lost|misplaced|handed in|turned in|"
     r"dragged|threw|thrown|tossed|pushed|kicked|knocked|hung|parked|carried|chucked|stuck|shoved|"
-    r"stuffed|tucked|packed|rolled|brought|wheeled|locked|tidied)\s+",
+    r"stuffed|tucked|packed|rolled|brought|wheeled|locked|tidied|"
+    r"(?:put|took|taken|threw|thrown|packed|tidied|cleared|locked|picked|brought|hung|chucked) "
+    r"(?:away|back|out|down|up|off)(?= (?:the|my|our|his|her|their|a|an|some) ))\s+",
     re.IGNORECASE,
 )
 """Who did what with the object that follows: "my sister borrowed"."""
+DOING: Final = re.compile(
+    rf"\b{_TELLER} (?:was|were|has been|have been|had been)(?: just| busy)? "
+    r"(?!(?:look|search|hunt|wonder|hop|try|think|go|com|sitt|ly|stand|sleep|wait|walk|runn|hid|liv|"
+    r"stay|hang|ask|call)ing\b)\w+ing "
+    r"(?:\w+ (?=with ))?(?:(?:with|on|in|from|out of|at|through) )*"
+    r"(?=(?:the|my|our|his|her|their|a|an|some) )",
+    re.IGNORECASE,
+)
+"""What somebody was doing with the object that follows: "the kids were playing with"."""
 _GONE = (
     r"(?:gone(?! (?:cold|off|bad|flat|dead|out|sour|mouldy)\b)|missing|lost|misplaced|escaped|"
     r"disappeared|vanished|stolen|nowhere)"
@@ -199,9 +212,12 @@ TIME: Final = re.compile(
     rf"(?:from |since )?(?:(?:early |late )?yesterday(?: (?:{_PART_OF_DAY}))?|just now|"
     rf"earlier(?: today| on)?|(?:last|this|the other|on|every) (?:{_PART_OF_DAY}|day|week|weekend|"
     rf"month|year|spring|summer|autumn|winter|{_DAY})(?: (?:{_PART_OF_DAY}))?|"
-    r"(?:a|an|one|two|three|four|five|\d+|a few|some|a couple of) "
+    r"(?:a|an|\d+|a few|some|a couple of|one|two|three|four|five|six|seven|eight|nine|ten|twelve|"
+    r"fifteen|twenty|thirty|half an) "
     r"(?:second|minute|hour|day|week|month|year)s? ago|"
-    r"(?:before|after|at|during) (?:breakfast|lunch|dinner|supper|work|school|noon|night))"
+    r"(?:at|(?:before|after|during|since)(?: the| my| our)?) (?:breakfast|lunch|dinner|supper|work|"
+    r"school|noon|night|midnight|midday|dawn|dusk|bedtime|lunchtime|teatime|dinnertime|break|"
+    r"meeting|lesson|class|match|game|shift|party|wedding|concert|show))"
     r"(?![\w'’]),?",
     re.IGNORECASE,
 )
@@ -221,7 +237,7 @@ CODE: Final = re.compile(
 )
 """What no sentence holds, and code does."""
 SAYS: Final = re.compile(
-    r"(?:(?:i|we|he|she|they|"
+    rf"(?:(?:i|we|he|she|they|{_PERSON}|"
     r"(?:(?:my|the|our|mrs?|ms|dr|doctor|uncle|aunt|auntie) )?\w+)(?: just| also)? "
     r"(?:told (?:me|us)|said|swore|"
     r"(?:say|think|believe|claim|swear|reckon|bet|guess|suppose|suspect|assume|expect|imagine|hope)"

@@ -23,7 +23,8 @@ _SITED = word_set("front back rear main")
 def is_room(head: str) -> bool:
     """Tell whether a name is that of a room and of no thing."""
     knowledge = load_knowledge()
-    named = knowledge.room(head) is not None or head.endswith(" room")
+    numbered = head.startswith("room ") and head[-1].isdigit()
+    named = numbered or knowledge.room(head) is not None or head.endswith(" room")
     return named and knowledge.find(head) is None
 
 
@@ -39,15 +40,16 @@ def _is_of_name(attribute: Attribute, head: str) -> bool:
     if attribute.negated or attribute.kind in ("owner", "content", "feature"):
         return False
     last = head.rpartition(" ")[2]
-    if last in _STOREYS:
-        return attribute.kind == "which"
+    if last in _STOREYS or head.split(maxsplit=1)[0] in _STOREYS:
+        return attribute.kind == "which"  # "Third floor", "second floor kitchen".
     linen = attribute.kind == "material" and last in _STORES
     return last in ("room", "store") or attribute.value in _SITED or linen
 
 
 def is_searched_inside(head: str) -> bool:
     """Tell whether a place to search is a room or something with an inside."""
-    return is_room(head) or head.rpartition(" ")[2] in _OPENED
+    last, room = head.rpartition(" ")[2], load_knowledge().room
+    return is_room(head) or room(head) is not None or room(last) is not None or last in _OPENED
 
 
 @lru_cache(maxsize=512)

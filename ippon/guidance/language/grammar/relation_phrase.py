@@ -1,6 +1,6 @@
 """Phrases that say where a thing is: "next to the white fridge", "not in Anna's room"."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
@@ -22,15 +22,14 @@ _STANDING = word_set(
     "that which who is are was were it's its be been being lying sitting standing hanging located "
     "placed stored kept left put hidden resting stuck somewhere right just still only also over "
     "down up back out what's they're he's she's what found it they he she definitely certainly "
-    "that's who's surely currently now must anywhere there somewhere even but or and either behind "
-    "directly "
-    "exactly immediately close sat stands lies sits hangs lives placed both all fell "
-    "fallen slipped rolled have has had got gone used seen spotted worn last will "
+    "that's who's asleep surely currently now must anywhere there somewhere even but or and either "
+    "behind directly exactly immediately close sat stands lies sits hangs lives placed both all "
+    "fell fallen slipped rolled have has had got gone used seen spotted worn last will "
     "off away dropped ran come came popped slid"
 )
 """Words that may stand before a preposition without changing where."""
 SOFT = word_set(
-    "probably maybe perhaps possibly likely presumably usually normally often sometimes might "
+    "probably maybe perhaps possibly likely presumably usually normally often sometimes might may "
     "could should supposedly apparently mostly prob probs i'd guess generally typically"
 )
 _JOINTS: Final = ("or", "nor", "and")
@@ -80,7 +79,9 @@ def read_relation(said: Utterance, start: int, *, verbs: bool = True) -> Relatio
         if prepositions:
             relations, end = _read_places(said, prepositions, at, negated=negated)
             if relations:
-                more, end = _also_denied(said, end) if negated else ([], end)
+                more, end = (
+                    _also_denied(said, end) if negated else _also_at(said, end, relations[-1])
+                )
                 return RelationPhrase((*relations, *more), soft, start, end)
         if word in ("from", "at") and said.word(index + 1) in _STOREYS:
             index, word = index + 1, said.word(index + 1)
@@ -92,6 +93,8 @@ def read_relation(said: Utterance, start: int, *, verbs: bool = True) -> Relatio
             negated = True
         elif negated and word in ENTERING:
             pass
+        elif said.words(index, index + 2) == ["used", "to"]:
+            soft, index = True, index + 1  # "Used to be on".
         elif word in SOFT:
             soft = soft or (word, said.word(index + 1)) != ("could", "not")
         elif word in ("longer", "but", "or", "and") or (verbs and _may_precede(said, index)):
@@ -113,6 +116,14 @@ def _also_denied(said: Utterance, index: int) -> tuple[list[Relation], int]:
             break
         relations, index = [*relations, *more], end
     return relations, index
+
+
+def _also_at(said: Utterance, index: int, place: Relation) -> tuple[list[Relation], int]:
+    """Read "or behind it" after a place: another relation to the same place."""
+    prepositions, at = prepositions_at(said, index + 1) if said.word(index) == "or" else ([], 0)
+    if not prepositions or said.word(at) not in ("it", "them"):
+        return [], index
+    return [replace(place, relation=relation) for relation in prepositions], at + 1
 
 
 def _may_precede(said: Utterance, index: int) -> bool:
@@ -319,7 +330,6 @@ def relation_to(
         # The name of a room: the operator may have given it to one.
         place = said.said(start, phrase.end)
         place = place[4:] if place.lower().startswith("the ") else place
-        place = place.replace("s's ", "s' ")
         attributes = tuple(one for one in attributes if one.kind != "owner")
     elif phrase.head in _OWN_ROOMS and said.word(start) in ("my", "our", "your"):
         place = said.said(start, phrase.end)

@@ -16,19 +16,21 @@ _STATES = word_set("asleep awake late ready")
 _CONTRACTED = {"be": "'s", "are": "'re", "have": "'ve", "not": "n't", "am": "'m"}
 _CHAT = re.compile(
     r",?\s*(?<![-\w'’])(?:lo+l|(?:ha){2,}h?|(?:he){2,}|omg|btw|tho|thx|tx|ty|x{2,}|lmao|rofl|smh|ngl|imo|"
-    r"tbh|fyi|lmk|pretty pls)(?![-\w'’])",
+    r"tbh|fyi|lmk|idc|pretty pls)(?![-\w'’])",
     re.IGNORECASE,
 )
 """What is typed and says nothing."""
+_SWORN = r"(?:flipping|ruddy|freaking|frigging|fucking|(?:god)?damn(?:ed)?|darn(?:ed)?|blasted)"
 _SHORT = (
     (re.compile(r"\bwhere r\b", re.IGNORECASE), "where are"),
     (re.compile(r"\bur(?= \w)", re.IGNORECASE), "your"),
     (re.compile(r"\bprobs?\b", re.IGNORECASE), "probably"),
-    (re.compile(r"\bidk\b", re.IGNORECASE), "i don't know"),
+    (re.compile(r"\b(?:idk|(?:i )?dunno)\b", re.IGNORECASE), "i don't know"),
     (re.compile(r"\b(?:cuz|coz|cos)\b", re.IGNORECASE), "because"),
     (re.compile(r"\bgonna\b", re.IGNORECASE), "going to"),
     (re.compile(r"\b(?:w/ ?(?=\w)|w (?=(?:a|an|the|my|no|some) ))", re.IGNORECASE), "with "),
     (re.compile(r"\bhv\b", re.IGNORECASE), "have"),
+    (re.compile(rf"\b{_SWORN} (?=\w)", re.IGNORECASE), ""),
     (re.compile(r"\bb4\b", re.IGNORECASE), "before"),
     (re.compile(r"(?<=\w\w) ['’]?n['’]? (?=\w\w)", re.IGNORECASE), " and "),
     (re.compile(r"\bright (?=(?:here|there|now)\b)", re.IGNORECASE), ""),

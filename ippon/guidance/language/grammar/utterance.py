@@ -114,12 +114,29 @@ _SOUND = (
     ),
     (
         re.compile(
-            r"['’]s (?=(?:taken|moved|stolen|hidden|borrowed|got|vanished|disappeared|escaped)\b)",
+            r"['’]s (?=(?:(?:taken|moved|stolen|hidden|borrowed|got|vanished|disappeared|escaped)\b"
+            r"|(?:left|put|lost|dropped|forgotten|brought|used) (?:the|an?|my|our|his|her|their)"
+            r"\b))",
             re.IGNORECASE,
         ),
         " has ",
     ),
+    (
+        re.compile(
+            r"\b(?:it's|it is) not ((?:the|my) [^,.;!?]{2,40}?) (?:that )?(?:i|we) "
+            r"(?:want|need|mean|am after),? (?:but|it's|it is) (?=(?:the|my) )",
+            re.IGNORECASE,
+        ),
+        r"not \1 but ",
+    ),
+    (re.compile(r"(?<=[a-z]) (\d+)\s?[x×]\s+(?=[^\W\d])", re.IGNORECASE), r", \1 "),
     (re.compile(r"(?<=\d)\s?[x×]\s+(?=[^\W\d])", re.IGNORECASE), " "),
+    (
+        re.compile(
+            r"\blast (?:i|we) saw(?: it| them)?,? (?=(?:it|they|was|were)\b)", re.IGNORECASE
+        ),
+        "it ",
+    ),
     (re.compile(r"(?<=\w) or so\b", re.IGNORECASE), ""),
     (
         re.compile(r"(?<=\w)(,?) (?<!as )(?:even |al)?(?:though|however),?(?= \w)", re.IGNORECASE),
@@ -139,7 +156,7 @@ _SOUND = (
     (
         re.compile(
             r"\b(\w+)['’]s (?=(?:been|not|in|on|at|under|behind|near|next to|beside|above|"
-            r"upstairs|downstairs|probably|gone|missing|lost)\b)",
+            r"upstairs|downstairs|somewhere|probably|gone|missing|lost)\b)",
             re.IGNORECASE,
         ),
         r"\1 is ",
@@ -151,9 +168,10 @@ _SOUND = (
     (re.compile(r"\b(?:location|place|position)\s*[:=]\s*", re.IGNORECASE), "at "),
     (re.compile(r"(?:^|(?<=[,;/] ))room\s*[:=]\s*", re.IGNORECASE), "in "),
     (re.compile(r"\s*/\s*"), " or "),
-    (re.compile(r"(?<=s)[’'](?=\s)"), "'s"),
+    (re.compile(r"(?<=s)'(?=\s)"), "’s"),
 )
-"""How a sign is said. A decimal separator becomes a sign that ends no word."""
+"""How a sign is said. A decimal separator becomes a sign that ends no word, and the s of an owner
+"parents'" gets another apostrophe than that of "James's"."""
 
 
 @dataclass(slots=True)
@@ -206,7 +224,7 @@ class Utterance:
         if start >= end:
             return ""
         said = self.text[self.tokens[start].start : self.tokens[end - 1].end]
-        return said.replace("\u2024", ".").replace("s's ", "s' ")
+        return said.replace("\u2024", ".").replace("s’s ", "s' ")
 
     def starts(self, index: int, phrases: Iterable[str]) -> int:
         """Return the number of words of the longest phrase that stands at an index; 0 for none."""

@@ -1,5 +1,6 @@
 """What is asked for: "find", "where is", "is there any", and the goals behind it."""
 
+import re
 from dataclasses import replace
 from typing import Final
 
@@ -17,6 +18,13 @@ from ippon.guidance.language.requests.list_order import read_each
 from ippon.guidance.language.requests.lists import read_goals
 from ippon.guidance.language.words import word_set
 
+_WANTING: Final = re.compile(
+    r"(?!(?:i|we|you|he|she|they|who|what|where|in|on|i've|we've|i'm|we're)\b).*\w "
+    r"(?:needs?|wants?|misses|would like|has lost|(?:is|are) (?:looking|asking) for|"
+    r"ask(?:s|ed)? for|requests|requested)\s*$",
+    re.IGNORECASE,
+)
+"""Who needs the object, where somebody is named."""
 _TOLD: Final = 4
 """So many words after "it's a bracelet," may hold "it"."""
 _REPEATING = ("it", "them", "him", "her", "some", "any", "one")
@@ -125,8 +133,8 @@ def _read_again(reading: Reading, index: int, end: int, start: int) -> int | Non
 def _describe(reading: Reading, start: int, asked: str, heard: set[str]) -> None:
     """Take from the words that ask what they say of the goals behind them."""
     said, goals = reading.said, reading.drafts[reading.list_start :]
-    if " in " in asked:
-        reading.drafts[reading.list_start].note(asked)  # "The lady in room 12".
+    if " in " in asked or _WANTING.match(asked):
+        reading.drafts[reading.list_start].note(asked)  # "The lady in room 12", "Tom needs".
     phrase = read_noun_phrase(said, start)
     placed = read_relation(said, phrase.end) if phrase is not None else None
     if NEGATIONS & heard and asked.lower().startswith(_LACKING) and placed is not None:

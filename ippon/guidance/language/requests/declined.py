@@ -10,6 +10,7 @@ from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import relation_to
+from ippon.guidance.language.naming import same_object
 from ippon.guidance.language.requests.lists import read_goals, read_modifiers
 
 
@@ -19,15 +20,25 @@ def not_this(reading: Reading, index: int) -> int:
     phrase = read_noun_phrase(said, index + 1)
     if phrase is None or reading.drafts:
         return index
+    while said.word(phrase.end) in ("nor", "or"):
+        more = read_noun_phrase(said, phrase.end + 1)
+        if more is None or not (phrase.attributes and more.attributes):
+            break
+        named = replace(more, head=more.head or phrase.head)
+        phrase = replace(named, attributes=(*phrase.attributes, *more.attributes))
     if is_room(phrase.head) and said.breaks(phrase.end):
         decline_place(reading, relation_to(said, index + 1, phrase, "in", negated=True))
         return phrase.end
     at = phrase.end + (said.word(phrase.end) in ("but", "just", "only"))
     at = said.corrected(at, phrases.CORRECTIONS)
     other = read_noun_phrase(said, at)
-    if other is None or (at == phrase.end and not said.breaks(at)):
+    if other is None:
         return index
-    if not other.head:
+    beside = at == phrase.end and not said.breaks(at)  # "Not the hammer the mallet".
+    if beside and not (other.known and other.determined and said.breaks(other.end)):
+        return index
+    again = bool(phrase.attributes and other.attributes) and same_object(phrase.head, other.head)
+    if not other.head or again:
         goal = draft(replace(phrase, attributes=()), "and", "bare")
         first, _, last = phrase.head.rpartition(" ")
         if first and not phrase.attributes and load_knowledge().find(last) is not None:

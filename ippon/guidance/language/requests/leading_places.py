@@ -3,7 +3,7 @@
 import re
 from dataclasses import replace
 
-from ippon.guidance.language.context_words import ABSTRACT, SEARCHED
+from ippon.guidance.language.context_words import ABSTRACT, BELIEFS, DOUBTS, SEARCHED
 from ippon.guidance.language.goals.drafts import Reading
 from ippon.guidance.language.goals.goal import ALL, Relation
 from ippon.guidance.language.grammar import phrases
@@ -105,7 +105,7 @@ def _is_place(phrase: NounPhrase, *, first: bool) -> bool:
 
 def _is_adverb(place: NounPhrase) -> bool:
     """Tell whether a place is none: "up" of "look up, there is"."""
-    return place.head in ("up", "down", "out", "away", "back", "off")
+    return place.head in ("up", "down", "out", "away", "back", "off", "ahead", "along")
 
 
 def _at(said: Utterance, start: int, place: NounPhrase) -> Relation:
@@ -174,7 +174,8 @@ def _read_leading_place(reading: Reading, index: int) -> int:
         return index
     end, relations = index, list[Relation]()
     while (place := read_relation(said, end, verbs=end > index)) is not None:
-        end, relations = place.end, [*relations, *place.relations]
+        believed = (BELIEFS | DOUBTS) & set(said.words(end, place.end))
+        end, relations = place.end, [*relations, *(() if believed else place.relations)]
         end += said.starts(end, phrases.SIDES)
     room = None if relations else read_noun_phrase(said, index)
     while room is not None and _is_place(room, first=not relations) and said.breaks(room.end):

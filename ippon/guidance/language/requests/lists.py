@@ -3,22 +3,22 @@
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
-from ippon.guidance.language.goals.clauses import state
-from ippon.guidance.language.goals.drafts import Draft, Reading, draft
-from ippon.guidance.language.goals.features import next_part
+from ippon.guidance.language.goals.drafts import Reading, draft
+from ippon.guidance.language.goals.features import tells_of_part
 from ippon.guidance.language.goals.goal import Order
 from ippon.guidance.language.goals.list_end import settle
 from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.goals.pronouns import read_place_named
-from ippon.guidance.language.goals.references import complained, refer, replaced, selects
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.determiners import NUMBERS, count_again, is_person_at
+from ippon.guidance.language.grammar.name_rows import begins_name
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PRONOUNS
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import read_relation, relation_to
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.requests.left_out import is_left_out
+from ippon.guidance.language.requests.list_item import take_item
 from ippon.guidance.language.requests.list_order import is_named_first, read_packages
 from ippon.guidance.language.words import word_set
 
@@ -35,7 +35,6 @@ _FOLLOWING = word_set(
 """Words that may follow an object which stands without a verb."""
 
 
-_UNASKED: Final = ("bare", "listed", "named", "told")
 _SUITING: Final = (
     "will do",
     "would do",
@@ -60,7 +59,7 @@ def separator(reading: Reading, index: int) -> tuple[Order, int, NounPhrase] | N
         if found > length:
             length, order = found, name
     comma = said.breaks(index)
-    if not length and not comma:
+    if not length and not comma and not begins_name(said, index):
         return None
     start = index + length
     while start < len(said) and length and (end := reading.match(phrases.PADDING, start)) > start:
@@ -137,7 +136,7 @@ def read_goals(reading: Reading, start: int, asked: str) -> int:
     reading.list_start = len(reading.drafts)
     apposed, commas = False, True
     while True:
-        _take(reading, phrase, order, asked, apposed=apposed)
+        take_item(reading, phrase, order, asked, apposed=apposed)
         index = read_modifiers(reading, phrase.end)
         following = separator(reading, index)
         apposed = said.breaks(index) and said.word(index) in ("the", "my", "our", "his", "her")
@@ -161,64 +160,6 @@ def _object_at(reading: Reading, index: int) -> NounPhrase | None:
     if said.word(index) in ("either", "both") and read_noun_phrase(said, index) is None:
         index += 1
     return read_noun_phrase(said, index)
-
-
-def _take(
-    reading: Reading, phrase: NounPhrase, order: Order, asked: str, *, apposed: bool = False
-) -> None:
-    goal = draft(phrase, order if reading.drafts else "and", asked)
-    told = next(
-        (one for one in reading.drafts if one.head == goal.head and one.trigger == "told"),
-        None,
-    )
-    if told is not None and not goal.attributes:
-        reading.drafts.remove(told)
-        reading.drafts.append(told)
-        return
-    if asked not in _UNASKED:
-        # "The rings! Has anyone seen the rings?"
-        named = [one for one in reading.drafts if one.head == goal.head and _is_only_named(one)]
-        reading.drafts = [one for one in reading.drafts if one not in named]
-    last = reading.drafts[-1] if reading.drafts else None
-    if last is not None and not phrase.head and not last.attributes and selects(last, asked):
-        # "There are two umbrellas, I need the black one."
-        for one in phrase.attributes:
-            last.add(one)
-        last.count = 1 if phrase.count is None else phrase.count
-        last.reference = phrase.reference or last.reference
-        return
-    if not phrase.head:
-        refer(reading, goal)
-        for one in replaced(reading, asked, other=goal.reference == "other"):
-            reading.drafts.remove(one)
-    elif complained(reading, asked):
-        reading.drafts.pop()
-    reading.list_start = min(reading.list_start, len(reading.drafts))
-    for place in reading.places:
-        goal.relate(place)
-    for words in reading.before:
-        state(reading, words, [goal])
-    only_denied = last is not None and apposed and all(one.negated for one in last.attributes)
-    if last is not None and only_denied and last.attributes and last.head == goal.head:
-        for one in goal.attributes:
-            last.add(one)  # "The jacket, not the leather one, the denim jacket".
-        return
-    if last is not None and not last.head and goal.head:
-        last.head = goal.head
-        last.display = " ".join([*(one.value for one in last.attributes), goal.head])
-        plain = not (last.phrase.attributes and goal.attributes)
-        if goal.order == "and" and phrase.determined and plain and apposed:
-            # "The one with the lid, the big pot."
-            for one in goal.attributes:
-                last.add(one)
-            return
-    reading.drafts.append(goal)
-    # The next object of a list shares a place that was said first; what was told is used up.
-    reading.before = []
-
-
-def _is_only_named(goal: Draft) -> bool:
-    return goal.trigger == "bare" and not (goal.attributes or goal.relations or goal.context)
 
 
 def read_modifiers(reading: Reading, index: int) -> int:
@@ -270,7 +211,7 @@ def read_modifiers(reading: Reading, index: int) -> int:
 
 def _listed_next(reading: Reading, index: int) -> bool:
     """Tell whether the next object of a list begins: "and the blue one"."""
-    if next_part(reading.said, index, reading.drafts[-1].attributes) > index:
+    if tells_of_part(reading.said, index, reading.drafts[-1]):
         return False
     return reading.said.word(index) in ("and", "or") and separator(reading, index) is not None
 
@@ -319,6 +260,7 @@ def stands_alone(reading: Reading, index: int, phrase: NounPhrase) -> bool:
         or _is_room_at(said, end)
         or (phrase.known and said.word(end) in ("my", "our", "you"))
         or said.corrected(end, phrases.CORRECTIONS) > end
+        or begins_name(said, end)
     ):
         return True
     if reading.match(phrases.PADDING, end) == len(said):

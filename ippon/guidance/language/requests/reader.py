@@ -8,6 +8,7 @@ from ippon.guidance.language.goals import clauses
 from ippon.guidance.language.goals.drafts import Reading
 from ippon.guidance.language.goals.goal import Goal, Relation
 from ippon.guidance.language.goals.modifiers import read_modifier
+from ippon.guidance.language.goals.references import is_only_stated
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.attributes import listed_kind
 from ippon.guidance.language.grammar.determiners import NUMBERS, count_again, is_person_at
@@ -40,6 +41,7 @@ from ippon.guidance.language.requests.lists import (
     separator,
     stands_alone,
 )
+from ippon.guidance.language.requests.told import read_told
 from ippon.guidance.language.words import is_mass, word_set
 
 _SUBJECTS = word_set(
@@ -50,8 +52,12 @@ _SUBJECTS = word_set(
     "left put fell was were must had took"
 )
 """Words that begin what is told beside a request."""
-_UNNAMED = word_set("i we he she they i've we've somebody someone must may might you")
-"""Of these it need not be told that they had the object."""
+
+
+_ALL = (
+    "all of them", "every one of them", "all", "as many as you can", "as many as you can find",
+    "as many as possible", "as many as there are",
+)  # fmt: skip
 
 
 def _is_event(said: Utterance, phrase: NounPhrase) -> bool:
@@ -85,6 +91,10 @@ class RequestReader:
             self.reading.stray.append(self._said.said(index, len(self._said))[:200])
         drop_rooms(self.reading)
         settle_each(self.reading)
+        for goal in self.reading.drafts:
+            end = goal.phrase.end
+            if is_only_stated(goal) and self._said.word(end) in ("is", "are"):
+                self.reading.stray.append(self._said.said(end, end + 2))  # "The bar is open".
         return self.reading
 
     def _by_name(self) -> None:
@@ -137,7 +147,8 @@ class RequestReader:
         if after == index:
             return index
         if not self.reading.drafts:
-            return max(self._declined(index), index if after == index + 1 else after)
+            plain = after == index + 1 and self._said.word(after) != "not"
+            return max(self._declined(index), index if plain else after)
         again = read_place_again(self.reading, after)
         if again > after:
             return again
@@ -196,19 +207,7 @@ class RequestReader:
         return read_asked(self.reading, index)
 
     def _told(self, index: int) -> int:
-        """Read "I left my phone in the kitchen" as a request for the phone."""
-        said = self._said
-        if self.reading.drafts:
-            return index
-        end = self.reading.match(phrases.TOLD, index)
-        if end == index:
-            return index
-        after = read_goals(self.reading, end, "told")
-        if after == end:
-            return index
-        if said.word(index) not in _UNNAMED:
-            self.reading.drafts[0].note(said.said(index, end))  # "Priya borrowed".
-        return after
+        return read_told(self.reading, index)
 
     def _described(self, index: int) -> int:
         """Read what is said of the objects before: "not upstairs", "the blue one"."""
@@ -224,10 +223,13 @@ class RequestReader:
             if "?" not in said.text:
                 self.reading.drafts[-1].relate(Relation(relation="in", place=room.head))
             return room.end
-        length = said.starts(index, ("all of them", "every one of them", "all"))
+        length = said.starts(index, _ALL)
         if length and said.ends(index + length):
             self.reading.drafts[-1].count = "all"
             return index + length
+        if said.words(index, index + 3) == ["both", "of", "them"] and said.ends(index + 3):
+            self.reading.drafts[-1].count = 2
+            return index + 3
         counted = count_again(said, index + 1) if said.word(index) == "all" else 0
         if counted:
             self.reading.drafts[-1].count = NUMBERS[said.word(index + 1)]
@@ -268,7 +270,7 @@ class RequestReader:
         """Read a name without a verb: "my hat on the sofa", "my keys are missing"."""
         said = self._said
         word = said.word(index)
-        if said.word(index) in ("not", "never"):
+        if said.word(index) in ("not", "never", "neither"):
             return not_this(self.reading, index)
         if word in phrases.OTHER_TASKS:
             return index

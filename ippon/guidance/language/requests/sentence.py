@@ -123,6 +123,9 @@ def _judge(drafts: list[Draft], unused: list[str], stray: list[str]) -> Request:
     """Say what is doubtful in what was read."""
     reasons: list[str] = []
     goals = [read.goal() for read in drafts]
+    told = [read for read in drafts if read.trigger == "told"]
+    if told and any(read.trigger not in ("told", "listed") for read in drafts):
+        unused = [*unused, told[0].display]
     if len(goals) > MAX_GOALS:
         left = ", ".join(goal.display for goal in goals[MAX_GOALS:])
         reasons.append(f"at most {MAX_GOALS} objects are read at once; left out: {left[:200]}")
@@ -172,7 +175,7 @@ def _doubts(read: Draft, goal: Goal) -> list[str]:
     if _may_end_in_verb(goal.object, read.phrase.display):
         reasons.append(f"“{goal.object}” may be more than a name")
     if read.phrase.crowded:
-        reasons.append(f"“{goal.object}” may be several objects: say “and” between them")
+        reasons.append(f"“{read.phrase.crowded}” may be several objects: say “and” between them")
     if len(goal.object.split()) > 4:
         reasons.append(f"“{goal.object}” is long for the name of an object")
     return reasons
