@@ -106,7 +106,7 @@ class ViewGeometry:
         voxel_size: float,
         layers: ViewLayers,
         ranges: ViewRanges,
-        termination_threshold: float,
+        ooi_threshold: float,
     ) -> "ViewGeometry":
         """Build the raster of directions, which takes tens of milliseconds the first time.
 
@@ -116,7 +116,7 @@ class ViewGeometry:
             voxel_size: Edge of a voxel, metres.
             layers: See `layers_at`.
             ranges: See `ranges_for`.
-            termination_threshold: Posterior above which a voxel counts for T(n).
+            ooi_threshold: p_T, above which a voxel is an object voxel.
         """
         half = 0.5 * robot.vertical_fov_rad
         table = build_view_table(
@@ -134,7 +134,7 @@ class ViewGeometry:
             surface_views=float(config.surface_views),
             surface_range=ranges.surface_m / voxel_size,
             ooi_floor=config.ooi_floor,
-            termination_threshold=termination_threshold,
+            ooi_threshold=ooi_threshold,
             termination_range=ranges.termination_m / voxel_size,
             termination_depth=config.termination_depth_m / voxel_size,
             termination_depth_factor=config.termination_depth_factor,

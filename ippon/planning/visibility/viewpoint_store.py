@@ -34,7 +34,7 @@ class ViewpointStore:
     """Evaluations of the roadmap's nodes, one row per node."""
 
     def __init__(
-        self, config: ViewConfig, robot: RobotProfile, capacity: int, termination_threshold: float
+        self, config: ViewConfig, robot: RobotProfile, capacity: int, ooi_threshold: float
     ) -> None:
         """Begin with no evaluation.
 
@@ -42,11 +42,11 @@ class ViewpointStore:
             config: What a voxel counts.
             robot: Camera and its mount.
             capacity: Number of rows.
-            termination_threshold: Posterior above which a voxel counts for T(n).
+            ooi_threshold: p_T, above which a voxel is an object voxel.
         """
         self.config = config
         self._robot = robot
-        self._termination_threshold = termination_threshold
+        self._ooi_threshold = ooi_threshold
         self.memory = ViewMemory(config.staleness, robot.max_depth_m)
         """Number of images of every voxel, and where the map has changed."""
         self._geometry: ViewGeometry | None = None
@@ -253,7 +253,7 @@ class ViewpointStore:
         if old is not None and layers.same_raster(old.layers) and ranges == old.ranges:
             return
         self._geometry = ViewGeometry.build(
-            self.config, self._robot, voxel_size, layers, ranges, self._termination_threshold
+            self.config, self._robot, voxel_size, layers, ranges, self._ooi_threshold
         )
         # Sums over another raster cannot be used with this one.
         self.evaluated[:] = -1

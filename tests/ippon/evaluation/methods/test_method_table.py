@@ -60,7 +60,6 @@ def _changes(one, other, prefix=""):
                 "planner.selection.passing_weight",
                 "planner.selection.stay_power",
                 "planner.view.termination_depth_m",
-                "planner.view.termination_threshold",
             },
         ),
         *((name, set()) for name in (*BASELINES, "oracle")),
