@@ -13,8 +13,8 @@ from rich.table import Table
 from app.cli.nodes.segment import segmenter_of
 from app.cli.options.recognition import Calibrate
 from app.errors import UsageError
+from app.nodes.replay.bag_robot import read_bag_robot
 from app.nodes.replay.datasets import DatasetError
-from app.nodes.replay.robot_names import read_mount, read_names, read_offset
 from app.recognition.calibration import (
     Calibrated,
     CalibrationError,
@@ -38,12 +38,14 @@ def run_calibrate(command: Calibrate) -> int:
     if not command.out.parent.is_dir():
         raise UsageError(f"--out: the folder {command.out.parent} does not exist")
     try:
-        names, mount = read_names(command.profile), read_mount(command.profile)
-        offset_s = read_offset(command.profile)
+        robot = read_bag_robot(command.profile)
         sources = [
-            open_source(path, command.floor_m, names=names, mount=mount, clock_offset_s=offset_s)
+            open_source(
+                path, command.floor_m, names=robot.names, mount=robot.T_base_camera,
+                clock_offset_s=robot.clock_offset_s,
+            )
             for path in command.recordings
-        ]
+        ]  # fmt: skip
         for note in filter(None, (source.note for source in sources)):
             print(f"ippon: {note}", file=sys.stderr)
         files = [command.known or _known_beside(path) for path in command.recordings]

@@ -12,8 +12,8 @@ from rich.progress import Progress
 from app.cli.nodes.segment import segmenter_of
 from app.cli.options.recognition import Recognise
 from app.errors import UsageError
+from app.nodes.replay.bag_robot import read_bag_robot
 from app.nodes.replay.datasets import DatasetError
-from app.nodes.replay.robot_names import read_mount, read_names, read_offset
 from app.recognition.frames import open_source
 from app.recognition.page import page_of
 from app.recognition.recognition import (
@@ -49,10 +49,10 @@ def run_recognise(command: Recognise) -> int:
     if not objects:
         raise UsageError("--find takes comma-separated objects, such as cup,tv")
     try:
-        names, mount = read_names(command.profile), read_mount(command.profile)
+        robot = read_bag_robot(command.profile)
         source = open_source(
-            command.path, command.floor_m, track=command.track, names=names, mount=mount,
-            clock_offset_s=read_offset(command.profile),
+            command.path, command.floor_m, track=command.track, names=robot.names,
+            mount=robot.T_base_camera, clock_offset_s=robot.clock_offset_s,
         )  # fmt: skip
         if source.note:
             print(f"ippon: {source.note}", file=sys.stderr)

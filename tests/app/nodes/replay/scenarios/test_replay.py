@@ -25,11 +25,11 @@ from app.messages.images import (
     encode_depth_raw,
 )
 from app.messages.motion import decode_transforms, encode_transforms
+from app.nodes.replay.bag_robot import read_bag_robot
 from app.nodes.replay.datasets import DatasetError, open_dataset
 from app.nodes.replay.floor_alignment import align_to_floor
 from app.nodes.replay.messages import RobotMessage, bag_messages
 from app.nodes.replay.node import ReplayConfig, messages_of, play, poses_sent, run_replay
-from app.nodes.replay.robot_names import read_mount, read_names
 from app.recognition.frames import open_source
 from app.recording.writing.writer import SessionWriter
 from ippon.geometry import invert_transform, make_transform, rotation_z
@@ -304,10 +304,10 @@ def test_a_bag_with_odometry_in_place_of_tf_is_read(tmp_path):
     ):
         open_source(bare)
     (tmp_path / "own.yaml").write_text(ROBOT.partition("ros2:")[0])
-    mount = read_mount(str(tmp_path / "own.yaml"))
+    mount = read_bag_robot(str(tmp_path / "own.yaml")).T_base_camera
     assert mount[2, 3] == 1.0
-    assert read_mount("hand-held") is None
-    assert read_mount(None) is None
+    assert read_bag_robot("hand-held").T_base_camera is None
+    assert read_bag_robot(None).T_base_camera is None
     source = open_source(bare, mount=mount)
     assert "where the camera is on the base is taken from the profile" in source.note
     for frame, known in zip(source.frames(), frames, strict=True):
@@ -450,12 +450,12 @@ def _raw(key, payload):
 
 def test_a_bag_is_read_with_the_names_of_its_robot(own_bag):
     bag, profile = own_bag
-    frames = list(open_source(bag, names=read_names(str(profile))).frames())
+    frames = list(open_source(bag, names=read_bag_robot(str(profile)).names).frames())
     assert len(frames) > 5
     for frame in frames:
         assert frame.color.shape == (40, 64, 3)
         np.testing.assert_allclose(frame.depth, 2.0, atol=1e-3)
-    config = ReplayConfig(path=bag, names=read_names(str(profile)))
+    config = ReplayConfig(path=bag, names=read_bag_robot(str(profile)).names)
     assert {m.key for m in messages_of(config, 0)} == {
         keys.COLOR, keys.DEPTH_RAW, keys.CAMERA_INFO, keys.TF,
     }  # fmt: skip
