@@ -14,14 +14,10 @@ from app.doctor.robot.samples import Arrival, Samples
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import (
-    DepthImage,
+    COLOR_DECODERS,
+    DEPTH_DECODERS,
     StampedCamera,
     decode_camera,
-    decode_color,
-    decode_color_raw,
-    decode_depth,
-    decode_depth_raw,
-    decompress_color,
 )
 
 T = TypeVar("T")
@@ -105,13 +101,7 @@ def unreadable(what: str, key: str, arrivals: list[Arrival], problem: str) -> Fi
 
 def _check_color(samples: Samples, check: CameraCheck) -> None:
     key, arrivals = samples.of(keys.COLOR, keys.COLOR_RAW)
-
-    def decode(payload: bytes) -> NDArray[np.uint8]:
-        if key == keys.COLOR_RAW:
-            return decode_color_raw(payload)[0]
-        return decompress_color(decode_color(payload).encoded)
-
-    read, problem = read_all(arrivals, decode)
+    read, problem = read_all(arrivals, COLOR_DECODERS[key])
     if not read:
         check.findings.append(unreadable("colour", key, arrivals, problem))
         return
@@ -127,9 +117,7 @@ def _check_color(samples: Samples, check: CameraCheck) -> None:
 
 def _check_depth(samples: Samples, check: CameraCheck) -> None:
     key, arrivals = samples.of(keys.DEPTH, keys.DEPTH_RAW)
-    decode = decode_depth_raw if key == keys.DEPTH_RAW else decode_depth
-    read: list[tuple[Arrival, DepthImage]]
-    read, problem = read_all(arrivals, decode)
+    read, problem = read_all(arrivals, DEPTH_DECODERS[key])
     if not read:
         check.findings.append(unreadable("depth", key, arrivals, problem))
         return

@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import (
+    DEPTH_DECODERS,
     CompressedColor,
     DepthImage,
     decode_camera,
     decode_color,
-    decode_depth,
-    decode_depth_raw,
     decompress_color,
 )
 from app.messages.motion import StampedTransform, encode_transforms
@@ -37,7 +36,6 @@ from ippon.tracking.start_pose import AssumedMount
 
 logger = logging.getLogger(__name__)
 
-_DECODERS: Final = {keys.DEPTH: decode_depth, keys.DEPTH_RAW: decode_depth_raw}
 _APART_NS: Final = round(0.02 * NANOSECONDS)
 _WAITING: Final = 4
 HELD_RAD: Final = math.radians(-25.0)
@@ -86,7 +84,7 @@ class PoseTracker:
         self._had_pose = self._was_lost = False
         self.problem = ""
         """Why the last frame has no pose, for the operator; empty if it has one."""
-        for topic in (keys.CAMERA_INFO, keys.COLOR, *_DECODERS):
+        for topic in (keys.CAMERA_INFO, keys.COLOR, *DEPTH_DECODERS):
             intake.listen(topic, partial(self._take, topic))
         self._thread = threading.Thread(target=self._run, name="pose tracking", daemon=True)
         self._thread.start()
@@ -139,7 +137,7 @@ class PoseTracker:
         elif topic == keys.COLOR:
             self._colors.append(decode_color(payload))
         else:
-            self._depths.append(_DECODERS[topic](payload))
+            self._depths.append(DEPTH_DECODERS[topic](payload))
 
     def _newest_pair(self) -> tuple[CompressedColor, DepthImage] | None:
         """Return the newest colour image that has a depth image, once."""
