@@ -5,6 +5,7 @@ from typing import Final
 
 from app.messages import keys
 from app.messages.control import encode
+from app.messages.frame_names import BASE_FRAME, CAMERA_FRAME, WORLD_FRAME
 from app.messages.images import encode_camera, encode_color, encode_depth
 from app.messages.motion import (
     StampedTransform,
@@ -34,7 +35,6 @@ from ippon.mission.mission import Mission
 from ippon.mission.snapshot import Snapshot, StepResult
 
 ROBOT: Final = "ippon"
-CAMERA_FRAME: Final = "camera_color_optical_frame"
 KEYFRAME_NS: Final = 10_000_000_000
 
 
@@ -89,8 +89,8 @@ class EpisodeRecorder:
         stamp = frame.stamp_ns
         T_base_camera = invert_transform(frame.T_world_base) @ frame.T_world_camera
         chain = (
-            ("map", "base_link", frame.T_world_base),
-            ("base_link", CAMERA_FRAME, T_base_camera),
+            (WORLD_FRAME, BASE_FRAME, frame.T_world_base),
+            (BASE_FRAME, CAMERA_FRAME, T_base_camera),
         )
         transforms = tuple(
             StampedTransform(stamp_ns=stamp, parent=parent, child=child, T_parent_child=T)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.messages.cdr import MessageError, decode, encode, header, make, stamp_ns_of
+from app.messages.frame_names import BASE_FRAME, WORLD_FRAME
 from ippon.geometry import (
     Float64Array,
     make_transform,
@@ -113,7 +114,7 @@ def decode_odometry(payload: bytes) -> StampedTransform:
     return _read_transform(entry)
 
 
-def encode_twist(twist: StampedTwist, frame_id: str = "base_link") -> bytes:
+def encode_twist(twist: StampedTwist, frame_id: str = BASE_FRAME) -> bytes:
     """Write a TwistStamped."""
     return encode(
         "geometry_msgs/msg/TwistStamped",
@@ -178,7 +179,7 @@ def decode_flag(payload: bytes) -> bool:
     return bool(decode(payload, "std_msgs/msg/Bool", max_bytes=_SMALL).data)
 
 
-def encode_path(path: StampedPath, frame_id: str = "map") -> bytes:
+def encode_path(path: StampedPath, frame_id: str = WORLD_FRAME) -> bytes:
     """Write a nav_msgs/Path; every pose looks along the path."""
     points = path.points_world
     ahead = np.diff(points, axis=0, append=points[-1:]) if len(points) else points

@@ -17,6 +17,7 @@ from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import decode as decode_json
+from app.messages.frame_names import BASE_FRAME, CAMERA_FRAME, WORLD_FRAME
 from app.messages.images import encode_camera, encode_color, encode_depth
 from app.messages.motion import (
     StampedTransform,
@@ -52,7 +53,6 @@ SILENT_WAIT_S: Final = 5.0
 """Time after which a wait for the navigator is told."""
 ANSWER_WAIT_S: Final = 30.0
 """Time without an answer, in lock-step, after which the navigator counts as gone."""
-CAMERA_FRAME: Final = "camera_color_optical_frame"
 
 
 class SimulatedRobotError(Exception):
@@ -253,13 +253,13 @@ class RobotSim:
         transforms = (
             StampedTransform(
                 stamp_ns=stamp,
-                parent="map",
-                child="base_link",
+                parent=WORLD_FRAME,
+                child=BASE_FRAME,
                 T_parent_child=self.world.T_world_base_estimated,
             ),
             StampedTransform(
                 stamp_ns=stamp,
-                parent="base_link",
+                parent=BASE_FRAME,
                 child=CAMERA_FRAME,
                 T_parent_child=self.world.robot.T_base_camera(base.tilt_rad),
             ),

@@ -6,8 +6,8 @@ from functools import reduce
 from operator import matmul
 from typing import Final
 
+from app.messages.frame_names import BASE_FRAME, WORLD_FRAME
 from app.messages.motion import StampedTransform
-from app.recording.frame_tree import BASE, WORLD
 from ippon.geometry import Float64Array
 
 _FIXED_NS: Final = -1
@@ -21,7 +21,7 @@ class BasePose:
         world: Frame of the world.
     """
 
-    def __init__(self, world: str = WORLD) -> None:
+    def __init__(self, world: str = WORLD_FRAME) -> None:
         self._world = world
         self._links: dict[str, StampedTransform] = {}
 
@@ -47,7 +47,7 @@ class BasePose:
     def _chain(self) -> list[StampedTransform]:
         """Return the transforms from the world to the base, empty while one is missing."""
         chain: list[StampedTransform] = []
-        frame = BASE
+        frame = BASE_FRAME
         while frame != self._world:
             link = self._links.get(frame)
             if link is None or len(chain) == len(self._links):

@@ -17,6 +17,7 @@ import zenoh
 from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
+from app.messages.frame_names import BASE_FRAME, WORLD_FRAME
 from app.messages.images import decode_color_raw, encode_color
 from app.messages.motion import StampedTransform, decode_odometry, encode_transforms
 from app.nodes.navigator.frame_intake import FrameIntake
@@ -27,8 +28,6 @@ logger = logging.getLogger(__name__)
 SILENT_S: Final = 3.0
 """Silence of compressed images from which uncompressed ones are asked for."""
 _STREAM_OF: Final = {keys.ODOM: "pose", keys.COLOR_RAW: "colour"}
-WORLD_FRAME: Final = "map"
-BASE_FRAME: Final = "base_link"
 NO_MOUNT: Final = (
     "odometry without tf does not tell the tilt of a camera that tilts: publish tf, or give the "
     "profile a fixed `tilt`"

@@ -8,6 +8,7 @@ import pytest
 
 from app.messages import keys
 from app.messages.control import encode
+from app.messages.frame_names import BASE_FRAME, CAMERA_FRAME, WORLD_FRAME
 from app.messages.images import encode_camera, encode_color, encode_depth
 from app.messages.motion import (
     StampedPath,
@@ -47,7 +48,6 @@ from ippon.robot import ZED
 START_NS = 1_750_000_000_000_000_000
 HZ = 5
 VOXEL_M = 0.1
-CAMERA_FRAME = "camera_color_optical_frame"
 LABELS = ("wall", "floor", "sofa")
 CAMERA = PinholeCamera.from_horizontal_fov(64, 40, 1.2)
 
@@ -133,8 +133,8 @@ def messages_of(tick, ticks):
         encode_transforms(
             StampedTransform(stamp_ns=stamp, parent=a, child=b, T_parent_child=T)
             for a, b, T in [
-                ("map", "base_link", T_world_base),
-                ("base_link", CAMERA_FRAME, ZED.T_base_camera(-0.3)),
+                (WORLD_FRAME, BASE_FRAME, T_world_base),
+                (BASE_FRAME, CAMERA_FRAME, ZED.T_base_camera(-0.3)),
             ]
         ),
     )

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from app.messages import keys
 from app.messages.cdr import MessageError
+from app.messages.frame_names import BASE_FRAME, WORLD_FRAME
 from app.messages.images import (
     DEPTH_DECODERS,
     CompressedColor,
@@ -25,7 +26,6 @@ from app.messages.motion import StampedTransform, encode_transforms
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.event_publisher import EventPublisher
 from app.nodes.navigator.frame_intake import FrameIntake
-from app.nodes.navigator.stream_conversion import BASE_FRAME, WORLD_FRAME
 from app.nodes.replay.floor_alignment import base_below, camera_on_base
 from ippon.frame import NANOSECONDS
 from ippon.geometry import Float64Array, base_pose
