@@ -18,6 +18,8 @@ from app.messages.cdr import MessageError, decode, encode, header, make, stamp_n
 from ippon.camera import PinholeCamera
 
 MAX_PIXELS: Final = 4096 * 4096
+PAIRED_S: Final = 0.02
+"""Stamps of colour and depth that differ by no more belong together."""
 GREY_16: Final = frozenset({"I;16", "I;16B", "I"})
 """Pillow's modes for grey PNG of 16 bits."""
 _COMPRESSED: Final = "sensor_msgs/msg/CompressedImage"

@@ -16,9 +16,11 @@ from app.messages.cdr import MessageError
 from app.messages.images import (
     COLOR_DECODERS,
     DEPTH_DECODERS,
+    PAIRED_S,
     StampedCamera,
     decode_camera,
 )
+from ippon.frame import NANOSECONDS
 
 T = TypeVar("T")
 DARK: Final = 8.0
@@ -27,7 +29,6 @@ FEW: Final = 0.2
 """Share of pixels with depth below which there is little."""
 FAR_M: Final = 50.0
 NEAR_M: Final = 0.05
-PAIRED_NS: Final = 20_000_000
 SHIFT_SHARE: Final = 0.012
 BETTER: Final = 1.15
 """Factor by which another shift must fit better before depth counts as shifted."""
@@ -53,7 +54,7 @@ class CameraCheck:
         found: list[tuple[int, NDArray[np.uint8], NDArray[np.float32]]] = []
         for stamp, color in sorted(self.colors.items()):
             nearest = int(stamps[int(np.argmin(np.abs(stamps - stamp)))])
-            if abs(nearest - stamp) <= PAIRED_NS:
+            if abs(nearest - stamp) <= PAIRED_S * NANOSECONDS:
                 found.append((stamp, color, self.depths[nearest]))
         return found
 
@@ -195,7 +196,8 @@ def _check_pairs(check: CameraCheck) -> None:
         check.findings.append(
             Finding(
                 what="depth with colour", verdict="failed",
-                detail=f"{share:.0%} of the colour images have depth within 20 ms",
+                detail=f"{share:.0%} of the colour images have depth within "
+                f"{1000 * PAIRED_S:.0f} ms",
                 do="let the driver synchronise depth and colour; both need the stamp of the shot",
             )
         )  # fmt: skip

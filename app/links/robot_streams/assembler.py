@@ -14,6 +14,7 @@ from app.links.robot_streams.transforms import TransformBuffer
 from app.messages import keys
 from app.messages.frame_names import BASE_FRAME, WORLD_FRAME
 from app.messages.images import (
+    PAIRED_S,
     CompressedColor,
     DepthImage,
     StampedCamera,
@@ -55,7 +56,7 @@ T = TypeVar("T", CompressedColor, DepthImage, Seen)
 class AssemblerConfig:
     """How far stamps may differ."""
 
-    tolerance_s: float = 0.02
+    tolerance_s: float = PAIRED_S
     """Stamps of colour, depth and heatmap that differ by less belong together."""
     heatmap_wait_s: float = 0.3
     """Frames go without heatmap once the last one is this much older, in robot time. Longer keeps

@@ -16,6 +16,7 @@ from app.messages.cdr import MessageError
 from app.messages.frame_names import BASE_FRAME, WORLD_FRAME
 from app.messages.images import (
     DEPTH_DECODERS,
+    PAIRED_S,
     CompressedColor,
     DepthImage,
     decode_camera,
@@ -36,7 +37,7 @@ from ippon.tracking.start_pose import AssumedMount
 
 logger = logging.getLogger(__name__)
 
-_APART_NS: Final = round(0.02 * NANOSECONDS)
+_APART_NS: Final = round(PAIRED_S * NANOSECONDS)
 _WAITING: Final = 4
 HELD_RAD: Final = math.radians(-25.0)
 """Tilt at which a camera that can be tilted is held at first, roughly."""
