@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.messages.cdr import MessageError, decode, encode, header, make, stamp_ns_of
-from app.messages.frame_names import BASE_FRAME, WORLD_FRAME
+from app.messages.frame_names import BASE_FRAME, CAMERA_FRAME, WORLD_FRAME
 from ippon.geometry import (
     Float64Array,
     make_transform,
@@ -31,6 +31,20 @@ class StampedTransform:
     parent: str
     child: str
     T_parent_child: Float64Array
+
+
+def robot_transforms(
+    stamp_ns: int,
+    T_world_base: Float64Array,
+    T_base_camera: Float64Array,
+    camera_frame: str = CAMERA_FRAME,
+) -> tuple[StampedTransform, ...]:
+    """Return tf of a robot at one moment: from the world by the base to the camera."""
+    links = ((WORLD_FRAME, BASE_FRAME, T_world_base), (BASE_FRAME, camera_frame, T_base_camera))
+    return tuple(
+        StampedTransform(stamp_ns=stamp_ns, parent=a, child=b, T_parent_child=T)
+        for a, b, T in links
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

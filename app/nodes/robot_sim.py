@@ -17,15 +17,15 @@ from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import decode as decode_json
-from app.messages.frame_names import BASE_FRAME, CAMERA_FRAME, WORLD_FRAME
+from app.messages.frame_names import CAMERA_FRAME
 from app.messages.images import encode_camera, encode_color, encode_depth
 from app.messages.motion import (
-    StampedTransform,
     StampedTwist,
     decode_number,
     decode_twist,
     encode_flag,
     encode_transforms,
+    robot_transforms,
 )
 from app.messages.navigation import encode_goal_status
 from app.messages.perception.heatmaps import encode_heatmap
@@ -249,21 +249,9 @@ class RobotSim:
         )
 
     def _publish_transforms(self) -> None:
-        stamp, base = self.world.stamp_ns, self.world.base
-        transforms = (
-            StampedTransform(
-                stamp_ns=stamp,
-                parent=WORLD_FRAME,
-                child=BASE_FRAME,
-                T_parent_child=self.world.T_world_base_estimated,
-            ),
-            StampedTransform(
-                stamp_ns=stamp,
-                parent=BASE_FRAME,
-                child=CAMERA_FRAME,
-                T_parent_child=self.world.robot.T_base_camera(base.tilt_rad),
-            ),
-        )
+        world = self.world
+        T_base_camera = world.robot.T_base_camera(world.base.tilt_rad)
+        transforms = robot_transforms(world.stamp_ns, world.T_world_base_estimated, T_base_camera)
         self._put(keys.TF, encode_transforms(transforms))
 
     def _on_twist(self, payload: bytes) -> None:

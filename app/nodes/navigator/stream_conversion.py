@@ -17,9 +17,8 @@ import zenoh
 from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.frame_names import BASE_FRAME, WORLD_FRAME
 from app.messages.images import decode_color_raw, encode_color
-from app.messages.motion import StampedTransform, decode_odometry, encode_transforms
+from app.messages.motion import decode_odometry, encode_transforms, robot_transforms
 from app.nodes.navigator.frame_intake import FrameIntake
 from ippon.robot import RobotProfile
 
@@ -136,16 +135,10 @@ class StreamConverter:
         if self._profile.can_tilt:
             raise MessageError(NO_MOUNT)
         pose = decode_odometry(payload)
-        transforms = (
-            StampedTransform(
-                stamp_ns=pose.stamp_ns, parent=WORLD_FRAME, child=BASE_FRAME,
-                T_parent_child=pose.T_parent_child,
-            ),
-            StampedTransform(
-                stamp_ns=pose.stamp_ns, parent=BASE_FRAME, child=camera_frame,
-                T_parent_child=self._profile.T_base_camera(self._profile.min_tilt_rad),
-            ),
-        )  # fmt: skip
+        T_base_camera = self._profile.T_base_camera(self._profile.min_tilt_rad)
+        transforms = robot_transforms(
+            pose.stamp_ns, pose.T_parent_child, T_base_camera, camera_frame
+        )
         self._send(keys.TF, encode_transforms(transforms))
 
     def _send(self, topic: str, payload: bytes) -> None:

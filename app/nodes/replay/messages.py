@@ -10,9 +10,9 @@ import numpy as np
 
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.frame_names import BASE_FRAME, CAMERA_FRAME, WORLD_FRAME
+from app.messages.frame_names import CAMERA_FRAME
 from app.messages.images import decode_color_raw, encode_camera, encode_color, encode_depth
-from app.messages.motion import StampedTransform, encode_transforms
+from app.messages.motion import encode_transforms, robot_transforms
 from app.nodes.replay.bag_poses import BagPoses, poses_of
 from app.nodes.replay.datasets import Dataset, DatasetError, read_color, read_depth
 from app.nodes.replay.floor_alignment import align_to_floor, base_below, camera_on_base
@@ -82,14 +82,8 @@ def dataset_messages(
 
 def _pose_message(T_map_camera: Float64Array, stamp_ns: int) -> bytes:
     T_map_base = base_below(T_map_camera)
-    links = (
-        (WORLD_FRAME, BASE_FRAME, T_map_base),
-        (BASE_FRAME, CAMERA_FRAME, camera_on_base(T_map_base, T_map_camera)),
-    )
-    return encode_transforms(
-        StampedTransform(stamp_ns=stamp_ns, parent=a, child=b, T_parent_child=T)
-        for a, b, T in links
-    )
+    T_base_camera = camera_on_base(T_map_base, T_map_camera)
+    return encode_transforms(robot_transforms(stamp_ns, T_map_base, T_base_camera))
 
 
 def is_bag(path: Path) -> bool:

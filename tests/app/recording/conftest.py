@@ -8,17 +8,17 @@ import pytest
 
 from app.messages import keys
 from app.messages.control import encode
-from app.messages.frame_names import BASE_FRAME, CAMERA_FRAME, WORLD_FRAME
+from app.messages.frame_names import CAMERA_FRAME
 from app.messages.images import encode_camera, encode_color, encode_depth
 from app.messages.motion import (
     StampedPath,
-    StampedTransform,
     StampedTwist,
     encode_flag,
     encode_number,
     encode_path,
     encode_transforms,
     encode_twist,
+    robot_transforms,
 )
 from app.messages.perception.heatmaps import encode_heatmap
 from app.messages.scene import (
@@ -130,13 +130,7 @@ def messages_of(tick, ticks):
     T_world_base = base_pose(0.02 * tick, 0.5, 0.0, 0.1)
     yield (
         keys.TF,
-        encode_transforms(
-            StampedTransform(stamp_ns=stamp, parent=a, child=b, T_parent_child=T)
-            for a, b, T in [
-                (WORLD_FRAME, BASE_FRAME, T_world_base),
-                (BASE_FRAME, CAMERA_FRAME, ZED.T_base_camera(-0.3)),
-            ]
-        ),
+        encode_transforms(robot_transforms(stamp, T_world_base, ZED.T_base_camera(-0.3))),
     )
     yield keys.CAMERA_INFO, encode_camera(CAMERA, stamp, CAMERA_FRAME)
     yield keys.CONTACT, encode_flag(False)

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.frame_names import BASE_FRAME, WORLD_FRAME
 from app.messages.images import (
     DEPTH_DECODERS,
     PAIRED_S,
@@ -23,7 +22,7 @@ from app.messages.images import (
     decode_color,
     decompress_color,
 )
-from app.messages.motion import StampedTransform, encode_transforms
+from app.messages.motion import StampedTransform, encode_transforms, robot_transforms
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.event_publisher import EventPublisher
 from app.nodes.navigator.frame_intake import FrameIntake
@@ -219,11 +218,5 @@ def transforms_of(
         camera_frame: Its coordinate frame.
     """
     T_map_base = base_below(T_map_camera) @ base_pose(-forward_m, 0.0, 0.0, 0.0)
-    links = (
-        (WORLD_FRAME, BASE_FRAME, T_map_base),
-        (BASE_FRAME, camera_frame, camera_on_base(T_map_base, T_map_camera)),
-    )
-    return tuple(
-        StampedTransform(stamp_ns=stamp_ns, parent=a, child=b, T_parent_child=T)
-        for a, b, T in links
-    )
+    T_base_camera = camera_on_base(T_map_base, T_map_camera)
+    return robot_transforms(stamp_ns, T_map_base, T_base_camera, camera_frame)

@@ -11,7 +11,7 @@ import viser
 
 from app.messages import keys
 from app.messages.images import CompressedColor, StampedCamera
-from app.messages.motion import StampedPath, StampedTransform
+from app.messages.motion import StampedPath, StampedTransform, robot_transforms
 from app.messages.scene import FoundObject
 from app.messages.status import CountedFind, FarEvidenceCells, GoalStatus, LevelRow, LevelTable
 from app.nodes.navigator.config import NavigatorConfig
@@ -193,13 +193,8 @@ def _draw_everything(server, model, make):
     camera = PinholeCamera.from_horizontal_fov(64, 40, 1.2)
     model.on_camera(StampedCamera(stamp_ns=1, frame_id="optical", camera=camera))
     for n in range(60):
-        moves = [
-            ("map", "base_link", base_pose(0.05 * n, 1.0, 0.0, 0.0)),
-            ("base_link", "optical", ZED.T_base_camera(-0.3)),
-        ]
-        model.on_transforms(
-            StampedTransform(stamp_ns=n, parent=a, child=b, T_parent_child=T) for a, b, T in moves
-        )
+        T_world_base = base_pose(0.05 * n, 1.0, 0.0, 0.0)
+        model.on_transforms(robot_transforms(n, T_world_base, ZED.T_base_camera(-0.3), "optical"))
     model.on_image(CompressedColor(stamp_ns=1, frame_id="optical", encoded=b"\xff\xd8picture"))
     model.on_path(StampedPath(stamp_ns=1, points_world=np.array([[0.0, 0, 0], [1, 1, 0]])))
     model.on_tree(_tree(5))
