@@ -20,6 +20,7 @@ from app.recognition.recognition import (
     RecognisedFind,
     Recognition,
     in_own_world,
+    labels_of,
     recognise,
 )
 from ippon.atomic_file import replace_file
@@ -31,10 +32,10 @@ from ippon.observation_model import (
     ObservationModels,
     read_observation_model,
 )
-from ippon.segmentation.detectors.vocabulary import closed_vocabulary
+from ippon.segmentation.detectors.vocabulary import unsupported_reason
 from ippon.segmentation.errors import SegmentationError
 from ippon.segmentation.segmenter import Segmenter
-from ippon.vocabulary import MATTERPORT_40, canonical_label
+from ippon.vocabulary import canonical_label
 
 NOTHING_TOLD: Final = 2
 """Exit status where the network can tell none of the objects."""
@@ -60,7 +61,10 @@ def run_recognise(command: Recognise) -> int:
         own = None if path is None else read_observation_model(path)
         models = ObservationModels([] if own is None else [own])
         segmenter = segmenter_of(command.segmentation)
-        label_of = _labels_of(segmenter, objects)
+        label_of = labels_of(segmenter, objects)
+        for name in objects:
+            if name not in label_of:
+                print(f"ippon: {unsupported_reason(segmenter, name)}", file=sys.stderr)
         if not label_of:
             for name in objects:
                 _print(name, [], as_json=command.json)
@@ -116,25 +120,6 @@ def _observed(
     if own is not None:
         own.check_network(seen.source, seen.kind if isinstance(seen, Heatmap) else "scores")
     return seen
-
-
-def _labels_of(segmenter: Segmenter, objects: list[str]) -> dict[str, str]:
-    """Return the labels of the objects; report objects that the network does not recognise.
-
-    An object may have the label of a class with several names: a monitor that of tv.
-    """
-    vocabulary = closed_vocabulary(segmenter)
-    if vocabulary is None:
-        return {name: name for name in objects}
-    labels = tuple(dict.fromkeys((*MATTERPORT_40, *objects)))
-    label_of: dict[str, str] = {}
-    for name in objects:
-        label = vocabulary.label_for(name, labels)
-        if label is None:
-            print(f"ippon: {vocabulary.unsupported_reason(name)}", file=sys.stderr)
-        else:
-            label_of[name] = label
-    return label_of
 
 
 def _print(name: str, finds: list[RecognisedFind], *, as_json: bool) -> None:
