@@ -13,11 +13,10 @@ from scipy.spatial.transform import Rotation
 
 from app.cli.main import run
 from app.links.network.subscription import subscribe
-from app.links.robot_streams.assembler import FrameAssembler
+from app.links.robot_streams.assembler import FrameAssembler, assemble
 from app.messages import keys
 from app.messages.cdr import encode, header, make, typestore
 from app.messages.images import (
-    decode_camera,
     decode_color,
     decode_depth,
     decompress_color,
@@ -117,14 +116,8 @@ def test_a_dataset_becomes_frames_of_an_upright_robot(write, tmp_path):
     assembler = FrameAssembler()
     frames = []
     for sent in messages_of(ReplayConfig(path=tmp_path, floor_m=_floor(write)), 10**9):
-        if sent.key == keys.TF:
-            assembler.add_transforms(decode_transforms(sent.payload))
-        elif sent.key == keys.CAMERA_INFO:
-            assembler.add_camera(decode_camera(sent.payload))
-        elif sent.key == keys.DEPTH:
-            assembler.add_depth(decode_depth(sent.payload))
-        else:
-            assembler.add_color(decode_color(sent.payload))
+        assemble(assembler, sent.key, sent.payload)
+        if sent.key == keys.COLOR:
             frames.append(assembler.take())
     for n, frame in enumerate(frames):
         assert frame.depth[200, 200] == pytest.approx(2.0, abs=1e-3)
@@ -511,14 +504,8 @@ def test_a_real_kitchen_is_mapped_upright_with_its_floor_at_zero():
     assembler, voxel_map = FrameAssembler(), VoxelMap(MapConfig(max_camera_speed_m_s=1e9), ("x",))
     taken = 0
     for sent in messages_of(ReplayConfig(path=KITCHEN, floor_m=-T[2, 3]), 10**9):
-        if sent.key == keys.TF:
-            assembler.add_transforms(decode_transforms(sent.payload))
-        elif sent.key == keys.CAMERA_INFO:
-            assembler.add_camera(decode_camera(sent.payload))
-        elif sent.key == keys.DEPTH:
-            assembler.add_depth(decode_depth(sent.payload))
-        elif sent.key == keys.COLOR:
-            assembler.add_color(decode_color(sent.payload))
+        assemble(assembler, sent.key, sent.payload)
+        if sent.key == keys.COLOR:
             voxel_map.integrate(assembler.take())
             taken += 1
             if taken == 12:
