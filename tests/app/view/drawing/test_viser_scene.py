@@ -1,8 +1,6 @@
 """The layers, drawn into a real viser server; what it would send is what is checked."""
 
-import contextlib
 import dataclasses
-import io
 
 import msgspec
 import numpy as np
@@ -25,15 +23,6 @@ from ippon.camera import PinholeCamera
 from ippon.geometry import base_pose
 from ippon.planning.plan import TreeView
 from ippon.robot import ZED, CollisionSphere
-
-
-@pytest.fixture
-def server():
-    """A viser server that nobody watches."""
-    with contextlib.redirect_stdout(io.StringIO()):
-        server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-        yield server
-        server.stop()
 
 
 @pytest.fixture
