@@ -320,8 +320,7 @@ def run_robot_sim(config: RobotSimConfig, scene: Scene, start: StartPose) -> Non
         SimulatedRobotError: It stopped answering.
         KeyboardInterrupt: It was stopped before its first frame.
     """
-    session = open_client(config.connect)
-    try:
+    with open_client(config.connect) as session:
         with interruptible():
             robot = RobotSim(config, session, scene, start)
             robot.await_labels()
@@ -331,5 +330,3 @@ def run_robot_sim(config: RobotSimConfig, scene: Scene, start: StartPose) -> Non
             robot.run_lock_step(stop)
         else:
             robot.run_real_time(stop)
-    finally:
-        session.close()  # pyright: ignore[reportUnknownMemberType]

@@ -75,10 +75,9 @@ def searches(monkeypatch):
     monkeypatch.setattr(asking, "ask", answer)
     monkeypatch.setattr(feedback, "ask", answer)
     monkeypatch.setattr(feedback, "request_credential", lambda *_, **__: nullcontext(None))
-    monkeypatch.setattr(asking, "open_client", lambda *_: None)
+    monkeypatch.setattr(asking, "open_client", lambda *_: nullcontext())
     monkeypatch.setattr(asking, "is_alive", lambda *_: True)
     monkeypatch.setattr(asking, "subscribe", lambda *_: None)
-    monkeypatch.setattr(asking, "_close", lambda _: None)
     monkeypatch.setattr(asking, "request_credential", lambda *_, **__: nullcontext(None))
     return taken
 
