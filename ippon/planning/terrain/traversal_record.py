@@ -18,8 +18,12 @@ CONTACT: Final = 2
 """Mark of cells that are closed after a contact."""
 SWEPT: Final = 4
 """Mark of cells well inside an earlier footprint, where no contact can have been."""
+_WELL_INSIDE: Final = 0.75
+"""Depth inside the footprint, in cells, from which a cell is well inside."""
 _STANDS_M_S: Final = 0.02
 """A robot commanded to drive no faster than this turns on the spot."""
+_AGAIN_M: Final = 0.3
+"""Distance within which a second contact that closes nothing is the same contact again."""
 _UNREACHABLE_M: Final = 0.1
 """Radius that is closed around a point that could not be reached."""
 _FLOORS_APART_M: Final = 1.0
@@ -51,6 +55,8 @@ class TraversalRecord:
         self._floor_z_m: float | None = None
         self._others: list[tuple[float, NDArray[np.uint8]]] = []
         """Height and marks of the floors that the robot has left."""
+        self._nothing_closed_at: tuple[float, float] | None = None
+        """Where the robot was at the last contact that closed no cell."""
         self.cells: NDArray[np.uint8] = np.zeros((0, 0), dtype=np.uint8)
         """(X, Y) bits `DRIVEN`, `CONTACT` and `SWEPT` of the grid's cells on the present floor."""
 
@@ -91,7 +97,7 @@ class TraversalRecord:
         ):
             centre = (cx, cy)
             self._mark_disc(grid, centre, radius, DRIVEN)
-            self._mark_disc(grid, centre, radius - 0.75 * v, SWEPT)
+            self._mark_disc(grid, centre, radius - _WELL_INSIDE * v, SWEPT)
 
     def mark_contact(
         self, grid: FloorGrid, T_world_base: Float64Array, motion: Command | None = None
@@ -102,7 +108,9 @@ class TraversalRecord:
         towards it is closed: the map is a few centimetres off there, and a triangle would close the
         door that the robot brushed against. If the robot drove backwards, the triangle lies behind
         it; if a long body turned on the spot, the cells that its outline approached are closed.
-        Cells that the body has covered stay open, so that the robot can return.
+        Cells that the body has covered stay open, so that the robot can return; but where it has
+        touched something twice and all cells are of that kind, those that it does not stand on are
+        closed, too: it would drive against the same thing for ever.
 
         Args:
             grid: The floor.
@@ -124,12 +132,14 @@ class TraversalRecord:
         touched = np.where(grid.kind[i, j] == OBSTACLE, beside, np.inf)
         if not turn:
             touched[ahead < -0.2 * away] = np.inf
-        open_yet = (self.cells[i, j] & (CONTACT | SWEPT) == 0) & (grid.kind[i, j] != OBSTACLE)
-        closed = np.zeros_like(open_yet)
+        not_closed = (self.cells[i, j] & CONTACT == 0) & (grid.kind[i, j] != OBSTACLE)
+        open_yet = not_closed & (self.cells[i, j] & SWEPT == 0)
+        closed, rim = np.zeros_like(open_yet), np.zeros_like(open_yet)
         if touched.min(initial=np.inf) <= 0.75 * v:
             at = np.unravel_index(int(np.argmin(touched)), touched.shape)
             px, py = dx[at] - beside[at] * nx[at], dy[at] - beside[at] * ny[at]
-            closed = open_yet & (np.hypot(dx - px, dy - py) <= 1.2 * v) & (beside >= -0.3 * v)
+            rim = np.hypot(dx - px, dy - py) <= 1.2 * v
+            closed = open_yet & rim & (beside >= -0.3 * v)
         if not closed.any() and turn:
             # Cells that the outline approaches during the turn.
             comes = turn * (dx * ny - dy * nx) > 0.3 * away
@@ -137,9 +147,14 @@ class TraversalRecord:
             closed &= (beside >= 0.0) & (beside <= v)
         elif not closed.any():
             aside = np.abs(dy * math.cos(heading) - dx * math.sin(heading))
-            closed = open_yet & (away >= nose + 0.25 * v) & (ahead > 0.0) & (ahead <= outer)
+            triangle = (away >= nose + 0.25 * v) & (ahead > 0.0) & (ahead <= outer)
             # At least one cell wide at the tip of the triangle.
-            closed &= aside <= np.maximum(ahead * math.tan(self._half_angle_rad), 0.75 * v)
+            triangle &= aside <= np.maximum(ahead * math.tan(self._half_angle_rad), 0.75 * v)
+            closed = open_yet & triangle
+            if not closed.any() and self._is_again(x, y):
+                rim &= beside >= -_WELL_INSIDE * v
+                closed = not_closed & (rim if (not_closed & rim).any() else triangle)
+        self._nothing_closed_at = None if closed.any() else (x, y)
         self.cells[i[closed], j[closed]] |= CONTACT
 
     def mark_unreachable(self, grid: FloorGrid, xy: tuple[float, float]) -> None:
@@ -156,6 +171,11 @@ class TraversalRecord:
         closed = bool((self.cells & CONTACT).any())
         self.cells &= 255 - CONTACT
         return closed
+
+    def _is_again(self, x: float, y: float) -> bool:
+        """Return whether the last contact was here, too, and closed nothing."""
+        last = self._nothing_closed_at
+        return last is not None and math.dist(last, (x, y)) <= _AGAIN_M
 
     def _turn_of(self, motion: Command) -> float:
         """Return the sign of a long body's turn on the spot; 0 if it does not turn on the spot."""

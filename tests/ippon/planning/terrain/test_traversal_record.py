@@ -118,6 +118,20 @@ def test_where_the_body_has_been_nothing_is_closed(dense_map):
     assert kind_at(floor, 3.35, 2.85) == OPEN
 
 
+def test_a_second_contact_where_the_body_has_been_closes_what_it_does_not_stand_on(dense_map):
+    volume = open_floor(dense_map)
+    floor = Traversability(TraversabilityConfig(), ZED)
+    for x in np.arange(2.8, 3.6, 0.05):
+        floor.update(volume.arrays(), base_pose(x, 2.8, 0.0, 0.0))
+    for x in (3.0, 3.02):
+        pose = base_pose(x, 2.8, 0.0, 0.0)
+        floor.mark_contact(pose)
+        floor.update(volume.arrays(), pose)
+    assert kind_at(floor, 3.35, 2.85) == OBSTACLE
+    assert kind_at(floor, 3.05, 2.85) == OPEN, "under the robot"
+    assert kind_at(floor, 2.75, 2.85) == OPEN, "behind it"
+
+
 def test_a_long_body_marks_what_it_stands_on_and_no_more(dense_map):
     volume = dense_map()
     volume.room((0.8, 0.8), (5.6, 5.6)).fill((0.8, 0.8, -0.1), (5.6, 5.6, 2.0), UNKNOWN)
