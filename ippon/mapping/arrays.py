@@ -69,3 +69,5 @@ class MapArrays(NamedTuple):
     """(B,) map revision at which the block last changed; 0 for a row without a block."""
     ooi_clear_m: float = math.inf
     """Depth in metres up to which a miss of the object of interest is evidence; see `VoxelMap`."""
+    ooi_prior_log_odds: float = math.inf
+    """Log-odds of p(v in O) of a voxel without evidence; infinite without an object of interest."""

@@ -211,6 +211,7 @@ class VoxelMap:
             squared_distance=self._pools.squared_distance[:n],
             revision=self._pools.revision[:n],
             ooi_clear_m=self._layers.ooi_clear_m,
+            ooi_prior_log_odds=self._layers.ooi_prior_log_odds,
         )
 
     def state_at(self, points_world: NDArray[np.float64]) -> NDArray[np.uint8]:

@@ -223,6 +223,13 @@ class ObjectLayers:
             revision,
         )
 
+    @property
+    def ooi_prior_log_odds(self) -> float:
+        """Log-odds of p(v in O) of a voxel without evidence; infinite without an OOI."""
+        return (
+            math.inf if self.ooi is None else float(prior_log_odds(len(self.labels), self._alias()))
+        )
+
     def _ooi_bounds(self, floor_z_m: float) -> tuple[int, int, int]:
         lowest_m, highest_m = self.ooi_lowest_m, self.ooi_highest_m
         return ooi_bounds(lowest_m, highest_m, floor_z_m, self._config.voxel_size_m)

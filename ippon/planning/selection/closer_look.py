@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
 from ippon.planning.roadmap.shortest_tree import ShortestTree
-from ippon.planning.selection.detours import Surroundings, farthest_point_sample
+from ippon.planning.selection.detours import Surroundings, first_in_sight
 from ippon.planning.selection.look_target import (
     LookConfig,
     LookTarget,
@@ -23,6 +23,7 @@ from ippon.planning.selection.look_target import (
     stands_facing,
 )
 from ippon.planning.selection.out_of_reach import OutOfReach, OutOfReachConfig
+from ippon.planning.selection.passing_look import PassingLook, PassingLookConfig
 from ippon.planning.selection.voxel_clusters import clusters_of
 
 
@@ -46,6 +47,7 @@ class CloserLookConfig:
     returns to fewer clusters."""
     look: LookConfig = field(default_factory=LookConfig)
     out_of_reach: OutOfReachConfig = field(default_factory=OutOfReachConfig)
+    passing: PassingLookConfig = field(default_factory=PassingLookConfig)
 
     def __post_init__(self) -> None:
         """Reject shares and counts without meaning."""
@@ -81,21 +83,24 @@ class CloserLookSelector:
         self._left: list[tuple[Float64Array, int]] = []
         """Centre and number of voxels of each cluster that was left."""
         self.out_of_reach = OutOfReach(config.out_of_reach, config.look, speed_m_s)
+        self._passing = PassingLook(config.passing, speed_m_s)
 
     @property
     def active(self) -> bool:
-        """A cluster is being looked at."""
-        return self._active is not None
+        """A cluster, or a place in passing, is being looked at."""
+        return self._active is not None or self._passing.active
 
     def reset(self) -> None:
         """Drop all clusters, for another object."""
         self._active = None
         self._left.clear()
         self.out_of_reach.reset()
+        self._passing.reset()
 
     def cancel(self) -> None:
         """End the present look: the target ends the search."""
         self._active = None
+        self._passing.cancel()
 
     def choose(
         self,
@@ -135,13 +140,17 @@ class CloserLookSelector:
             if found is not None and (best is None or found[0] < best[0]):
                 best = (*found, cluster)
         if best is not None:
+            self._passing.cancel()
             return self._look(best[1], best[2], best[3], xy, around.camera_z_m)
-        self._active = None
-        if known is None:
-            return None
-        return self.out_of_reach.choose(
-            known, around, tree, xy, T_world_base, enough=termination_min, cut_short=cut_short
-        )
+        self._active, look = None, None
+        if known is not None:
+            look = self.out_of_reach.choose(
+                known, around, tree, xy, T_world_base, enough=termination_min, cut_short=cut_short
+            )
+        if look is not None:
+            self._passing.cancel()
+            return look
+        return self._passing.choose(around, tree, xy, T_world_base, termination_min=termination_min)
 
     def _first_in_sight(
         self,
@@ -157,12 +166,7 @@ class CloserLookSelector:
         seconds = tree.cost[nodes] + config.detour_factor * away / self._speed
         if self._active is not None:
             seconds[nodes == self._active.node] -= config.keep_s
-        samples = farthest_point_sample(cluster, config.sight_points)
-        for row in np.argsort(seconds, kind="stable")[: config.max_viewpoints].tolist():
-            for voxel in samples:
-                if around.is_visible(xy[nodes[row]], voxel):
-                    return float(seconds[row]), int(nodes[row]), voxel
-        return None
+        return first_in_sight(config, cluster, nodes, seconds, around, xy)
 
     def _look(
         self,

@@ -1,6 +1,7 @@
 """The map as a whole, in a world of boxes whose truth is known."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -29,6 +30,14 @@ def heat_of(labels, ooi, box_label, share=0.9):
         )
 
     return make
+
+
+def test_what_a_voxel_without_evidence_has_follows_from_the_number_of_labels():
+    voxel_map = VoxelMap(MapConfig(), LABELS)
+    assert voxel_map.arrays().ooi_prior_log_odds == math.inf, "nothing is searched for"
+    for ooi, others in (("hat", 4), ("chair", 3)):
+        voxel_map.set_ooi(ooi)
+        assert voxel_map.arrays().ooi_prior_log_odds == pytest.approx(-math.log(others))
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,196 @@
+"""A look from nearby at what may be a small object, before exploring goes on.
+
+A small object is recognised in few images from afar. Its evidence stays below p_T, so that it is
+no cluster for a closer look, and its surface, which was seen, has no gain: the robot would drive on
+and come back after everything else, or never. Where a viewpoint near such a place is soon reached,
+the robot looks from there once.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ippon.geometry import Float64Array
+from ippon.mapping.objects.ooi_voxels import OoiVoxels, nearest_voxels
+from ippon.planning.roadmap.shortest_tree import ShortestTree
+from ippon.planning.selection.detours import Surroundings, first_in_sight
+from ippon.planning.selection.look_target import (
+    LookConfig,
+    LookTarget,
+    is_same_cluster,
+    look_at,
+    stands_facing,
+)
+from ippon.planning.selection.voxel_clusters import clusters_of
+from ippon.planning.surface_scale import surface_scale
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PassingLookConfig:
+    """Which places are worth a look in passing, and how long it lasts."""
+
+    evidence_nat: float = 1.5
+    """Log-likelihood ratio above which a voxel may be the object; more looks at fewer places that
+    are something else. Infinite for no such looks."""
+    near_m: float = 1.4
+    """Distance over the floor from which the place is looked at; more looks from viewpoints that
+    recognise small objects less."""
+    within_s: float = 15.0
+    """Travel time to the viewpoint up to which the robot looks; more takes longer detours."""
+    patience_steps: int = 6
+    """Steps at the viewpoint, facing the place, after which it is done with; more waits for images
+    that add little, since images from one place are one observation."""
+    give_up_steps: int = 250
+    """Steps on the way to the viewpoint after which the place is done with; more drives longer."""
+    max_voxels: int = 512
+    """Voxels, those nearest to the robot, that are considered; more takes longer."""
+    look: LookConfig = field(default_factory=LookConfig)
+
+    def __post_init__(self) -> None:
+        """Reject distances and counts without meaning."""
+        if not self.evidence_nat > 0.0 or not self.near_m > 0.0 or not self.within_s >= 0.0:
+            raise ValueError(
+                "evidence_nat and near_m must be above 0, within_s at least 0; got "
+                f"{self.evidence_nat}, {self.near_m}, {self.within_s}"
+            )
+        if min(self.patience_steps, self.give_up_steps, self.max_voxels) < 1:
+            raise ValueError(
+                "patience_steps, give_up_steps and max_voxels must be at least 1; got "
+                f"{self.patience_steps}, {self.give_up_steps}, {self.max_voxels}"
+            )
+
+
+@dataclass(slots=True, kw_only=True)
+class _ActiveLook:
+    """The place that the robot looks at, and for how long it has done so."""
+
+    centre: Float64Array
+    node: int
+    stand: Float64Array
+    yaw_rad: float
+    age: int = 0
+    settled: int = 0
+
+
+class PassingLook:
+    """Selects places to look at in passing; each is looked at once in a search."""
+
+    def __init__(self, config: PassingLookConfig, speed_m_s: float) -> None:
+        self._config = config
+        self._speed = speed_m_s
+        self._voxels: tuple[float, OoiVoxels] | None = None
+        """The threshold of p(v in O), and the voxels above it."""
+        self._active: _ActiveLook | None = None
+        self._done: list[Float64Array] = []
+        """Centre of each place that was looked at."""
+
+    @property
+    def active(self) -> bool:
+        """A place is being looked at."""
+        return self._active is not None
+
+    def reset(self) -> None:
+        """Forget all places, for another object."""
+        self._active, self._voxels = None, None
+        self._done.clear()
+
+    def cancel(self) -> None:
+        """End the present look; its place may be looked at again."""
+        self._active = None
+
+    def choose(
+        self,
+        around: Surroundings,
+        tree: ShortestTree,
+        xy: Float64Array,
+        T_world_base: Float64Array,
+        *,
+        termination_min: float,
+    ) -> LookTarget | None:
+        """Return the viewpoint to look from, None if no place is worth it.
+
+        Args:
+            around: Floor and map.
+            tree: Shortest paths.
+            xy: (capacity, 2) positions of the viewpoints, metres.
+            T_world_base: Pose of the robot.
+            termination_min: T_min; an object with more than that of a small one is recognised from
+                afar, and voxels with little evidence are mostly something else.
+        """
+        self._count_step(T_world_base)
+        best: tuple[float, int, Float64Array, Float64Array] | None = None
+        if len(tree.order) and termination_min <= max(1.0, surface_scale(around.grid.voxel_size)):
+            voxels = self._doubtful(around, T_world_base)
+            for rows in clusters_of(voxels, around.grid.voxel_size):
+                cluster = voxels[rows]
+                centre = cluster.mean(axis=0)
+                if any(is_same_cluster(self._config.look, done, centre) for done in self._done):
+                    continue
+                found = self._viewpoint(cluster, around, tree, xy)
+                if found is not None and (best is None or found[0] < best[0]):
+                    best = (*found, centre)
+        if best is None:
+            self._active = None
+            return None
+        _, node, voxel, centre = best
+        return self._look(node, voxel, centre, xy, around.camera_z_m)
+
+    def _doubtful(self, around: Surroundings, T_world_base: Float64Array) -> Float64Array:
+        """Return the (M, 3) centres of the voxels with enough evidence, metres."""
+        log_odds = around.arrays.ooi_prior_log_odds + self._config.evidence_nat
+        threshold = 1.0 / (1.0 + math.exp(-log_odds))
+        if self._voxels is None or self._voxels[0] != threshold:
+            # A label was added since.
+            self._voxels = threshold, OoiVoxels(threshold)
+        x, y = float(T_world_base[0, 3]), float(T_world_base[1, 3])
+        centres = self._voxels[1].update(around.arrays)[0]
+        return nearest_voxels(centres, x, y, self._config.max_voxels)
+
+    def _viewpoint(
+        self, cluster: Float64Array, around: Surroundings, tree: ShortestTree, xy: Float64Array
+    ) -> tuple[float, int, Float64Array] | None:
+        """Return seconds, node and visible voxel (3,) of the best viewpoint near a cluster."""
+        config = self._config
+        nodes = tree.order[tree.cost[tree.order] <= config.within_s]
+        away = np.linalg.norm(xy[nodes, None] - cluster[None, :, :2], axis=2).min(axis=1)
+        near = away <= config.near_m
+        nodes, away = nodes[near], away[near]
+        seconds = tree.cost[nodes] + config.look.detour_factor * away / self._speed
+        if self._active is not None:
+            seconds[nodes == self._active.node] -= config.look.keep_s
+        return first_in_sight(config.look, cluster, nodes, seconds, around, xy)
+
+    def _look(
+        self,
+        node: int,
+        voxel: Float64Array,
+        centre: Float64Array,
+        xy: Float64Array,
+        camera_z_m: float,
+    ) -> LookTarget:
+        """Begin or continue the look at a place from a viewpoint."""
+        look = look_at(node, xy[node], voxel, camera_z_m)
+        old = self._active
+        same = old is not None and is_same_cluster(self._config.look, old.centre, centre)
+        self._active = _ActiveLook(
+            centre=centre,
+            node=node,
+            stand=xy[node].copy(),
+            yaw_rad=look.yaw_rad,
+            age=old.age if old is not None and same else 0,
+            settled=old.settled if old is not None and same and old.node == node else 0,
+        )
+        return look
+
+    def _count_step(self, T_world_base: Float64Array) -> None:
+        """Count this step of the active look; after its last the place is done with."""
+        active, config = self._active, self._config
+        if active is None:
+            return
+        active.age += 1
+        stays = stands_facing(config.look, T_world_base, active.stand, active.yaw_rad)
+        active.settled = active.settled + 1 if stays else 0
+        if active.settled >= config.patience_steps or active.age >= config.give_up_steps:
+            self._done.append(active.centre)
+            self._active = None
