@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.frame_names import BASE_FRAME, WORLD_FRAME
+from app.messages.keys import BASE_FRAME, WORLD_FRAME
 from app.messages.motion import decode_transforms
 from app.nodes.replay.bag_poses import BagPoses, poses_of
 from app.nodes.replay.datasets import DatasetError

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.messages.cdr import MessageError, decode, encode, header, make, stamp_ns_of
-from app.messages.frame_names import BASE_FRAME, CAMERA_FRAME, WORLD_FRAME
+from app.messages.keys import BASE_FRAME, CAMERA_FRAME, WORLD_FRAME
 from ippon.geometry import (
     Float64Array,
     make_transform,

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from app.messages.cdr import MessageError, decode, encode, header, make, stamp_ns_of
-from app.messages.frame_names import WORLD_FRAME
+from app.messages.keys import WORLD_FRAME
 from app.messages.motion import check_positions
 from ippon.command import GoalOutcome
 from ippon.geometry import (

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.messages.cdr import MessageError, decode, encode, header, make, stamp_ns_of
-from app.messages.frame_names import WORLD_FRAME
+from app.messages.keys import WORLD_FRAME
 from app.messages.motion import check_positions
 from ippon.planning.plan import TreeView
 

@@ -6,7 +6,7 @@ from functools import reduce
 from operator import matmul
 from typing import Final
 
-from app.messages.frame_names import BASE_FRAME, WORLD_FRAME
+from app.messages.keys import BASE_FRAME, WORLD_FRAME
 from app.messages.motion import StampedTransform
 from ippon.geometry import Float64Array
 

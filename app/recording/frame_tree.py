@@ -7,8 +7,8 @@ from itertools import takewhile
 from typing import Final
 
 from app.messages import keys
-from app.messages.frame_names import BASE_FRAME, ODOMETRY_FRAME, WORLD_FRAME
 from app.messages.images import decode_camera
+from app.messages.keys import BASE_FRAME, ODOMETRY_FRAME, WORLD_FRAME
 from app.messages.motion import StampedTransform, decode_odometry, read_transforms
 from ippon.frame import NANOSECONDS
 

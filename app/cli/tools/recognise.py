@@ -62,9 +62,7 @@ def run_recognise(command: Recognise) -> int:
         models = ObservationModels([] if own is None else [own])
         segmenter = segmenter_of(command.segmentation)
         label_of = labels_of(segmenter, objects)
-        for name in objects:
-            if name not in label_of:
-                print(f"ippon: {unsupported_reason(segmenter, name)}", file=sys.stderr)
+        _report_unknown(segmenter, [name for name in objects if name not in label_of])
         if not label_of:
             for name in objects:
                 _print(name, [], as_json=command.json)
@@ -120,6 +118,11 @@ def _observed(
     if own is not None:
         own.check_network(seen.source, seen.kind if isinstance(seen, Heatmap) else "scores")
     return seen
+
+
+def _report_unknown(segmenter: Segmenter, objects: list[str]) -> None:
+    for name in objects:
+        print(f"ippon: {unsupported_reason(segmenter, name)}", file=sys.stderr)
 
 
 def _print(name: str, finds: list[RecognisedFind], *, as_json: bool) -> None:

@@ -12,8 +12,8 @@ from app.doctor.robot.samples import Samples
 from app.links.robot_streams.transforms import TransformBuffer
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.frame_names import BASE_FRAME, WORLD_FRAME
 from app.messages.images import StampedCamera
+from app.messages.keys import BASE_FRAME, WORLD_FRAME
 from app.messages.motion import decode_transforms
 from app.nodes.navigator.profile_check import depth_unit_mismatch, profile_mismatches
 from ippon.errors import FrameRejectedError

@@ -11,7 +11,7 @@ from app.doctor.robot.images import read_all, unreadable
 from app.doctor.robot.samples import Samples
 from app.links.robot_streams.transforms import TransformBuffer
 from app.messages import keys
-from app.messages.frame_names import BASE_FRAME, WORLD_FRAME
+from app.messages.keys import BASE_FRAME, WORLD_FRAME
 from app.messages.motion import (
     StampedTransform,
     decode_odometry,

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from app.messages.cdr import encode, header, make
-from app.messages.frame_names import BASE_FRAME
+from app.messages.keys import BASE_FRAME
 from app.messages.motion import encode_number
 from app.ros2.ippon_ros2.settings import FLOAT, TWIST, TWIST_STAMPED, Topic
 

@@ -12,7 +12,6 @@ from app.links.robot_streams.mask_pairing import MaskPairing, StampedDetections
 from app.links.robot_streams.robot_detector import RobotDetector
 from app.links.robot_streams.transforms import TransformBuffer
 from app.messages import keys
-from app.messages.frame_names import BASE_FRAME, WORLD_FRAME
 from app.messages.images import (
     PAIRED_S,
     CompressedColor,
@@ -24,6 +23,7 @@ from app.messages.images import (
     decode_depth_raw,
     decompress_color,
 )
+from app.messages.keys import BASE_FRAME, WORLD_FRAME
 from app.messages.motion import StampedTransform, decode_flag, decode_transforms
 from app.messages.perception.detection_masks import (
     StampedMasks,

@@ -17,8 +17,8 @@ from app.links.robot_streams.robot_detector import RobotDetector
 from app.links.robot_streams.stream_monitor import StreamMonitor
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.frame_names import WORLD_FRAME
 from app.messages.images import decode_color
+from app.messages.keys import WORLD_FRAME
 from app.recording.frame_tree import image_stamp_ns
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame

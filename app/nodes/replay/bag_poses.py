@@ -8,7 +8,7 @@ import numpy as np
 
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.frame_names import BASE_FRAME, ODOMETRY_FRAME, WORLD_FRAME
+from app.messages.keys import BASE_FRAME, ODOMETRY_FRAME, WORLD_FRAME
 from app.messages.motion import StampedTransform, decode_odometry, encode_transforms
 from app.nodes.replay.datasets import DatasetError
 from app.recording.frame_tree import NO_MOUNT, FrameTree

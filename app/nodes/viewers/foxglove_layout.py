@@ -6,7 +6,7 @@ from typing import Any, Final
 import foxglove.layouts as fl
 
 from app.messages import keys
-from app.messages.frame_names import BASE_FRAME, WORLD_FRAME
+from app.messages.keys import BASE_FRAME, WORLD_FRAME
 from app.nodes.viewers.foxglove_topics import BODY_KEY, LOG_KEY
 from app.recording.channels import MARKERS_KEY, ros_name
 from app.view.colors import PATH, hex_of

@@ -14,7 +14,7 @@ from foxglove.websocket import Capability, ChannelView, Client, ServerListener, 
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import decode
-from app.messages.frame_names import BASE_FRAME
+from app.messages.keys import BASE_FRAME
 from app.messages.memory import MapAlignment
 from app.messages.scene import FoundObject
 from app.messages.status import Event, FindReport

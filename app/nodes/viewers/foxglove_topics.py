@@ -10,8 +10,8 @@ import numpy as np
 from app.messages import keys, status
 from app.messages.body import BodyConfiguration
 from app.messages.driving import PaintedRegions
-from app.messages.frame_names import WORLD_FRAME
 from app.messages.images import decode_depth, encode_depth_raw
+from app.messages.keys import WORLD_FRAME
 from app.messages.memory import MapAlignment
 from app.messages.motion import StampedTransform, decode_transforms, encode_transforms
 from app.messages.recording import RecordingStatus

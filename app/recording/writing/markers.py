@@ -6,7 +6,7 @@ import numpy as np
 
 from app.messages.body import BodyProfile
 from app.messages.cdr import encode, header, make
-from app.messages.frame_names import WORLD_FRAME
+from app.messages.keys import WORLD_FRAME
 from app.messages.scene import FoundObject
 from app.recording.channels import MARKERS_TYPE
 from ippon.planning.plan import TreeView

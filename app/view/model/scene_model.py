@@ -14,8 +14,8 @@ import numpy as np
 from app.messages.body import BodyConfiguration, BodyProfile
 from app.messages.control import SavedSearches
 from app.messages.driving import PaintedRegions, PaintedStroke
-from app.messages.frame_names import BASE_FRAME, WORLD_FRAME
 from app.messages.images import CompressedColor, StampedCamera
+from app.messages.keys import BASE_FRAME, WORLD_FRAME
 from app.messages.memory import MapAlignment, RememberedThing, Room
 from app.messages.motion import StampedPath, StampedTransform
 from app.messages.recording import RecordingStatus

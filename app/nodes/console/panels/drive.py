@@ -6,9 +6,9 @@ from typing import Any, Final, Literal, get_args
 from app.messages.driving import DriveModeName, DriveStatus
 from app.nodes.console.link.commands import Actions
 from app.nodes.console.panels import markup
-from app.nodes.console.panels.attempt import attempt
 from app.nodes.console.panels.drive_markup import intervention, painted
 from app.nodes.console.panels.map import value_of
+from app.nodes.console.panels.markup import attempt
 from app.view.colors import QUIET
 from app.view.model.painted_area import mapped_m2
 from app.view.model.scene_model import Part, SceneModel

@@ -8,7 +8,7 @@ import viser
 from app.messages.status import LevelTable
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
-from app.nodes.console.panels.attempt import attempt
+from app.nodes.console.panels.markup import attempt
 from app.view.colors import QUIET
 from ippon.guidance.levels import LevelName
 

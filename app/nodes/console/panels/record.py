@@ -7,7 +7,7 @@ from typing import Any, Final
 from app.messages.recording import RecordingStatus
 from app.nodes.console.link.commands import Actions, RecordAction
 from app.nodes.console.panels import markup
-from app.nodes.console.panels.attempt import attempt
+from app.nodes.console.panels.markup import attempt
 from app.view.colors import QUIET
 from app.view.words import Words
 
