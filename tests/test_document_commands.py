@@ -279,6 +279,8 @@ def test_an_evaluation(shell):
     shutil.copytree(shell.folder / "results", shell.folder / "before")
     reported = shell.run(RESEARCHER, "ippon eval report results --against before")
     assert "ippon (before)" in reported
+    reported = shell.run(RESEARCHER, "ippon eval report results --detail")
+    assert "where SPL is lost" in reported
     rows = [json.loads(one.read_text()) for one in (shell.folder / "results/rows").glob("*.json")]
     episode = rows[0]["episode_id"]
     shell.start(

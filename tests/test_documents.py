@@ -76,6 +76,21 @@ def test_decisions_are_few_and_short():
     )
     assert 0 < len(entries) <= 40
     assert max(entry.count("\n") + 1 for entry in entries) <= 5
+    assert max(map(len, entries)) <= 600
+
+
+def test_every_part_of_the_results_names_its_command():
+    """Or says that it was measured once."""
+    text = (ROOT / "docs" / "results.md").read_text("utf-8")
+    parts = re.split(r"^#{2,3} ", text, flags=re.MULTILINE)[1:]
+    assert len(parts) > 10
+    without = [
+        part.partition("\n")[0]
+        for part in parts
+        if re.search(r"\b\d", part.partition("\n")[2])
+        and not re.search(r"scripts/|ippon |evaluate |coverage run|\*Once\*|\*once\*", part)
+    ]
+    assert without == []
 
 
 def test_pictures_are_small():

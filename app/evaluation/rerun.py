@@ -20,7 +20,7 @@ from app.robot_file import read_profile
 from ippon.evaluation.episode_generation import EpisodeSpec
 from ippon.evaluation.episode_record import Clocks
 from ippon.evaluation.methods.method_table import method_named
-from ippon.evaluation.row import TIMING_COLUMNS, EpisodeRow
+from ippon.evaluation.row import ATTAINABLE_COLUMNS, TIMING_COLUMNS, EpisodeRow
 from ippon.evaluation.trial import Trial, TrialConfig, config_hash
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.robot import RobotProfile
@@ -86,7 +86,7 @@ def rerun_episode(
 
 def differences(before: EpisodeRow, now: EpisodeRow) -> tuple[str, ...]:
     """Return the columns in which two rows of one episode differ, except times and names."""
-    left_out = {*TIMING_COLUMNS, "version", "episode_id", "kind", "after"}
+    left_out = {*TIMING_COLUMNS, *ATTAINABLE_COLUMNS, "version", "episode_id", "kind", "after"}
     names = (f.name for f in dataclasses.fields(EpisodeRow) if f.name not in left_out)
     return tuple(name for name in names if getattr(before, name) != getattr(now, name))
 

@@ -104,6 +104,11 @@ class SearchRecord:
     hits: int
     first_seen_s: float
     """When the object first came into view, -1 for never."""
+    seen_point: int
+    """Point of the trajectory at that time, -1 for never."""
+    mapped_point: int
+    """Point of the trajectory when the map, after that, first held a cluster of voxels at the
+    object; -1 for never."""
     last: Snapshot
     ending: Ending
     recognised: bool
@@ -121,6 +126,8 @@ class _Notes:
     contacts: list[bool] = field(default_factory=list[bool])
     step_s: list[float] = field(default_factory=list[float])
     first_seen_s: float = -1.0
+    seen_point: int = -1
+    mapped_point: int = -1
     last: Snapshot | None = None
 
 
@@ -148,6 +155,10 @@ def search(
     began_ns, began_frames, began_hits = world.stamp_ns, world.frames, world.collisions
     began_points, began_plans = len(world.trajectory) - 1, len(planner.seconds)
     notes, hits = _Notes(), began_hits
+    instances, wrong = (
+        [world.scene.instances[k] for k in rows]
+        for rows in (judge.instances, judge.wrong_instances)
+    )
     # The generator runs observe, watch and the mission's step; the step alone is timed by
     # taking the clock when the frame is handed over.
     handed: list[tuple[float, Frame]] = []
@@ -167,14 +178,15 @@ def search(
         hits = world.collisions
         if notes.first_seen_s < 0.0 and _is_in_view(world, judge, seen_within_m):
             notes.first_seen_s = round((world.stamp_ns - began_ns) * 1e-9, 3)
+            notes.seen_point = len(world.trajectory) - 1 - began_points
+        if notes.seen_point >= 0 > notes.mapped_point and any(
+            is_at_instance(cluster, instances) for cluster in result.snapshot.candidates
+        ):
+            notes.mapped_point = len(world.trajectory) - 1 - began_points
         if observer is not None:
             observer(frame, result, setup.mission)
     last = notes.last
     assert last is not None, "an episode has at least one frame"
-    instances, wrong = (
-        [world.scene.instances[k] for k in rows]
-        for rows in (judge.instances, judge.wrong_instances)
-    )
     return SearchRecord(
         trajectory=world.trajectory[began_points:],
         positions=np.array(notes.positions),
@@ -183,6 +195,8 @@ def search(
         frames=world.frames - began_frames,
         hits=world.collisions - began_hits,
         first_seen_s=notes.first_seen_s,
+        seen_point=notes.seen_point,
+        mapped_point=notes.mapped_point,
         last=last,
         ending=last.outcome or "time",
         recognised=any(is_at_instance(c, instances) for c in last.candidates),

@@ -135,6 +135,28 @@ class Judge:
         """Tell whether stopping at (x, y, ...) counts as a success."""
         return self.distance_m(position) < SUCCESS_DISTANCE_M
 
+    def first_success(self, trajectory: NDArray[np.float64], since: int) -> int:
+        """Return the first point of a trajectory, from one on, where a stop counts; -1 for none."""
+        points = range(since, len(trajectory))
+        return next((k for k in points if self.is_success(trajectory[k])), -1)
+
+    def attainable_spl(self, trajectory: NDArray[np.float64], point: int) -> float:
+        """Return the SPL of a search that goes straight to the object from a point of its way.
+
+        Args:
+            trajectory: (N, 2+) true positions of the base in metres, one per time step.
+            point: Row of the trajectory from which the way is the shortest one to a place where a
+                stop counts.
+        """
+        left_m = self.distance_m(trajectory[point])
+        return search_metrics(
+            shortest_path_m=self.distance_m(trajectory[0]),
+            distance_to_goal_m=0.0,
+            path_length_m=_length_m(trajectory[: point + 1])
+            + max(0.0, left_m - SUCCESS_DISTANCE_M),
+            stopped=math.isfinite(left_m),
+        ).spl
+
     def metrics(self, trajectory: NDArray[np.float64], *, stopped: bool) -> Metrics:
         """Score a search.
 
@@ -152,10 +174,14 @@ class Judge:
             )
         if not np.isfinite(path[:, :2]).all():
             raise ValueError("a trajectory needs finite positions")
-        steps = np.diff(path[:, :2], axis=0)
         return search_metrics(
             shortest_path_m=self.distance_m(path[0]),
             distance_to_goal_m=self.distance_m(path[-1]),
-            path_length_m=float(np.hypot(steps[:, 0], steps[:, 1]).sum()),
+            path_length_m=_length_m(path),
             stopped=stopped,
         )
+
+
+def _length_m(path: NDArray[np.float64]) -> float:
+    steps = np.diff(path[:, :2], axis=0)
+    return float(np.hypot(steps[:, 0], steps[:, 1]).sum())

@@ -69,12 +69,21 @@ class EpisodeRow:
     """Colour that tells the object from others of its kind; empty for none."""
     after: str = ""
     """Goal of the previous search, at whose end this search starts; empty for none."""
+    seen_spl: float = -1.0
+    """SPL that a straight way to the object would have had from where it first came into view; -1
+    if it never did, or in a row of an earlier version."""
+    mapped_spl: float = -1.0
+    """The same from where the map then first held a cluster of voxels at the object."""
+    reached_spl: float = -1.0
+    """The same from the first place after that where a stop would have been a success."""
 
 
 TIMING_COLUMNS: Final = (
     "planner_ms_p50", "planner_ms_p95", "step_ms_p50", "wall_s", "cpu_s", "realtime_factor",
 )  # fmt: skip
 """Columns that differ from run to run."""
+ATTAINABLE_COLUMNS: Final = ("seen_spl", "mapped_spl", "reached_spl")
+"""Columns that rows of earlier versions lack, in the order in which a search passes them."""
 _DISTANCES: Final = ("shortest_path_m", "distance_to_goal_m")
 """Columns that are infinite where there is no path."""
 

@@ -11,16 +11,20 @@ import numpy as np
 from ippon.evaluation.episode_generation import home_name
 from ippon.evaluation.methods.method_table import METHODS
 from ippon.evaluation.outcome import FAILURES, Failure
-from ippon.evaluation.row import EpisodeRow
+from ippon.evaluation.row import ATTAINABLE_COLUMNS, EpisodeRow
 from ippon.evaluation.statistics import (
     PairedDifference,
     mcnemar_p,
     mean_interval,
     paired_difference,
 )
+from ippon.vocabulary import HABITAT_GOALS
 
 REFERENCE: Final = "ippon"
 """Method that the others are compared with."""
+SHORT_M: Final = 4.0
+LONG_M: Final = 8.0
+"""Shortest paths between which episodes are told apart."""
 LEAST_WAY_M: Final = 1.0
 """Second searches with a shorter path to the object are excluded."""
 
@@ -80,6 +84,94 @@ class Effect:
     ratio: float | None
     """SPL with over SPL without; None over 0."""
     difference: PairedDifference
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Part:
+    """Searches of a method that have something in common."""
+
+    name: str
+    method: str
+    episodes: int
+    success: float
+    spl: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Losses:
+    """Where a method lost its SPL; all and the SPL sum to 1."""
+
+    method: str
+    episodes: int
+    before_view: float
+    """Until the object first came into view, within the map's range."""
+    to_map: float
+    """From there until the map held a cluster of voxels at the object."""
+    to_reach: float
+    """From there to the first place where a stop would have been a success."""
+    to_stop: float
+    """From there to the stop."""
+    false_stops: float
+    """What false stops could still have had from the last of these moments."""
+    other_failures: float
+
+
+_PARTS: Final[tuple[tuple[str, Callable[[EpisodeRow], bool]], ...]] = (
+    (f"path below {SHORT_M:g} m", lambda r: r.shortest_path_m < SHORT_M),
+    (f"path {SHORT_M:g} to {LONG_M:g} m", lambda r: SHORT_M <= r.shortest_path_m < LONG_M),
+    (f"path {LONG_M:g} m and more", lambda r: r.shortest_path_m >= LONG_M),
+    ("Habitat's objects", lambda r: r.goal in HABITAT_GOALS),
+    ("other objects", lambda r: r.goal not in HABITAT_GOALS),
+)
+
+
+def parts(rows: Sequence[EpisodeRow]) -> tuple[Part, ...]:
+    """Return each method's figures by shortest path and by kind of object, without empty parts."""
+    return tuple(
+        Part(
+            name=name,
+            method=method,
+            episodes=len(of),
+            success=float(np.mean([row.success for row in of])),
+            spl=float(np.mean([row.spl for row in of])),
+        )
+        for name, belongs in _PARTS
+        for method, of in by_method(row for row in rows if belongs(row)).items()
+    )
+
+
+def losses(rows: Sequence[EpisodeRow]) -> tuple[Losses, ...]:
+    """Return where each method lost its SPL; rows of earlier versions do not say it."""
+    return tuple(
+        _losses(name, of)
+        for name, of in by_method(rows).items()
+        if all(row.first_seen_s < 0.0 or row.seen_spl >= 0.0 for row in of)
+    )
+
+
+def _losses(method: str, rows: list[EpisodeRow]) -> Losses:
+    stages = np.zeros(4)
+    false_stops = other = 0.0
+    for row in rows:
+        left = 1.0
+        for k, name in enumerate(ATTAINABLE_COLUMNS):
+            reached = float(getattr(row, name))
+            if reached < 0.0:
+                break
+            stages[k] += left - min(left, reached)
+            left = min(left, reached)
+        if row.success:
+            stages[3] += left - row.spl
+        elif row.failure == "false_stop":
+            false_stops += left
+        else:
+            other += left
+    before_view, to_map, to_reach, to_stop = (float(x) for x in stages / len(rows))
+    return Losses(
+        method=method, episodes=len(rows), before_view=before_view, to_map=to_map,
+        to_reach=to_reach, to_stop=to_stop, false_stops=false_stops / len(rows),
+        other_failures=other / len(rows),
+    )  # fmt: skip
 
 
 def summarise(rows: Sequence[EpisodeRow]) -> tuple[MethodSummary, ...]:

@@ -243,6 +243,7 @@ class Trial:
             touched=touched_there(record.positions, record.contacts, frame_s),
             wrong_instance=record.wrong_instance,
         )
+        seen_spl, mapped_spl, reached_spl = _attainable(self._judge(spec), record)
         path = _thinned(record.trajectory[:, :2])
         planner_ms = 1e3 * np.array(record.planner_s or [0.0])
         return EpisodeRow(
@@ -285,7 +286,22 @@ class Trial:
             wall_s=wall_s,
             cpu_s=cpu_s,
             realtime_factor=record.time_s / max(cpu_s, 1e-9),
+            seen_spl=seen_spl,
+            mapped_spl=mapped_spl,
+            reached_spl=reached_spl,
         )
+
+
+def _attainable(judge: Judge, record: SearchRecord) -> tuple[float, float, float]:
+    """Return the SPL left at first view, at the first cluster and at the first place that counts.
+
+    It is -1 for what never came.
+    """
+    path, mapped = record.trajectory, record.mapped_point
+    reached = judge.first_success(path, mapped) if mapped >= 0 else -1
+    points = (record.seen_point, mapped, reached)
+    seen, cluster, place = (judge.attainable_spl(path, k) if k >= 0 else -1.0 for k in points)
+    return seen, cluster, place
 
 
 def _thinned(path: Float64Array, step_m: float = 0.1) -> Float64Array:

@@ -69,7 +69,10 @@ class ViewpointPlanner:
         self._floor = Traversability(config.traversability, robot)
         self._roadmap = Roadmap(config.max_nodes, config.reserved_nodes)
         self._viewpoints = ViewpointStore(
-            config.view, robot, config.max_nodes, config.ooi_threshold
+            config.view,
+            robot,
+            config.max_nodes,
+            max(config.ooi_threshold, config.view.termination_threshold),
         )
         self._scheduler = EvaluationScheduler(config.evaluation, self._roadmap, self._viewpoints)
         self._selector = TargetSelector(

@@ -93,10 +93,33 @@ def tour_rows(_: int, quick: bool) -> Iterator[Row]:
     yield from tour.tour_rows(3 if quick else 20)
 
 
+def tracking_rows(_: int, quick: bool) -> Iterator[Row]:
+    """Measure the pose of a camera from its images alone."""
+    from tests.benchmarks import tracking
+
+    yield from tracking.tracking_rows(20 if quick else 200)
+
+
+def kitchen_rows(_: int, __: bool) -> Iterator[Row]:
+    """Measure what a real detector finds in a real kitchen."""
+    from tests.benchmarks import kitchen
+
+    yield from kitchen.kitchen_rows()
+
+
+def session_rows(_: int, quick: bool) -> Iterator[Row]:
+    """Measure the processes and messages of one search, and its recording."""
+    from tests.benchmarks import session
+
+    yield from session.session_rows(20.0 if quick else 60.0, 300.0 if quick else 3600.0)
+
+
 def fleet_rows(_: int, quick: bool) -> Iterator[Row]:
     """Measure many robots on one router."""
     from tests.benchmarks import fleet
 
+    for images in ("kitchen", "home"):
+        yield from fleet.depth_rows(images)
     for robots, images in ((20, "kitchen"), (20, "home")) if quick else FLEETS:
         yield from fleet.fleet_rows(robots, images)
 
@@ -108,12 +131,15 @@ BENCHMARKS = {
     "exploring": exploring_rows,
     "fleet": fleet_rows,
     "guidance": guidance_rows,
+    "kitchen": kitchen_rows,
     "levels": level_rows,
     "map": map_rows,
     "planner": planner_rows,
     "second-day": second_day_rows,
+    "session": session_rows,
     "segmentation": segmentation_rows,
     "tour": tour_rows,
+    "tracking": tracking_rows,
 }
 
 

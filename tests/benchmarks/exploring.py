@@ -10,7 +10,7 @@ part in it.
 
 import dataclasses
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +25,7 @@ from ippon.evaluation.outcome import shows_object
 from ippon.evaluation.trial import TrialConfig, habitat_trial
 from ippon.guidance.language.naming import is_instance_of, resolve_object
 from ippon.guidance.prior import EmbeddedPrior
+from ippon.mission.config import MissionConfig
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
 from ippon.simulation.homes.generator import generate_home
@@ -38,6 +39,32 @@ LEAST_WAYS_M = (1.0, 4.0, 8.0)
 IN_VAIN = "umbrella"
 EVERYWHERE_M = 1e3
 METHODS_COMPARED = ("ippon", "paper", "nearest_frontier", "greedy_nbv")
+
+
+def _near_rays(config: MissionConfig) -> MissionConfig:
+    view = dataclasses.replace(config.planner.view, unknown_depth_m=1.5)
+    return dataclasses.replace(config, planner=dataclasses.replace(config.planner, view=view))
+
+
+def _selecting(**change: float) -> Callable[[MissionConfig], MissionConfig]:
+    def configure(config: MissionConfig) -> MissionConfig:
+        selection = dataclasses.replace(config.planner.selection, **change)
+        planner = dataclasses.replace(config.planner, selection=selection)
+        return dataclasses.replace(config, planner=planner)
+
+    return configure
+
+
+VARIANTS: dict[str, Callable[[MissionConfig], MissionConfig]] = {
+    "rays through 1.5 m of unknown space": _near_rays,
+    "gain over cost, no commitment": _selecting(cost_power=1.0, stay_power=0.0),
+    "commitment that does not fade": _selecting(fade_power=0.0),
+}
+"""Parts of `ippon` that are left out, one at a time."""
+COMPARED: dict[str, Method] = {name: METHODS[name] for name in METHODS_COMPARED} | {
+    f"ippon with {name}": dataclasses.replace(METHODS["ippon"], configure=configure)
+    for name, configure in VARIANTS.items()
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,14 +87,14 @@ def exploring_rows(homes: int) -> Iterator[Row]:
     config = habitat_trial()
     limits = dataclasses.replace(config.limits, max_time_s=LONGEST_S)
     config = dataclasses.replace(config, limits=limits)
-    runs: dict[str, list[list[Seen]]] = {name: [] for name in METHODS_COMPARED}
+    runs: dict[str, list[list[Seen]]] = {name: [] for name in COMPARED}
     for seed in range(FIRST_HOME, FIRST_HOME + homes):
         scene = generate_home(seed)
-        for name in METHODS_COMPARED:
-            runs[name].append(explore(config, scene, METHODS[name], seed))
+        for name, method in COMPARED.items():
+            runs[name].append(explore(config, scene, method, seed))
     for least_m in LEAST_WAYS_M:
         first: NDArray[np.float64] | None = None
-        for name in METHODS_COMPARED:
+        for name in COMPARED:
             each = [[s for s in run if s.shortest_m >= least_m] for run in runs[name]]
             each = [run for run in each if run]
             if not each:

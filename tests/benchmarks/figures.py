@@ -17,7 +17,17 @@ from typing import Any, Final
 
 from tests.locations import ROOT
 
-TIMES: Final = ("guidance", "map", "planner", "console", "fleet", "detector")
+TIMES: Final = (
+    "guidance",
+    "map",
+    "planner",
+    "console",
+    "fleet",
+    "session",
+    "detector",
+    "kitchen",
+    "tracking",
+)
 """Parts that take minutes."""
 SEARCHES: Final = ("levels", "exploring", "tour", "second-day")
 """Parts that take hours: their rows are means over simulated searches, the same in every run."""

@@ -19,8 +19,9 @@ import zenoh
 
 from app.links.network.session import open_client, open_router
 from app.messages import keys
-from app.messages.images import encode_camera, encode_color, encode_depth
+from app.messages.images import encode_camera, encode_color, encode_depth, encode_depth_raw
 from app.messages.motion import StampedTransform, StampedTwist, encode_transforms, encode_twist
+from app.ros2.ippon_ros2.depth_png import compress_depth
 from ippon.frame import Frame
 from tests.benchmarks.frames import home_frames, kitchen_frames
 from tests.benchmarks.rows import Row
@@ -58,10 +59,10 @@ def fleet_rows(robots: int, images: str = "kitchen", seconds: float = 15.0) -> I
         end.start()
     try:
         time.sleep(4.0 + 0.3 * seconds)
-        before_s, since = _cpu_s(router.pid), time.monotonic()
+        before_s, since = cpu_s(router.pid), time.monotonic()
         time.sleep(0.5 * seconds)
-        share = 100.0 * (_cpu_s(router.pid) - before_s) / (time.monotonic() - since)
-        memory_mb = _rss_mb(router.pid)
+        share = 100.0 * (cpu_s(router.pid) - before_s) / (time.monotonic() - since)
+        memory_mb = rss_mb(router.pid)
         measured: dict[str, Any] = {}
         for _ in ends:
             measured |= results.get(timeout=seconds + 60.0)
@@ -81,6 +82,23 @@ def fleet_rows(robots: int, images: str = "kitchen", seconds: float = 15.0) -> I
         for name, q in (("p50", 50), ("p99", 99)):
             value = float(np.percentile(ages_ms, q))
             yield Row(name=f"fleet.{what}_{name}", data=data, value=value, unit="ms")
+
+
+def depth_rows(images: str) -> Iterator[Row]:
+    """Measure depth that a ROS 2 bridge packs, `compress: true`."""
+    frames = kitchen_frames(20) if images == "kitchen" else home_frames(20)
+    sizes: list[int] = []
+    times: list[float] = []
+    for frame in frames:
+        raw = encode_depth_raw(np.nan_to_num(frame.depth), frame.stamp_ns, "eye")
+        began = time.process_time()
+        packed = compress_depth(raw)
+        times.append(1e3 * (time.process_time() - began))
+        assert packed is not None, "depth in millimetres is packed"
+        sizes.append(len(packed))
+    data = f"{images}, 640 x 480"
+    yield Row(name="fleet.packed_depth", data=data, value=float(np.median(sizes)) / 1e3, unit="kB")
+    yield Row(name="fleet.packing_depth", data=data, median_ms=float(np.median(times)))
 
 
 def _payloads(frames: list[Frame]) -> Payloads:
@@ -196,10 +214,12 @@ def _receive(endpoint: str, robots: int, _: Payloads, seconds: float, results: A
         session.close()  # pyright: ignore[reportUnknownMemberType]
 
 
-def _cpu_s(pid: int | None) -> float:
+def cpu_s(pid: int | None) -> float:
+    """Return the processor time that a process has used."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / _HZ
 
 
-def _rss_mb(pid: int | None) -> float:
+def rss_mb(pid: int | None) -> float:
+    """Return the memory of a process."""
     return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * _PAGE / 1e6

@@ -1,4 +1,7 @@
-"""How long common sense takes: the embedded prior, an answer kept on disk, one sentence."""
+"""How long common sense takes: the embedded prior, an answer kept on disk, and sentences.
+
+Sentences are also compared with what they mean.
+"""
 
 import statistics
 import tempfile
@@ -15,8 +18,11 @@ from ippon.guidance.prior import EmbeddedPrior
 from ippon.guidance.prompts.level_prompt import build_prompt
 from ippon.vocabulary import LABORATORY_40, MATTERPORT_40
 from tests.benchmarks.rows import Row
+from tests.ippon.guidance.language.requests.expected_requests import differences, load_cases
+from tests.locations import ROOT
 
 REPEATS = 200
+SENTENCES = ROOT / "tests/ippon/guidance/language/requests"
 NOBODY = "http://127.0.0.1:9/v1"
 """Nobody answers there: what comes is from the disk."""
 CONTEXT = "I think I left it on the sofa yesterday"
@@ -44,6 +50,28 @@ def guidance_rows() -> Iterator[Row]:
         "find my hat, I think I left it on the sofa",
         lambda: read_request("find my hat, I think I left it on the sofa"),
     )
+    yield from sentence_rows()
+
+
+def sentence_rows() -> Iterator[Row]:
+    """Read the sentences of the tests: how many are right, and how long one takes."""
+    times: list[float] = []
+    for path in sorted(SENTENCES.glob("sentences*.yaml")):
+        cases = load_cases(path.name)
+        right = unmarked = 0
+        for case in cases:
+            started = time.process_time()
+            request = read_request(case.sentence)
+            times.append(1e3 * (time.process_time() - started))
+            same = not differences(case, request)
+            right += same
+            unmarked += not (same or request.doubtful or request.unused)
+        name = path.stem.removeprefix("sentences").removeprefix("_") or "first"
+        data = f"{name} set, {len(cases)} sentences"
+        yield Row(name="read right", data=data, value=100.0 * right / len(cases), unit="%")
+        yield Row(name="read wrongly, without a mark", data=data, value=unmarked)
+    data = f"{len(times)} sentences of the tests"
+    yield Row(name="one sentence, by rules", data=data, median_ms=statistics.median(times))
 
 
 def _cached(prior: EmbeddedPrior, folder: Path) -> Iterator[Row]:

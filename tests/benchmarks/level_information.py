@@ -65,7 +65,10 @@ Model = Callable[[Noted], float]
 
 
 def level_rows(homes: int) -> Iterator[Row]:
-    """Search one object in each of so many homes, and tell what the levels were worth."""
+    """Search one object in each of so many homes, and tell what the levels were worth.
+
+    Half as many small objects are searched for with a true sentence about where they are.
+    """
     config = exploring(habitat_trial())
     searches = [s for seed in range(FIRST_HOME, FIRST_HOME + homes) if (s := _home(config, seed))]
     data = f"{len(searches)} searches of generated homes, {FIRST_HOME} on"
@@ -73,27 +76,38 @@ def level_rows(homes: int) -> Iterator[Row]:
     p = config.mission.levels.as_array().astype(np.float64)
     average = float(p[Level.AVERAGE])
 
-    def told(model: Model) -> NDArray[np.float64]:
-        return np.array([s for search in searches if (s := score(search, model)) is not None])
+    def by_level(n: Noted) -> float:
+        return float(p[n.level]) / average
 
-    nothing = told(lambda _: 1.0)
-    levels = told(lambda n: float(p[n.level]) / average)
-    images = told(lambda n: float(with_evidence(average, n.nat)) / average)
-    both = told(lambda n: float(with_evidence(p[n.level], n.nat)) / average)
+    nothing = _scores(searches, lambda _: 1.0)
+    levels = _scores(searches, by_level)
+    images = _scores(searches, lambda n: float(with_evidence(average, n.nat)) / average)
+    both = _scores(searches, lambda n: float(with_evidence(p[n.level], n.nat)) / average)
+    seeds = range(FIRST_HOME, FIRST_HOME + max(1, homes // 2))
+    told = [s for seed in seeds if (s := _home(config, seed, told=True))]
+    with_context = _scores(told, by_level) - _scores(told, lambda _: 1.0)
     yield Row(
         name="share of what is promised that would find the object",
         data=data,
         value=100.0 * math.exp(nothing.mean()),
         unit="% (geometric mean)",
     )
-    for name, gain in (
-        ("levels add", levels - nothing),
-        ("images add", images - nothing),
-        ("images add to levels", both - levels),
+    of_told = f"{len(told)} searches for small objects, {FIRST_HOME} on"
+    for name, what, gain in (
+        ("levels add", data, levels - nothing),
+        ("images add", data, images - nothing),
+        ("images add to levels", data, both - levels),
+        ("levels with a true context add", of_told, with_context),
     ):
+        if not len(gain):
+            continue
         spread = gain.std(ddof=1) / math.sqrt(len(gain)) if len(gain) > 1 else math.nan
         unit = f"nat (standard error {spread:.3f})"
-        yield Row(name=name, data=data, value=float(gain.mean()), unit=unit)
+        yield Row(name=name, data=what, value=float(gain.mean()), unit=unit)
+
+
+def _scores(searches: list[list[Noted]], model: Model) -> NDArray[np.float64]:
+    return np.array([s for search in searches if (s := score(search, model)) is not None])
 
 
 def _rows_by_level(searches: list[list[Noted]], data: str) -> Iterator[Row]:
@@ -144,10 +158,15 @@ def _by_level(search: list[Noted]) -> NDArray[np.float64]:
     return out / len(search)
 
 
-def _home(config: TrialConfig, seed: int) -> list[Noted]:
+def _home(config: TrialConfig, seed: int, *, told: bool = False) -> list[Noted]:
     scene = generate_home(seed)
-    listed, _ = list_episodes(scene, str(seed), config.robot, EpisodeGenerationConfig(seed=5))
-    far = [spec for spec in listed if spec.shortest_path_m >= LEAST_WAY_M]
+    catalogue = EpisodeGenerationConfig(seed=5, context="support" if told else "none")
+    listed, _ = list_episodes(scene, str(seed), config.robot, catalogue)
+    far = [
+        spec
+        for spec in listed
+        if spec.shortest_path_m >= LEAST_WAY_M and bool(spec.context) == told
+    ]
     return note_viewpoints(config, scene, far[seed % len(far)]) if far else []
 
 

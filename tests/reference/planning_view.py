@@ -109,7 +109,7 @@ def panorama(
                     p = arrays.ooi[pool] / 254.0
                     known[at] += p * left if near and p > rules.ooi_floor else 0.0
                     beyond = math.hypot(x, y) - rules.termination_range
-                    if p > rules.ooi_threshold and beyond <= rules.termination_depth:
+                    if p > rules.termination_threshold and beyond <= rules.termination_depth:
                         (ooi if beyond <= 0.0 else behind)[at] += 1
                 level = arrays.level[pool]
                 if level != NOT_MAPPED and far <= rules.level_range:

@@ -12,18 +12,21 @@ from rich.table import Table
 from app.cli.options.evaluation import EvalReport
 from app.evaluation.report.report_data import ReportData
 from app.evaluation.report.report_files import read_report_data, write_report
+from app.evaluation.report.report_page import losses_in_order
 from ippon.evaluation.summary import Effect, MethodSummary
 
 
 def run_eval_report(command: EvalReport) -> int:
     """Print the table; write report.html and report.json beside the rows."""
-    data = read_report_data(command.folder, command.reference, command.against)
+    data = read_report_data(command.folder, command.reference, command.against, command.pool)
     page = write_report(data)
     if command.json:
         print(json.dumps([json_line(s) for s in data.summaries], indent=1))
     else:
         screen = Console()
         _print_tables(screen, data)
+        if command.detail:
+            _print_detail(screen, data)
         _print_effects(screen, "a correct sentence (with, without)", data.contexts)
         _print_effects(screen, "a known home (second object with and without map)", data.seconds)
         print(f"\n{page}")
@@ -93,6 +96,34 @@ def _print_tables(screen: Console, data: ReportData) -> None:
     screen.print(pairs)
     screen.print(
         f"time: of its finds over those of {data.reference}, where both succeed", style="dim"
+    )
+
+
+def _print_detail(screen: Console, data: ReportData) -> None:
+    table = _table("by shortest path and by object", ("method", "with", "n", "succ", "SPL"))
+    for p in sorted(data.parts, key=lambda p: p.method):
+        table.add_row(p.method, p.name, str(p.episodes), f"{p.success:.2f}", f"{p.spl:.3f}")
+    screen.print(table)
+    table = _table("why searches failed", ("method", "cause", "n"))
+    for s in data.summaries:
+        for cause, count in s.failures.items():
+            table.add_row(s.method, cause.replace("_", " "), str(count))
+    if table.row_count:
+        screen.print(table)
+    if not data.losses:
+        screen.print("rows of an earlier version do not say where SPL was lost")
+        return
+    heads = ("method", "n", "view", "map", "reach", "stop", "false", "other")
+    table = _table("where SPL is lost, of 1", heads)
+    for one in data.losses:
+        figures = (f"{x:.3f}" for x in losses_in_order(one))
+        table.add_row(one.method, str(one.episodes), *figures)
+    screen.print(table)
+    screen.print(
+        "view: before the object first came into view; map: from there until it was in the map; "
+        "reach: until a stop would have counted; stop: until the stop; false, other: what false "
+        "stops and other failures could still have had",
+        style="dim",
     )
 
 

@@ -31,11 +31,16 @@ class EvalReport:
     """Folder that `ippon eval run` wrote."""
     reference: str = "ippon"
     """Method that the others are compared with, episode by episode."""
+    pool: tuple[Path, ...] = ()
+    """Folders of further runs, whose episodes count as if they were in the same folder."""
     against: tuple[Path, ...] = ()
     """Folders of other runs, such as that before a change, whose methods are compared on the same
     episodes; they are named with their folder, as in "ippon (before)"."""
     json: bool = False
     """Print the table as JSON."""
+    detail: bool = False
+    """Print also the figures by shortest path and by kind of object, why searches failed, and where
+    SPL is lost; report.html and report.json always have them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,12 +1,12 @@
 """Data of an evaluation's report."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ippon.evaluation.row import EpisodeRow
-from ippon.evaluation.summary import Comparison, Effect, MethodSummary
+from ippon.evaluation.summary import Comparison, Effect, Losses, MethodSummary, Part
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -14,12 +14,18 @@ class ReportData:
     """Data of the report."""
 
     rows: Sequence[EpisodeRow]
-    """Single searches of the folder."""
+    """Single searches of the folder, and of those pooled with it."""
+    folders: Mapping[tuple[str, str], Path]
+    """Folder of each row, by episode and method."""
     compared: Sequence[EpisodeRow]
     """These and those of other folders, whose methods are named with their folder."""
     other_settings: Sequence[str]
     """What was set otherwise in the other folders."""
     summaries: Sequence[MethodSummary]
+    parts: Sequence[Part]
+    """By shortest path and by kind of object."""
+    losses: Sequence[Losses]
+    """Where SPL is lost."""
     comparisons: Sequence[Comparison]
     """Of the reference with each other method, on the same episodes."""
     reference: str
@@ -32,4 +38,4 @@ class ReportData:
     errors: Sequence[str]
     settings: dict[str, Any]
     folder: Path
-    """Folder of the results, for commands and links."""
+    """Folder that the report is written into."""

@@ -11,10 +11,13 @@ from app.evaluation.errors import EvaluationError
 from app.evaluation.report.report_data import ReportData
 from app.evaluation.report.report_page import report_page
 from app.evaluation.results_folder import EvaluationFolder
+from ippon.evaluation.row import EpisodeRow
 from ippon.evaluation.summary import (
     REFERENCE,
     compare,
     context_effects,
+    losses,
+    parts,
     second_object_effects,
     singles,
     summarise,
@@ -22,7 +25,10 @@ from ippon.evaluation.summary import (
 
 
 def read_report_data(
-    path: Path, reference: str = REFERENCE, against: Sequence[Path] = ()
+    path: Path,
+    reference: str = REFERENCE,
+    against: Sequence[Path] = (),
+    pool: Sequence[Path] = (),
 ) -> ReportData:
     """Return means, intervals and paired tests of a folder's rows.
 
@@ -30,16 +36,21 @@ def read_report_data(
         path: The folder.
         reference: Method that the others are compared with.
         against: Folders whose methods are compared, too.
+        pool: Folders whose rows are added to those of the first.
 
     Raises:
         EvaluationError: A folder holds no results, or damaged ones, or two have one name, or none
-            holds the reference.
+            holds the reference, or two that are pooled hold the same search.
     """
-    folder = EvaluationFolder(path)
-    rows = folder.rows()
+    folder, *others = _distinct(path, (*pool, *against))
+    pooled = [folder, *others[: len(pool)]]
+    rows, folders = _pooled(pooled)
     alone = singles(rows)
     compared, other_settings = list(alone), list[str]()
-    for other in _distinct(path, against):
+    for other in others[: len(pool)]:
+        name = other.path.resolve().name
+        other_settings += _differences(folder.settings(), other.settings(), name)
+    for other in others[len(pool) :]:
         name = other.path.resolve().name
         compared += [
             dataclasses.replace(row, method=f"{row.method} ({name})")
@@ -51,27 +62,49 @@ def read_report_data(
         raise EvaluationError(f"{path} has no rows of {reference}; there are {', '.join(names)}")
     return ReportData(
         rows=alone,
+        folders=folders,
         compared=compared,
         other_settings=other_settings,
         summaries=summarise(compared),
+        parts=parts(compared),
+        losses=losses(compared),
         comparisons=compare(compared, reference),
         reference=reference,
         later=[row for row in rows if row.kind != "single"],
         contexts=context_effects(rows),
         seconds=second_object_effects(rows),
-        errors=folder.errors(),
+        errors=[error for one in pooled for error in one.errors()],
         settings=folder.settings(),
         folder=path,
     )
 
 
 def _distinct(path: Path, against: Sequence[Path]) -> list[EvaluationFolder]:
-    """Return the other folders; each is told by the last part of its path."""
+    """Return all folders; each is told by the last part of its path."""
     names = Counter(folder.resolve().name for folder in (path, *against))
     twice = [name for name, count in names.items() if count > 1]
     if twice:
         raise EvaluationError(f"two folders are called {twice[0]}; rename one of them")
-    return [EvaluationFolder(folder) for folder in against]
+    return [EvaluationFolder(folder) for folder in (path, *against)]
+
+
+def _pooled(
+    pooled: Sequence[EvaluationFolder],
+) -> tuple[list[EpisodeRow], dict[tuple[str, str], Path]]:
+    """Return the rows of some folders, and the folder of each by episode and method."""
+    rows: list[EpisodeRow] = []
+    folders: dict[tuple[str, str], Path] = {}
+    for folder in pooled:
+        for row in folder.rows():
+            key = row.episode_id, row.method
+            if key in folders:
+                raise EvaluationError(
+                    f"{folders[key]} and {folder.path} both hold {row.episode_id} by {row.method}; "
+                    "only different searches can be pooled"
+                )
+            folders[key] = folder.path
+            rows.append(row)
+    return rows, folders
 
 
 def _differences(settings: dict[str, Any], other: dict[str, Any], name: str) -> list[str]:
@@ -101,6 +134,8 @@ def write_report(data: ReportData) -> Path:
 def _as_json(data: ReportData) -> dict[str, Any]:
     return {
         "methods": [dataclasses.asdict(s) for s in data.summaries],
+        "parts": [dataclasses.asdict(p) for p in data.parts],
+        "losses": [dataclasses.asdict(one) for one in data.losses],
         "comparisons": [dataclasses.asdict(c) for c in data.comparisons],
         "contexts": [dataclasses.asdict(c) for c in data.contexts],
         "second_objects": [dataclasses.asdict(s) for s in data.seconds],

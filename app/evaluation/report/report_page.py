@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
@@ -20,7 +21,9 @@ from ippon.evaluation.row import EpisodeRow
 from ippon.evaluation.statistics import PairedDifference
 from ippon.evaluation.summary import (
     Effect,
+    Losses,
     MethodSummary,
+    Part,
     by_method,
     spl_by_goal,
 )
@@ -81,6 +84,9 @@ def report_page(data: ReportData) -> str:
         "<h2>Why searches failed</h2>",
         failure_plot(data.summaries),
         _causes(),
+        "<h2>By shortest path and by object</h2>",
+        _parts_table(data.parts),
+        *_losses(data.losses),
         *_episodes(data),
         *_recorded(data),
         "<h2>Set-up</h2>",
@@ -209,6 +215,38 @@ def _effects_table(effects: Sequence[Effect]) -> str:
     return _table(head, body)
 
 
+def _parts_table(parts: Sequence[Part]) -> str:
+    body = [(p.name, p.method, str(p.episodes), f"{p.success:.2f}", f"{p.spl:.3f}") for p in parts]
+    return _table(("episodes with", "method", "number", "success", "SPL"), body)
+
+
+def _losses(losses: Sequence[Losses]) -> Iterable[str]:
+    if not losses:
+        return
+    head = (
+        "method", "episodes", "before the first view", "until it is in the map",
+        "until a stop would count", "until the stop", "false stops", "other failures",
+    )  # fmt: skip
+    body = [
+        (one.method, str(one.episodes), *(f"{x:.3f}" for x in losses_in_order(one)))
+        for one in losses
+    ]
+    yield "<h2>Where SPL is lost</h2>"
+    yield _table(head, body)
+    yield (
+        '<p class="dim">Shares of an SPL of 1. A straight way to the object from the end of each '
+        "stage would have had an SPL of 1 less all losses so far; what a failure could still have "
+        "had counts as lost by it.</p>"
+    )
+
+
+def losses_in_order(one: Losses) -> tuple[float, ...]:
+    """Return the losses in the order in which a search passes them."""
+    return (
+        one.before_view, one.to_map, one.to_reach, one.to_stop, one.false_stops, one.other_failures,
+    )  # fmt: skip
+
+
 def _causes() -> str:
     listed = "; ".join(f"{cause.replace('_', ' ')}: {_CAUSES[cause]}" for cause in FAILURES)
     return f'<p class="dim">{escape(listed)}.</p>'
@@ -223,14 +261,15 @@ def _episodes(data: ReportData) -> Iterable[str]:
     }
     for what, rows in groups.items():
         if rows:
-            lines = "".join(_episode(data.folder, row) for row in rows)
+            lines = "".join(_episode(data, row) for row in rows)
             yield (
                 f"<details><summary>{len(rows)} {what}, with the commands to record them</summary>"
                 f"<table>{lines}</table></details>"
             )
 
 
-def _episode(folder: Path, row: EpisodeRow) -> str:
+def _episode(data: ReportData, row: EpisodeRow) -> str:
+    folder = data.folders[row.episode_id, row.method]
     away = f"{row.distance_to_goal_m:.1f} m away"
     if math.isinf(row.distance_to_goal_m):
         away = "without a path to it"
@@ -239,7 +278,7 @@ def _episode(folder: Path, row: EpisodeRow) -> str:
     if row.kind == "second":
         watch = "starts with the map of the search before it: record that one, or the fresh one"
     sessions = sorted((folder / SESSIONS / f"{row.episode_id}.{row.method}").glob(_RECORDING))
-    links = " ".join(_link(folder, path.parent, "recording") for path in sessions)
+    links = " ".join(_link(data.folder, path.parent, "recording") for path in sessions)
     return (
         f"<tr><td>{escape(row.episode_id)}</td><td>{escape(row.method)}</td>"
         f"<td>{'found' if row.success else row.failure}</td><td>{how}</td>"
@@ -248,7 +287,7 @@ def _episode(folder: Path, row: EpisodeRow) -> str:
 
 
 def _link(folder: Path, session: Path, text: str) -> str:
-    to = "/".join(quote(part) for part in session.relative_to(folder).parts)
+    to = "/".join(quote(part) for part in Path(os.path.relpath(session, folder)).parts)
     return f'<a href="{to}/">{escape(text)}</a>'
 
 
@@ -260,7 +299,8 @@ def replay_command(folder: Path, row: EpisodeRow) -> str:
 
 def _recorded(data: ReportData) -> Iterable[str]:
     """List the recordings of `ippon eval replay`."""
-    sessions = sorted((data.folder / SESSIONS).glob(f"*/{_RECORDING}"))
+    folders = dict.fromkeys(data.folders.values())
+    sessions = [p for one in folders for p in sorted((one / SESSIONS).glob(f"*/{_RECORDING}"))]
     if not sessions:
         yield ('<p class="dim">The command beside an episode records it for ippon review.</p>')
         return

@@ -131,8 +131,11 @@ def _papers_scores(config: MissionConfig) -> MissionConfig:
         passing_weight=1.0,
         framing_cap=_NO_CAP,
     )
-    view = replace(planner.view, termination_depth_m=0.0)
-    return replace(config, planner=replace(planner, selection=selection, view=view))
+    view = replace(planner.view, termination_depth_m=0.0, termination_threshold=0.0)
+    passing = replace(planner.closer_look.passing, enabled=False)
+    looks = replace(planner.closer_look, passing=passing)
+    planner = replace(planner, selection=selection, view=view, closer_look=looks)
+    return replace(config, planner=planner)
 
 
 def _straight_only(config: MissionConfig) -> MissionConfig:

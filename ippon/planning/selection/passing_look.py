@@ -30,9 +30,11 @@ from ippon.planning.surface_scale import surface_scale
 class PassingLookConfig:
     """Which places are worth a look in passing, and how long it lasts."""
 
+    enabled: bool = True
+    """Off where viewpoints are scored as in the paper."""
     evidence_nat: float = 1.5
     """Log-likelihood ratio above which a voxel may be the object; more looks at fewer places that
-    are something else. Infinite for no such looks."""
+    are something else."""
     near_m: float = 1.4
     """Distance over the floor from which the place is looked at; more looks from viewpoints that
     recognise small objects less."""
@@ -49,9 +51,10 @@ class PassingLookConfig:
 
     def __post_init__(self) -> None:
         """Reject distances and counts without meaning."""
-        if not self.evidence_nat > 0.0 or not self.near_m > 0.0 or not self.within_s >= 0.0:
+        positive = 0.0 < self.evidence_nat < math.inf and self.near_m > 0.0
+        if not positive or not self.within_s >= 0.0:
             raise ValueError(
-                "evidence_nat and near_m must be above 0, within_s at least 0; got "
+                "evidence_nat must be finite, it and near_m above 0, within_s at least 0; got "
                 f"{self.evidence_nat}, {self.near_m}, {self.within_s}"
             )
         if min(self.patience_steps, self.give_up_steps, self.max_voxels) < 1:
@@ -120,7 +123,8 @@ class PassingLook:
         """
         self._count_step(T_world_base)
         best: tuple[float, int, Float64Array, Float64Array] | None = None
-        if len(tree.order) and termination_min <= max(1.0, surface_scale(around.grid.voxel_size)):
+        small = termination_min <= max(1.0, surface_scale(around.grid.voxel_size))
+        if self._config.enabled and small and len(tree.order):
             voxels = self._doubtful(around, T_world_base)
             for rows in clusters_of(voxels, around.grid.voxel_size):
                 cluster = voxels[rows]

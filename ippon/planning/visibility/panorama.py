@@ -45,8 +45,8 @@ class ViewRules(NamedTuple):
     """Range in voxels within which a surface has a gain: farther away no object is recognised."""
     ooi_floor: float
     """p(v in O) up to which a voxel counts as background."""
-    ooi_threshold: float
-    """p_T: above it a voxel is an object voxel."""
+    termination_threshold: float
+    """p(v in O) above which a voxel counts for N_T."""
     termination_range: float
     """Horizontal reach of N_T in voxels."""
     termination_depth: float
@@ -215,7 +215,7 @@ def _panorama_kernel(arrays, table, rules, field, camera, out):
                     posterior = code / 254.0
                     if recognised and posterior > rules.ooi_floor:
                         known += posterior * fresh
-                    if posterior > rules.ooi_threshold:
+                    if posterior > rules.termination_threshold:
                         away2 = dx * dx + dy * dy
                         if away2 <= reach2:
                             ooi += 1.0

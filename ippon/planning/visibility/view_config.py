@@ -95,6 +95,10 @@ class ViewConfig:
     """The same for objects with T_min above `termination_fringe_voxels`, a voxel and the stopping
     tolerance less than the metre: the nearest voxels often belong to something beside the object.
     More ends more searches too far from it."""
+    termination_threshold: float = 0.95
+    """Posterior above which a voxel counts for T(n), p_T if that is higher: at the edges of a
+    detector's boxes voxels of other things pass p_T. More stops nearer to the object; 0 is the
+    paper's T(n)."""
     termination_depth_m: float = 0.7
     """Range beyond `termination_range_m` in which further voxels of the object count: of a bed too
     few voxels lie within a metre. More stops earlier; 0 is the paper's T(n)."""
@@ -137,6 +141,10 @@ class ViewConfig:
             raise ValueError(
                 "yaw_bins must be at least 16 and a multiple of heading_stride, tilts at least 2; "
                 f"got {self.yaw_bins}, {self.heading_stride}, {self.tilts}"
+            )
+        if not 0.0 <= self.termination_threshold < 1.0:
+            raise ValueError(
+                f"termination_threshold must lie in [0, 1); got {self.termination_threshold}"
             )
         if not 0.0 <= self.termination_depth_m < math.inf:
             raise ValueError(

@@ -106,7 +106,7 @@ class ViewGeometry:
         voxel_size: float,
         layers: ViewLayers,
         ranges: ViewRanges,
-        ooi_threshold: float,
+        termination_threshold: float,
     ) -> "ViewGeometry":
         """Build the raster of directions, which takes tens of milliseconds.
 
@@ -116,7 +116,7 @@ class ViewGeometry:
             voxel_size: Edge of a voxel, metres.
             layers: See `layers_at`.
             ranges: See `ranges_for`.
-            ooi_threshold: p_T, above which a voxel is an object voxel.
+            termination_threshold: Posterior above which a voxel counts for T(n).
         """
         half = 0.5 * robot.vertical_fov_rad
         table = build_view_table(
@@ -134,7 +134,7 @@ class ViewGeometry:
             surface_views=float(config.surface_views),
             surface_range=ranges.surface_m / voxel_size,
             ooi_floor=config.ooi_floor,
-            ooi_threshold=ooi_threshold,
+            termination_threshold=termination_threshold,
             termination_range=ranges.termination_m / voxel_size,
             termination_depth=config.termination_depth_m / voxel_size,
             termination_depth_factor=config.termination_depth_factor,

@@ -179,7 +179,7 @@ def _note_changes_kernel(
                     if state == OCCUPIED:
                         code = arrays.ooi[arrays.slab[row], c]
                     if k < layers[0] + rules.floor_layers and (
-                        code == NOT_MAPPED or code / 254.0 <= rules.ooi_threshold
+                        code == NOT_MAPPED or code / 254.0 <= rules.termination_threshold
                     ):
                         state = FREE
                     field.state[fx + (c >> 6), fy + ((c >> 3) & 7), k - origin[2]] = state

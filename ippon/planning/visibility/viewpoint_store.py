@@ -34,7 +34,7 @@ class ViewpointStore:
     """Evaluations of the roadmap's nodes, one row per node."""
 
     def __init__(
-        self, config: ViewConfig, robot: RobotProfile, capacity: int, ooi_threshold: float
+        self, config: ViewConfig, robot: RobotProfile, capacity: int, termination_threshold: float
     ) -> None:
         """Begin with no evaluation.
 
@@ -42,11 +42,11 @@ class ViewpointStore:
             config: What a voxel counts.
             robot: Camera and its mount.
             capacity: Number of rows.
-            ooi_threshold: p_T, above which a voxel is an object voxel.
+            termination_threshold: Posterior above which a voxel counts for T(n).
         """
         self.config = config
         self._robot = robot
-        self._ooi_threshold = ooi_threshold
+        self._termination_threshold = termination_threshold
         self.memory = ViewMemory(config.staleness, robot.max_depth_m)
         """Number of images of every voxel, and where the map has changed."""
         self._geometry: ViewGeometry | None = None
@@ -244,7 +244,7 @@ class ViewpointStore:
         if old is not None and layers.same_raster(old.layers) and ranges == old.ranges:
             return
         self._geometry = ViewGeometry.build(
-            self.config, self._robot, voxel_size, layers, ranges, self._ooi_threshold
+            self.config, self._robot, voxel_size, layers, ranges, self._termination_threshold
         )
         # Sums over another raster cannot be used with this one.
         self.evaluated[:] = -1

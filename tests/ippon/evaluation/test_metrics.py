@@ -1,3 +1,4 @@
+import itertools
 import math
 
 import numpy as np
@@ -188,3 +189,29 @@ def test_the_nearest_of_several_instances_is_named(make_scene, flat_boxes, robot
 def test_invalid_positions_are_rejected(make_scene, flat_boxes, robot):
     with pytest.raises(ValueError, match="finite x and y"):
         Judge(make_scene(flat_boxes), robot, "hat").is_success((math.nan, 1.0))
+
+
+def test_what_is_left_of_the_spl_falls_along_a_way(make_scene, flat_boxes, robot):
+    judge = Judge(make_scene(flat_boxes), robot, "hat")
+    # Towards the wall and back, and then the shortest path to the table behind it.
+    there = np.linspace((1.0, 1.0), (3.0, 1.0), 21)
+    corners = judge.path_from((1.0, 1.0))
+    way = [np.linspace(a, b, 20, endpoint=False) for a, b in itertools.pairwise(corners)]
+    path = np.concatenate([there, there[::-1], *way, corners[-1:]])
+    left = [judge.attainable_spl(path, k) for k in range(len(path))]
+    assert left[0] == 1.0
+    assert all(b <= a + 0.01 for a, b in itertools.pairwise(left))
+    d0 = judge.distance_m((1.0, 1.0))
+    assert left[41] == pytest.approx(d0 / (d0 + 4.0 - 0.1), abs=0.01)
+    reached = judge.first_success(path, 41)
+    assert judge.is_success(path[reached])
+    assert not judge.is_success(path[reached - 1])
+    assert judge.first_success(there, 0) == -1
+    # A stop at the first place that counts scores what was left there.
+    stopped = judge.metrics(path[: reached + 1], stopped=True)
+    assert left[reached] == pytest.approx(stopped.spl)
+
+
+def test_nothing_is_left_of_the_spl_without_a_path(make_scene, flat_boxes, robot):
+    judge = Judge(make_scene(flat_boxes), robot, "toilet")
+    assert judge.attainable_spl(np.array([(1.0, 1.0), (2.0, 1.0)]), 1) == 0.0

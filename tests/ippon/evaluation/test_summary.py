@@ -6,6 +6,8 @@ from ippon.evaluation.summary import (
     by_method,
     compare,
     context_effects,
+    losses,
+    parts,
     second_object_effects,
     singles,
     spl_by_goal,
@@ -171,3 +173,51 @@ def test_there_is_no_ratio_to_a_method_that_finds_nothing(make_row):
     assert [one.spl_ratio for one in compare(rows)] == [None]
     pair = [make_row(context="on the bed", spl=0.5), make_row(spl=0.0)]
     assert [one.ratio for one in context_effects(pair)] == [None]
+
+
+def test_parts_by_hand(make_row):
+    rows = [
+        make_row(goal="bed", shortest_path_m=3.9, spl=0.8),
+        make_row(goal="bed", shortest_path_m=8.0, spl=0.0, success=False),
+        make_row(goal="mug", shortest_path_m=math.inf, spl=0.4),
+        make_row(goal="mug", shortest_path_m=4.0, spl=0.6, method="greedy_nbv"),
+    ]
+    found = {(p.name, p.method): (p.episodes, p.success, p.spl) for p in parts(rows)}
+    assert found == {
+        ("Habitat's objects", "ippon"): (2, 0.5, pytest.approx(0.4)),
+        ("other objects", "ippon"): (1, 1.0, 0.4),
+        ("other objects", "greedy_nbv"): (1, 1.0, 0.6),
+        ("path below 4 m", "ippon"): (1, 1.0, 0.8),
+        ("path 4 to 8 m", "greedy_nbv"): (1, 1.0, 0.6),
+        ("path 8 m and more", "ippon"): (2, 0.5, pytest.approx(0.2)),
+    }
+
+
+def test_losses_and_spl_sum_to_one(make_row):
+    rows = [
+        make_row(spl=0.5, seen_spl=0.9, mapped_spl=0.8, reached_spl=0.6),
+        # Seen, and then a stop at something else.
+        make_row(spl=0.0, success=False, failure="false_stop", seen_spl=0.7),
+        # Never seen, before a stop and before time ran out.
+        make_row(spl=0.0, success=False, failure="false_stop", first_seen_s=-1.0),
+        make_row(spl=0.0, success=False, failure="never_seen", first_seen_s=-1.0),
+        # Found at the edge of what counts as at the object: no cluster was at it.
+        make_row(spl=0.4, seen_spl=0.5),
+    ]
+    (one,) = losses(rows)
+    assert (one.method, one.episodes) == ("ippon", 5)
+    assert one.before_view == pytest.approx((0.1 + 0.3 + 0.5) / 5)
+    assert one.to_map == pytest.approx(0.1 / 5)
+    assert one.to_reach == pytest.approx(0.2 / 5)
+    assert one.to_stop == pytest.approx((0.1 + 0.1) / 5)
+    assert one.false_stops == pytest.approx((0.7 + 1.0) / 5)
+    assert one.other_failures == pytest.approx(1.0 / 5)
+    lost = (
+        one.before_view + one.to_map + one.to_reach + one.to_stop
+        + one.false_stops + one.other_failures
+    )  # fmt: skip
+    assert lost + sum(row.spl for row in rows) / 5 == pytest.approx(1.0)
+
+
+def test_rows_of_an_earlier_version_do_not_say_where_spl_was_lost(make_row):
+    assert losses([make_row(), make_row(episode_id="2", seen_spl=0.9)]) == ()

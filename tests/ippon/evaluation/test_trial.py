@@ -78,6 +78,8 @@ def test_every_method_finds_a_chair_in_one_room(config, scene, method):
     assert row.shortest_path_m == spec.shortest_path_m
     assert row.path_length_m >= row.shortest_path_m - 0.2
     assert row.first_seen_s >= 0.0
+    left = (1.0, row.seen_spl, row.mapped_spl, row.reached_spl, row.spl)
+    assert sorted(left, reverse=True) == list(left)
     assert row.distance_to_goal_m < 0.1
     assert (row.path_x_m[0], row.path_y_m[0]) == (1.0, 1.0)
 
@@ -94,6 +96,7 @@ def test_time_runs_out(config, scene):
     config = dataclasses.replace(config, limits=EpisodeLimits(max_time_s=2.0))
     row = _trial(config, scene).run(_episode(scene, config, "hat"), METHODS["ippon"])
     assert (row.success, row.spl, row.ending, row.failure) == (False, 0.0, "time", "never_seen")
+    assert (row.seen_spl, row.mapped_spl, row.reached_spl) == (-1.0, -1.0, -1.0)
     assert row.time_s == 2.0
     assert row.frames == 10
 

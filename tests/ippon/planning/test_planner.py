@@ -19,6 +19,7 @@ from ippon.planning.selection.target_hysteresis import retention_of
 from ippon.planning.terrain.motion_check import move_between
 from ippon.planning.visibility import viewpoint_store as viewpoint_store_module
 from ippon.planning.visibility.evaluation_scheduler import ViewpointEvaluationConfig
+from ippon.planning.visibility.view_config import ViewConfig
 from ippon.robot import HABITAT, ZED
 from tests.ippon.planning.test_deadline import Clock
 
@@ -183,11 +184,25 @@ def test_an_object_is_approached_and_framed(dense_map):
     assert_consistent(plan, volume)
 
 
+def test_voxels_that_may_lie_beside_the_object_do_not_end_the_search(dense_map):
+    """The box of a detector covers what is beside the object, too: there p is lower."""
+    volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (6.4, 4.8))
+    volume.fill((4.0, 2.4, 0.0), (4.4, 3.2, 0.6), OCCUPIED, ooi=0.9, level=Level.NEAR)
+    volume.fill((5.6, 2.4, 0.0), (6.2, 3.2, 0.6), OCCUPIED, ooi=0.97, level=Level.NEAR)
+    plan = run(make(), volume, 20)
+    assert plan.target.kind is NodeKind.TERMINATING
+    assert plan.target.position_world[0] > 4.4, "it passes by what only may be it"
+    paper = PlannerConfig(view=ViewConfig(termination_threshold=0.0))
+    planner = ViewpointPlanner(paper, ZED, 0)
+    planner.set_goal(probabilities=PROBABILITIES, termination_min=4.0)
+    assert run(planner, volume, 20).target.position_world[0] < 4.4
+
+
 def test_of_many_objects_those_at_the_robot_count(dense_map):
     """A hall full of chairs: there are more voxels than are considered at once."""
     volume = dense_map((11.2, 6.4, 2.4)).room((0.8, 0.8), (10.4, 4.8))
-    volume.fill((0.8, 0.8, 0.0), (1.6, 4.8, 0.5), OCCUPIED, ooi=0.95, level=1)
-    volume.fill((9.2, 2.4, 0.0), (9.6, 2.8, 0.5), OCCUPIED, ooi=0.95, level=1)
+    volume.fill((0.8, 0.8, 0.0), (1.6, 4.8, 0.5), OCCUPIED, ooi=0.97, level=1)
+    volume.fill((9.2, 2.4, 0.0), (9.6, 2.8, 0.5), OCCUPIED, ooi=0.97, level=1)
     here = base_pose(7.0, 2.8, 0.0, 0.0)
     plan = run(make(max_object_voxels=200), volume, 6, pose=here)
     assert plan.target is not None

@@ -1,3 +1,4 @@
+import dataclasses
 import json
 import re
 from pathlib import Path
@@ -184,3 +185,47 @@ def test_folders_of_one_name_cannot_be_told_apart(results, tmp_path):
     other = tmp_path / "elsewhere" / results.path.name
     with pytest.raises(EvaluationError, match="two folders are called out"):
         run_eval_report(EvalReport(folder=results.path, against=(other,)))
+
+
+def test_runs_are_pooled_as_if_they_were_in_one_folder(results, make_row, tmp_path, capsys):
+    more = EvaluationFolder(tmp_path / "more")
+    more.open_for({**_SETTINGS, "fixed": {**_SETTINGS["fixed"], "seed": 5}})
+    more.write(make_row(episode_id="3.bed.0.untold", home="3", spl=0.8))
+    more.write_error("4.bed.0.untold.ippon", "Traceback")
+    session = more.path / SESSIONS / "3.bed.0.untold.ippon" / "2026"
+    session.mkdir(parents=True)
+    (session / "metadata.yaml").touch()
+    run_eval_report(EvalReport(folder=results.path, pool=(more.path,), json=True))
+    captured = capsys.readouterr()
+    ippon = json.loads(captured.out)[0]
+    assert (ippon["episodes"], ippon["spl"]) == (3, 0.6)
+    assert "seed is 4, in more 5" in captured.err
+    assert "4.bed.0.untold.ippon ended with an error" in captured.err
+    page = (results.path / "report.html").read_text()
+    assert f"ippon eval replay {more.path} 3.bed.0.untold" in page
+    assert f'href="../more/{SESSIONS}/3.bed.0.untold.ippon/2026/"' in page
+    more.write(make_row(episode_id="1.bed.0.untold"))
+    with pytest.raises(EvaluationError, match=r"both hold 1\.bed\.0\.untold by ippon"):
+        run_eval_report(EvalReport(folder=results.path, pool=(more.path,)))
+
+
+def test_the_detail_says_where_spl_is_lost(results, make_row, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    detail = EvalReport(folder=results.path, detail=True)
+    run_eval_report(detail)
+    out = capsys.readouterr().out
+    assert "rows of an earlier version do not say where SPL was lost" in out
+    assert re.search(r"oracle\s+path 4 to 8 m\s+2\s+0\.50\s+0\.500", out)
+    assert re.search(r"oracle\s+stuck\s+1", out)
+    assert "Where SPL is lost" not in (results.path / "report.html").read_text()
+    kept = {"seen_spl": 0.9, "mapped_spl": 0.8, "reached_spl": 0.7}
+    for row in results.rows():
+        results.write(dataclasses.replace(row, **kept))
+    run_eval_report(detail)
+    out = capsys.readouterr().out
+    assert re.search(r"ippon\s+2\s+0\.100\s+0\.100\s+0\.100\s+0\.200\s+0\.000\s+0\.000", out)
+    assert max(len(line) for line in out.splitlines() if "report.html" not in line) <= 80
+    everything = json.loads((results.path / "report.json").read_text())
+    assert everything["losses"][0]["before_view"] == pytest.approx(0.1)
+    assert everything["parts"][0]["name"] == "path 4 to 8 m"
+    assert "Where SPL is lost" in (results.path / "report.html").read_text()

@@ -82,8 +82,8 @@ def test_few_voxels_are_no_reason_to_look_for_a_large_object(dense_map):
     assert not run(make(t_min=6.0), seen_from_afar(dense_map), 20).closer_look
 
 
-@pytest.mark.parametrize("config", [{"near_m": 0.05}, {"within_s": 0.5}])
-def test_a_detour_that_is_too_long_is_not_taken(dense_map, config):
+@pytest.mark.parametrize("config", [{"near_m": 0.05}, {"within_s": 0.5}, {"enabled": False}])
+def test_a_detour_that_is_too_long_or_not_wanted_is_not_taken(dense_map, config):
     assert not run(make(**config), seen_from_afar(dense_map), 20).closer_look
 
 
