@@ -12,7 +12,6 @@ from ippon.errors import SceneError
 from ippon.simulation.homes.config import MUG_COLORS, HomeConfig
 from ippon.simulation.homes.generator import generate_home
 from ippon.simulation.scene import Scene
-from ippon.simulation.scene_reader import load_scene
 
 _MAX_HOMES: Final = 100_000
 _MAX_SEED: Final = 2**31 - 1
@@ -71,6 +70,8 @@ def load_home(text: str, *, coloured_mugs: bool = False) -> Scene:
         source = _source_of(text)
         if source is not None:
             return extensions.load(extensions.SCENES, source)(text.partition(":")[2])
+        from ippon.simulation.scene_reader import load_scene
+
         return load_scene(Path(text))
     except (SceneError, extensions.ExtensionError) as error:
         raise UsageError(f"home {text}: {error}") from error

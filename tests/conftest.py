@@ -18,7 +18,8 @@ settings.register_profile("patient", deadline=None)
 settings.load_profile("patient")
 
 
-_LONG = ("process", "browser", "slow")
+_LONG = {"process", "browser", "slow"}
+_REPEATED = {"process", "browser"}
 _PAGES = ("tests/product/", "_page.py")
 
 
@@ -46,14 +47,16 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     because a page had no processor time for seconds is right, and not what the test is about. The
     report lists each repetition.
     """
-    browser, long = (
-        {item.path for item in items if any(map(item.get_closest_marker, markers))}
-        for markers in (("browser",), _LONG)
-    )
-    items.sort(key=lambda item: (item.path not in browser, item.path not in long))
+    browser, long = set(), set()
     for item in items:
-        if any(map(item.get_closest_marker, ("process", "browser"))):
+        marks = {mark.name for mark in item.iter_markers()}
+        if "browser" in marks:
+            browser.add(item.path)
+        if not _LONG.isdisjoint(marks):
+            long.add(item.path)
+        if not _REPEATED.isdisjoint(marks):
             item.add_marker(pytest.mark.flaky(reruns=1))
+    items.sort(key=lambda item: (item.path not in browser, item.path not in long))
 
 
 class _OneBrowserAtATime(LoadFileScheduling):

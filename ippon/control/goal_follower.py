@@ -77,6 +77,7 @@ class GoalFollower:
         self._goal: NavigationGoal | None = None
         self._outcome: GoalOutcome | None = None
         self._numbers = 0
+        self._turn_number = 0
         self._age_s = self._still_s = 0.0
         self._still_at = (0.0, 0.0, 0.0)
         self._moved = False
@@ -158,7 +159,12 @@ class GoalFollower:
             if ahead * wanted > 0.0 and 0.4 * abs(wanted) < abs(ahead) < 1.2 * abs(wanted):
                 heading_rad = goal.yaw_rad
         self._aim(x, y, heading_rad, T_world_base, dt_s)
+        self._turn_number = self._numbers
         return Command(tilt_rad=tilt_rad, goal=self._wanted())
+
+    def is_turn(self, goal: NavigationGoal) -> bool:
+        """Return whether a goal was to turn the robot on the spot."""
+        return goal.number == self._turn_number
 
     def _wanted(self) -> NavigationGoal | None:
         """Return the goal while the robot is on its way to it."""

@@ -73,7 +73,6 @@ class PathFollower:
         self._turning = False
         self._settling = False
         self._reached = False
-        self._blocked = False
 
     def resume_from(self, command: Command) -> None:
         """Replace the last command by the executed one, for the acceleration limits."""
@@ -83,11 +82,6 @@ class PathFollower:
     def reached(self) -> bool:
         """Whether the robot has reached position, yaw and tilt of the last step's target."""
         return self._reached
-
-    @property
-    def blocked(self) -> bool:
-        """Whether an obstacle on the path stops the robot."""
-        return self._blocked
 
     def step(
         self,
@@ -106,7 +100,7 @@ class PathFollower:
             map_arrays: The map, whose obstacles may be newer than the plan.
             dt_s: Seconds since the last step.
         """
-        self._reached = self._blocked = False
+        self._reached = False
         if plan.target is None or len(plan.path_world) == 0:
             self._settling = False
             return self._limit(0.0, 0.0, tilt_rad, dt_s)
@@ -176,7 +170,6 @@ class PathFollower:
         obstacles = mapped_obstacles(map_arrays, robot, T_world_base, reach + robot.radius_m)
         room, free = self._free_ahead(path, obstacles, reach, backwards=backwards)
         speed = robot.max_linear_m_s * self._speed_fraction(room) * max(0.2, math.cos(1.5 * off))
-        self._blocked = free < 0.02
         if not backwards:
             rate = self._steer_clear(T_world_base, max(speed, 0.2), rate, obstacles)
         for distance in (remaining, free):

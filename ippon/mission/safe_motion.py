@@ -18,6 +18,10 @@ MAX_AGE_S: Final = 1.0
 that answer older ones."""
 
 
+COMMAND_S: Final = 0.5
+"""Time after which a robot stands that gets no other command."""
+
+
 def moves_base(command: Command) -> bool:
     """Return whether a command drives or turns the body."""
     return not command.linear_m_s == command.yaw_rate_rad_s == 0.0
@@ -55,12 +59,14 @@ class SafeMotion:
 
         Args:
             command: The wanted command.
-            dt_s: Seconds since the last frame.
+            dt_s: Seconds since the last frame; after more than `COMMAND_S` the robot stands.
             brakes_at_once: Slowing down is not limited.
         """
         at_once = brakes_at_once or self._manual
         self._manual = False
-        return limit_acceleration(command, self.last, self._robot, dt_s, brakes_at_once=at_once)
+        last = self.last if dt_s <= COMMAND_S else Command()
+        step_s = min(dt_s, COMMAND_S)
+        return limit_acceleration(command, last, self._robot, step_s, brakes_at_once=at_once)
 
     def avoid_collision(
         self, command: Command, frame: Frame, dt_s: float, age_s: float = 0.0

@@ -10,6 +10,7 @@ from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.levels import Level
 from ippon.mapping.far_evidence.joint_evidence import JointEvidence
 from ippon.mapping.goal_layers.goal_layers import GoalLayers, OoiTarget
+from ippon.mission.finds.find_geometry import gap_m
 from ippon.mission.finds.termination_threshold import lowest_m
 from ippon.mission.goal import Goal
 from ippon.mission.search import Search
@@ -162,9 +163,9 @@ def target_of(goal: Goal) -> OoiTarget:
 
 
 def _distance_m(search: Search, xy: tuple[float, float]) -> float:
-    """Return the distance of the nearest candidate of a search from a point, infinite without."""
-    away = (math.dist(find.position_world[:2], xy) for find in search.candidates)
-    return min(away, default=math.inf)
+    """Return how far the nearest candidate of a search begins from a point, infinite without."""
+    at = np.array(xy)
+    return min((gap_m(at, find) for find in search.candidates), default=math.inf)
 
 
 def _state_of(search: Search) -> GoalState:

@@ -118,8 +118,8 @@ class ViewpointPlanner:
 
     def set_regions(self, strokes: Sequence[Stroke], rooms: WeightGrid | None = None) -> None:
         """Weigh every viewpoint by the painted regions and the rooms that it sees."""
-        self._viewpoints.set_regions(strokes, rooms)
-        self._selector.reset()
+        if self._viewpoints.set_regions(strokes, rooms):
+            self._selector.reset()
 
     def preview(self, map_arrays: MapArrays, *, cues: bool) -> Viewpoint | None:
         """Return the target that other levels of the map would give; the planner does not change.
@@ -208,7 +208,7 @@ class ViewpointPlanner:
         )
 
     def path_to_point(self, T_world_base: Float64Array, xy: Float64Array) -> Float64Array | None:
-        """See `RoadmapBuilder.path_to_point`; the roadmap is that of the last `step`."""
+        """See `RoadmapBuilder.path_to_point`; the floor is that of the last `step`."""
         selector = self._selector
         return self._builder.path_to_point(
             T_world_base, xy, self._deadline(), target=selector.node, path=selector.path

@@ -2,7 +2,7 @@
 
 from numba import njit
 
-from ippon.mapping.arrays import UNKNOWN, MapArrays
+from ippon.mapping.arrays import MapArrays
 
 
 @njit(cache=True, nogil=True)
@@ -28,12 +28,3 @@ def block_row(arrays: MapArrays, i: int, j: int, k: int) -> int:
 def voxel_column(i: int, j: int, k: int) -> int:
     """Return the column of voxel (i, j, k) within its block's row of a pool."""
     return ((i & 7) << 6) | ((j & 7) << 3) | (k & 7)
-
-
-@njit(cache=True, nogil=True)
-def voxel_state(arrays: MapArrays, i: int, j: int, k: int) -> int:
-    """Return the state of voxel (i, j, k); `UNKNOWN` outside all blocks."""
-    row = block_row(arrays, i, j, k)
-    if row < 0:
-        return UNKNOWN
-    return int(arrays.state[row, voxel_column(i, j, k)])

@@ -20,7 +20,7 @@ _HOOK = "app.process.environment.prepare_process"
 
 
 class RayWorkers:
-    """Ray actors, one per processor."""
+    """Ray actors, one per processor; each is started once, as late as possible."""
 
     def __init__(self, address: str | None, count: int | None, setup: WorkerSetup) -> None:
         """Join a cluster, or start one on this machine.
@@ -57,6 +57,7 @@ class RayWorkers:
         self._actor = ray.remote(num_cpus=1, max_restarts=0)(_Worker)
         processors = int(ray.cluster_resources().get("CPU", 1))
         self._count = max(1, min(count or processors, processors))
+        self._idle: list[Any] = []
 
     def each(
         self, work: Callable[[Item], Result], items: Sequence[Item]
@@ -66,13 +67,16 @@ class RayWorkers:
         queue = list(reversed(items))
         busy: dict[Any, tuple[Any, Item]] = {}
 
-        def hand_out(actor: Any) -> None:
+        def hand_out(free: Any | None) -> None:
             if queue:
                 item = queue.pop()
+                actor = self._actor.remote(self._setup) if free is None else free
                 busy[actor.call.remote(work, item)] = (actor, item)
+            elif free is not None:
+                self._idle.append(free)
 
         for _ in range(min(self._count, len(items))):
-            hand_out(self._actor.remote(self._setup))
+            hand_out(self._idle.pop() if self._idle else None)
         while busy:
             (done, *_), _ = ray.wait(list(busy))
             actor, item = busy.pop(done)
@@ -82,12 +86,13 @@ class RayWorkers:
                 outcome = error
             except ray.exceptions.RayError as error:
                 outcome = error
-                actor = self._actor.remote(self._setup)
+                actor = None
             hand_out(actor)
             yield item, outcome
 
     def close(self) -> None:
         """Disconnect from the cluster; a cluster started here ends."""
+        self._idle.clear()
         self._ray.shutdown()
 
 

@@ -59,7 +59,7 @@ _CHANGES: Final = (
     # by seconds after failures, and each that is given up is a failure: it could go on for long.
     (
         re.compile(
-            rb"(\w+)\.type===`retry`\?(\w+)!==null&&(\w+)\(\)"
+            rb"\b(\w++)\.type===`retry`\?(\w+)!==null&&(\w+)\(\)"
             rb"(?=:\1\.type===`close`\?\(\2=null,(\w+)!==null&&\4\.close\(\))"
         ),
         rb"\1.type===`retry`?\2!==null&&\4?.readyState!==WebSocket.CONNECTING&&\3()",
@@ -75,7 +75,7 @@ _CHANGES: Final = (
     ),
     # Start of a connection, and start of a message batch: both call `map_first.js`.
     (
-        re.compile(rb"\b(\w+)\.messageQueue\.length=0,\1\.firstMessageBatch=!0"),
+        re.compile(rb"\b(\w++)\.messageQueue\.length=0,\1\.firstMessageBatch=!0"),
         rb"\g<0>,globalThis.ipponMapFirst.begin()",
     ),
     (
@@ -85,7 +85,7 @@ _CHANGES: Final = (
     # Request of a frame, frame of every second, and start of a frame: all call `draw_rate.js`.
     (
         re.compile(
-            rb"(\w+\.current)\.requestRender=\(\)=>"
+            rb"\b(\w++\.current)\.requestRender=\(\)=>"
             rb"\{\w+\.current=performance\.now\(\)\+\w+,(\w+)\(\)\}"
         ),
         rb"\1.requestRender=()=>ipponDrawRate.request(\2,()=>\1.drainMessageQueue?.())",
@@ -97,7 +97,7 @@ _CHANGES: Final = (
         rb"ipponDrawRate.beat(\1)",
     ),
     (
-        re.compile(rb"(\w+\(\(\)=>\{)performance\.now\(\)<\w+\.current&&(\w+)\(\)(?=\}\))"),
+        re.compile(rb"\b(\w++\(\(\)=>\{)performance\.now\(\)<\w+\.current&&(\w+)\(\)(?=\}\))"),
         rb"\1globalThis.ipponDrawRate.drawn(\2)",
     ),
     # The monitor that lowers the resolution by frames per second: `draw_rate.js` decides instead.
@@ -128,7 +128,11 @@ _CHANGES: Final = (
         rb"},[\1.colors.length>3||\1.colors])",
     ),
 )
-"""Patterns in the client and their replacements."""
+"""Patterns in the client and their replacements.
+
+One that begins with a name begins at its first letter and takes all of it: trying every part of
+every name in two megabytes takes half a second.
+"""
 _BASE: Final = 88
 _GROUP: Final = 5
 """Digits per four bytes."""

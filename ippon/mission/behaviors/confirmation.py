@@ -70,7 +70,13 @@ class Confirmation:
         instead = contradiction(judged, search.goal.object.replace("_", " "))
         if instead is not None:
             return self._pass_by(search, find, still, instead)
-        weighed = self._opinions.weigh(find, search.goal.goal_id, display, step.frame)
+        weighed = self._opinions.weigh(
+            find,
+            search.goal.goal_id,
+            display,
+            step.frame,
+            running=[one.goal.goal_id for one in step.searches],
+        )
         if weighed.waiting:
             why = f"waiting for a second opinion on {display}"
             return Action(still, MissionState.APPROACHING, why)

@@ -7,6 +7,7 @@ from ippon.frame import NANOSECONDS, Frame
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.mission.behaviors.behavior import Action, StepContext
 from ippon.mission.behaviors.config import RecoveryConfig
+from ippon.mission.safe_motion import COMMAND_S
 from ippon.robot import RobotProfile
 
 
@@ -17,7 +18,9 @@ class Recovery:
         self._config = config
         self._robot = robot
         self._freeing_since_ns: int | None = None
-        self._moving_since_ns: int | None = None
+        self._unmoved_ns: int | None = None
+        """Time of driving commands without movement; None without such a command."""
+        self._watched_ns = 0
         self._moving_from = (0.0, 0.0, 0.0)
         self._was_contact = False
 
@@ -28,24 +31,27 @@ class Recovery:
         self._was_contact = contact
         if touched or self._is_stuck(stamp_ns, frame.T_world_base):
             self._freeing_since_ns = stamp_ns
-            self._moving_since_ns = None
+            self._unmoved_ns = None
             return True
         return False
 
     def _is_stuck(self, stamp_ns: int, T_world_base: Float64Array) -> bool:
-        if self._moving_since_ns is None:
+        if self._unmoved_ns is None:
             return False
-        if stamp_ns < self._moving_since_ns:
+        since_ns, self._watched_ns = stamp_ns - self._watched_ns, stamp_ns
+        if since_ns < 0:
             # The robot's clock was reset.
-            self._moving_since_ns = None
+            self._unmoved_ns = None
             return False
         x, y, yaw = self._moving_from
         moved = math.hypot(T_world_base[0, 3] - x, T_world_base[1, 3] - y)
         turned = abs(wrap_angle(yaw_of(T_world_base) - yaw))
         if moved > self._config.moved_m or turned > self._config.turned_rad:
-            self._moving_since_ns = None
+            self._unmoved_ns = None
             return False
-        return stamp_ns - self._moving_since_ns > self._config.stuck_after_s * NANOSECONDS
+        # While frames are missing the robot stands.
+        self._unmoved_ns += min(since_ns, int(COMMAND_S * NANOSECONDS))
+        return self._unmoved_ns > self._config.stuck_after_s * NANOSECONDS
 
     def act(self, step: StepContext) -> Action | None:
         """See `Behavior.act`."""
@@ -79,10 +85,11 @@ class Recovery:
         """
         stamp_ns, T_world_base = frame.stamp_ns, frame.T_world_base
         driving = command is not None and self._drives(command)
+        self._watched_ns = stamp_ns
         if not driving:
-            self._moving_since_ns = None
-        elif self._moving_since_ns is None:
-            self._moving_since_ns = stamp_ns
+            self._unmoved_ns = None
+        elif self._unmoved_ns is None:
+            self._unmoved_ns = 0
             self._moving_from = (
                 float(T_world_base[0, 3]),
                 float(T_world_base[1, 3]),

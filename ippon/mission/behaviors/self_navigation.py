@@ -45,6 +45,7 @@ class SelfNavigation:
         # People stop to talk: who stands for long has not failed.
         goals = replace(config.goals, stuck_s=math.inf) if robot.is_carried else config.goals
         self._is_carried = robot.is_carried
+        self._beside_m = config.planner.connection.waypoint_reach_m
         self.follower = GoalFollower(goals, robot, config.follower.angle_tolerance_rad)
         self._planner = planner
         self._operator = operator
@@ -58,9 +59,9 @@ class SelfNavigation:
             return
         text = f"the robot's navigation could not reach ({failed.x_m:.1f}, {failed.y_m:.1f})"
         self._journal.note("out_of_reach", text)
-        if self._operator.waypoint is not None:
+        if self._is_waypoint(failed):
             self._operator.cancel_go_to()
-        elif self._turns(failed):
+        elif self.follower.is_turn(failed):
             self._look_around.abandon(search)
         else:
             self._planner.mark_unreachable((failed.x_m, failed.y_m))
@@ -86,12 +87,10 @@ class SelfNavigation:
         why = SILENT_TEXT if command.goal and silent else action.why
         return replace(action, command=command, why=why)
 
-    def _turns(self, goal: NavigationGoal) -> bool:
-        last = self._operator.frame
-        if last is None:
-            return False
-        x, y = float(last.T_world_base[0, 3]), float(last.T_world_base[1, 3])
-        return math.hypot(goal.x_m - x, goal.y_m - y) <= self.follower.config.near_m
+    def _is_waypoint(self, goal: NavigationGoal) -> bool:
+        """Return whether a goal led to the operator's point; one from before it is another's."""
+        waypoint = self._operator.waypoint
+        return waypoint is not None and math.dist((goal.x_m, goal.y_m), waypoint) <= self._beside_m
 
 
 def planner_config(config: MissionConfig) -> PlannerConfig:

@@ -6,7 +6,7 @@ then compared with the threshold of object voxels.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
@@ -138,7 +138,9 @@ class SecondOpinions:
                 return True
         return False
 
-    def weigh(self, find: Find, goal_id: int, display: str, frame: Frame) -> Weighed:
+    def weigh(
+        self, find: Find, goal_id: int, display: str, frame: Frame, running: Collection[int]
+    ) -> Weighed:
         """Return a find with the opinion on it; the first call requests one.
 
         Args:
@@ -146,11 +148,13 @@ class SecondOpinions:
             goal_id: Goal of the search.
             display: The object, in the operator's words.
             frame: The present frame.
+            running: Goals of all running searches; what was asked for others is forgotten.
         """
         if self.ask is None:
             return Weighed(find=find)
-        self._asked = [one for one in self._asked if one.goal_id == goal_id]
-        asked = next((one for one in self._asked if self._is_same(one.find, find)), None)
+        self._asked = [one for one in self._asked if one.goal_id in running]
+        mine = (one for one in self._asked if one.goal_id == goal_id)
+        asked = next((one for one in mine if self._is_same(one.find, find)), None)
         if asked is None:
             if find.box_px is None:
                 return Weighed(find=find)

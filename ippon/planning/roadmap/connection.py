@@ -68,6 +68,8 @@ class Connector:
         self._next = 0
         self._failed: dict[tuple[int, int], int] = {}
         """Pairs of nodes without a path between them; count of floor changes at that time."""
+        self._failed_margin_m = floor.margin_m
+        """Margin with which they failed; a smaller one may join them."""
 
     @property
     def _margin(self) -> float:
@@ -110,9 +112,9 @@ class Connector:
         for node in sorted(orphans):
             self.connect(node)
 
-    def connect(self, node: int) -> int:
-        """Add the free straight edges of a node; return their number."""
-        return self._roadmap.connect(
+    def connect(self, node: int) -> None:
+        """Add the free straight edges of a node."""
+        self._roadmap.connect(
             node,
             self._floor.grid,
             self._floor.limits,
@@ -133,26 +135,28 @@ class Connector:
         self,
         tree: ShortestTree,
         reachable: NDArray[np.uint8],
-        solves: int = 1,
         deadline: Deadline = UNLIMITED,
     ) -> bool:
-        """Connect nodes to the tree that the floor reaches but no straight edge does.
+        """Connect a node to the tree that the floor reaches but no straight edge does.
+
+        The nearest pair that has not failed yet is tried.
 
         Args:
             tree: Best paths to the nodes.
             reachable: (X, Y) from `reachable_cells`.
-            solves: Pairs tried at most, nearest first.
-            deadline: Ends a query, which continues in the next call.
+            deadline: Ends the query, which continues in the next call.
 
         Returns:
             Whether an edge was added.
         """
-        grid, added = self._floor.grid, False
-        nodes = self._roadmap.nodes
+        grid, nodes = self._floor.grid, self._roadmap.nodes
         reached = nodes[np.isfinite(tree.cost[nodes])]
         lost = nodes[~np.isfinite(tree.cost[nodes])]
         if not len(reached) or not len(lost):
             return False
+        if self._margin < self._failed_margin_m:
+            self._failed.clear()
+        self._failed_margin_m = self._margin
         cells = np.floor(self._roadmap.xy[lost] / grid.voxel_size).astype(np.int64) - grid.origin
         lost = lost[reachable[cells[:, 0], cells[:, 1]] > 0]
         apart = np.linalg.norm(
@@ -161,17 +165,14 @@ class Connector:
         near = np.argwhere(apart <= 2.0 * self._config.radius_m)
         order = np.argsort(apart[near[:, 0], near[:, 1]], kind="stable")
         for row, column in near[order].tolist():
-            if solves == 0:
-                break
             a, b = int(lost[row]), int(reached[column])
             if (a, b) in self._failed or self._roadmap.has_edge(a, b):
                 continue
-            if self._join(a, b, deadline):
-                added = True
-            elif not self._local_planner.unfinished:
+            added = self._join(a, b, deadline)
+            if not added and not self._local_planner.unfinished:
                 self._failed[a, b] = self._local_planner.floor_changes
-            solves -= 1
-        return added
+            return added
+        return False
 
     def _join(self, a: int, b: int, deadline: Deadline) -> bool:
         """Connect two nodes by the local planner, or else by a tight straight edge."""

@@ -93,11 +93,12 @@ class LocalQuery:
             margin: Free space beside the body that every move must leave, metres.
             seed: Above 0; the same seed gives the same path.
         """
-        if config.clearance == "hard":
-            margin = max(margin, config.hard_margin_m)
         self._config = config
         self._start, self._goal = start.copy(), goal.copy()
+        self._margin_m = margin
         self._calls = 0
+        if config.clearance == "hard":
+            margin = max(margin, config.hard_margin_m)
         self._space = FloorSpace(grid, limits, margin)
         self._setup: Any = None
         if self._space.stands(*start) and self._space.stands(*goal):
@@ -111,10 +112,10 @@ class LocalQuery:
                 seed=seed,
             )
 
-    def joins(self, start: Float64Array, goal: Float64Array) -> bool:
-        """Return whether this is the query between two points (2,)."""
+    def joins(self, start: Float64Array, goal: Float64Array, margin: float) -> bool:
+        """Return whether this is the query between two points (2,) with a margin."""
         same_start = math.dist(self._start, start) <= SAME_PLACE_M
-        return same_start and math.dist(self._goal, goal) == 0.0
+        return same_start and math.dist(self._goal, goal) == 0.0 and margin == self._margin_m
 
     def solve(self, grid: FloorGrid, deadline: Deadline = UNLIMITED) -> bool:
         """Start or resume the search.
@@ -194,8 +195,8 @@ class LocalPlanner:
         """
         if not self._config.enabled:
             return None
-        grid, query = self._floor.grid, self._query
-        if query is None or not query.joins(start, goal):
+        grid, margin, query = self._floor.grid, self._floor.margin_m, self._query
+        if query is None or not query.joins(start, goal, margin):
             self.begun += 1
             query = LocalQuery(
                 self._config,
@@ -203,7 +204,7 @@ class LocalPlanner:
                 self._floor.limits,
                 start,
                 goal,
-                margin=self._floor.margin_m,
+                margin=margin,
                 seed=1 + (self._seed * 7919 + self.begun) % 2_000_000_000,
             )
         self._query = None if query.solve(grid, deadline) else query

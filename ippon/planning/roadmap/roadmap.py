@@ -51,11 +51,6 @@ class Roadmap:
         """Indices of the existing nodes."""
         return np.flatnonzero(self.alive[: self.count])
 
-    @property
-    def edge_count(self) -> int:
-        """Number of edges."""
-        return self._edges
-
     def add_node(self, x: float, y: float) -> int | None:
         """Add a node and return it; None if the roadmap is full."""
         if self._free:
@@ -148,22 +143,15 @@ class Roadmap:
         radius: float,
         most: int,
         margin: float,
-    ) -> int:
-        """Add every free straight edge from a node to its neighbours.
-
-        Returns:
-            Number of edges added.
-        """
+    ) -> None:
+        """Add every free straight edge from a node to its neighbours."""
         x, y = self.xy[node]
-        added = 0
         for other in self.near(x, y, radius, most + 1):
             if other == node or self.has_edge(node, int(other)):
                 continue
             free, time, _ = move_between(grid, limits, self.xy[node], self.xy[other], margin)
             if free:
                 self.add_edge(node, int(other), time)
-                added += 1
-        return added
 
     def recheck(
         self, grid: FloorGrid, limits: BodyLimits, box: tuple[int, int, int, int], margin: float

@@ -1,10 +1,12 @@
 """The roadmap in each step: sample, connect, thin out, recheck, and find the best paths."""
 
+from typing import Final
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array, yaw_of
-from ippon.planning.deadline import Deadline
+from ippon.planning.deadline import UNLIMITED, Deadline
 from ippon.planning.roadmap.connection import ConnectionConfig, Connector
 from ippon.planning.roadmap.local_planner import LocalPlanner, LocalPlannerConfig
 from ippon.planning.roadmap.narrow_passages import NarrowPassageConfig
@@ -18,6 +20,10 @@ from ippon.planning.terrain.floor_grid import cell_centres
 from ippon.planning.terrain.reachability import STANDABLE, reachable_cells
 from ippon.planning.terrain.traversability import Traversability
 from ippon.robot import RobotProfile
+
+_MOST_ROUNDS: Final = 40
+"""Rounds in which a roadmap that lacks a path to the operator's point grows at most."""
+_NO_VOXELS: Final[Float64Array] = np.zeros((0, 3))
 
 
 class RoadmapBuilder:
@@ -53,7 +59,7 @@ class RoadmapBuilder:
         self._turn_rate = robot.max_yaw_rate_rad_s
         self._floor = floor
         self._roadmap = roadmap
-        local = LocalPlanner(local_planner, floor, seed)
+        self._local_planner = local = LocalPlanner(local_planner, floor, seed)
         self._connector = Connector(connection, roadmap, floor, local, robot)
         self._root = RootConnector(connection, roadmap, floor, local, robot)
         self._sampler = ViewpointSampler(
@@ -175,7 +181,7 @@ class RoadmapBuilder:
         target: int | None,
         path: Float64Array | None,
     ) -> Float64Array | None:
-        """Find a path to a point that the operator chose, over the roadmap as it is.
+        """Find a path to a point that the operator chose; the roadmap grows until there is one.
 
         Args:
             T_world_base: Pose of the robot.
@@ -197,8 +203,17 @@ class RoadmapBuilder:
         apart = np.hypot(*(places - xy).T)
         if apart.min() > self._config.waypoint_reach_m:
             return None
-        root_edges, tree = self.shortest_tree(
-            reachable, x, y, yaw_of(T_world_base), deadline, target=target, path=path
-        )
-        goal = places[int(np.argmin(apart))]
-        return self._root.path_to_point(goal, T_world_base, root_edges, tree)
+        goal, yaw = places[int(np.argmin(apart))], yaw_of(T_world_base)
+        rounds, saturated = 0, False
+        while True:
+            root_edges, tree = self.shortest_tree(
+                reachable, x, y, yaw, deadline, target=target, path=path
+            )
+            found = self._root.path_to_point(goal, T_world_base, root_edges, tree)
+            if found is not None:
+                return found
+            rounds += 1
+            complete = saturated and not self._local_planner.unfinished
+            if complete or rounds == _MOST_ROUNDS:
+                return self._root.detour_to_point(goal, T_world_base, root_edges, tree)
+            saturated = self.sample(_NO_VOXELS, reachable, x, y, UNLIMITED)

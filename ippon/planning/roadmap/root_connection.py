@@ -34,9 +34,9 @@ class RootConnector:
         self._floor = floor
         self._local_planner = local_planner
         self._robot = robot
-        self._shut_in: tuple[int, tuple[float, float], tuple[int, ...], int] | None = None
-        """The last place without a path into the roadmap: count of floor changes at that time, the
-        place, the nodes near it, and how many of them the local planner has tried."""
+        self._shut_in: tuple[int, float, tuple[float, float], tuple[int, ...], int] | None = None
+        """The last place without a path into the roadmap: count of floor changes at that time,
+        margin, the place, the nodes near it, and how many of them the local planner has tried."""
 
     def edges(
         self,
@@ -89,7 +89,7 @@ class RootConnector:
         root_edges: RootEdges,
         tree: ShortestTree,
     ) -> Float64Array | None:
-        """Find a path from the robot to a point that is no node.
+        """Find a path from the robot to a point that is no node, by straight moves at its end.
 
         Args:
             goal: (2,) where the robot can stand, metres.
@@ -104,25 +104,36 @@ class RootConnector:
         straight, yaw = np.stack([T_world_base[:2, 3], goal]), yaw_of(T_world_base)
         if self._drive_time(straight, floor.margin_m, yaw) is not None:
             return straight
-        nodes = roadmap.near(
-            float(goal[0]), float(goal[1]), self._config.radius_m, 2 * self._config.neighbours
-        )
-        nodes = [int(n) for n in nodes if np.isfinite(tree.cost[n])]
         best, path = math.inf, None
-        for node in nodes:
+        for node in self._nodes_near(goal, tree):
             free, time, _ = move_between(
                 floor.grid, floor.limits, roadmap.xy[node], goal, floor.margin_m
             )
             if free and tree.cost[node] + time < best:
                 best, path = tree.cost[node] + time, roadmap.path_to(node, tree, root_edges)
-        if path is not None:
-            return shorten_path(np.vstack([path, goal]), floor, yaw)
-        for node in nodes[: self._config.local_planner_nodes]:
-            detour = self._local_planner.solve(roadmap.xy[node], goal)
+        return None if path is None else shorten_path(np.vstack([path, goal]), floor, yaw)
+
+    def detour_to_point(
+        self,
+        goal: Float64Array,
+        T_world_base: Float64Array,
+        root_edges: RootEdges,
+        tree: ShortestTree,
+    ) -> Float64Array | None:
+        """Find a path whose end is the local planner's; see `path_to_point`."""
+        for node in self._nodes_near(goal, tree)[: self._config.local_planner_nodes]:
+            detour = self._local_planner.solve(self._roadmap.xy[node], goal)
             if detour is not None:
-                path = np.vstack([roadmap.path_to(node, tree, root_edges), detour[1:]])
-                return shorten_path(path, floor, yaw)
+                path = np.vstack([self._roadmap.path_to(node, tree, root_edges), detour[1:]])
+                return shorten_path(path, self._floor, yaw_of(T_world_base))
         return None
+
+    def _nodes_near(self, goal: Float64Array, tree: ShortestTree) -> list[int]:
+        """Return the nodes near a point (2,) that the robot can reach, nearest first."""
+        nodes = self._roadmap.near(
+            float(goal[0]), float(goal[1]), self._config.radius_m, 2 * self._config.neighbours
+        )
+        return [int(n) for n in nodes if np.isfinite(tree.cost[n])]
 
     def _straight(
         self, x: float, y: float, yaw: float, node: int
@@ -151,15 +162,17 @@ class RootConnector:
             if self._local_planner.unfinished:
                 break
             tried += 1
-        self._shut_in = self._local_planner.floor_changes, (x, y), near, tried
+        margin_m, floor_changes = self._floor.margin_m, self._local_planner.floor_changes
+        self._shut_in = floor_changes, margin_m, (x, y), near, tried
         return []
 
     def _tried_here(self, x: float, y: float, nodes: tuple[int, ...]) -> int:
         """Return how many of the nodes the local planner has tried from here without success."""
         if self._shut_in is None:
             return 0
-        floor_changes, place, near, tried = self._shut_in
+        floor_changes, margin_m, place, near, tried = self._shut_in
         same = near == nodes and math.dist(place, (x, y)) <= SAME_PLACE_M
+        same = same and self._floor.margin_m >= margin_m
         return tried if same and not self._local_planner.may_retry(floor_changes) else 0
 
     def _drive_time(self, path: Float64Array, margin: float, yaw: float) -> float | None:

@@ -123,6 +123,10 @@ class ReturnCounter:
         self._given_up: set[int] = set()
         self._since: tuple[float, float] | None = None
 
+    def forget(self, node: int) -> None:
+        """Forget a node that was removed: a new node may take its number."""
+        self._given_up.discard(node)
+
     def note(self, before: int | None, chosen: int | None, xy: tuple[float, float]) -> None:
         """Record a choice.
 

@@ -55,7 +55,8 @@ class TargetSelector:
         self._returns = ReturnCounter(self._config)
 
     def forget(self, node: int) -> None:
-        """Drop the target if it is this node, which was removed: a new node may take its number."""
+        """Forget a node that was removed, also as the target: a new node may take its number."""
+        self._returns.forget(node)
         if self.node == node:
             self._drop()
 

@@ -57,7 +57,8 @@ class TraversabilityConfig:
     unseen_overlap_m: float = 0.15
     """How far the body may reach over unseen floor; more passes more gaps in the map."""
     clearance_max_m: float = 1.5
-    """Distances to obstacles are computed up to this; more costs time."""
+    """Distances to obstacles are computed up to this, for a wide body up to what it needs; more
+    costs time."""
     slow_clearance_m: float = 0.25
     """The robot slows down with less free space beside it than this; more drives more slowly."""
     slow_fraction: float = 0.4
@@ -185,6 +186,13 @@ class Traversability:
         x, y = float(at[0]), float(at[1])
         return can_turn(self.grid, self.limits, x, y, start, end, margin, leave)
 
+    @property
+    def _farthest_m(self) -> float:
+        """Distance up to which obstacles matter, metres: to a wide body also farther away."""
+        config = self.config
+        beside_m = max(config.margin_m + config.comfort_m, config.slow_clearance_m)
+        return max(config.clearance_max_m, self.limits.radius + beside_m)
+
     def _follow_map(self, arrays: MapArrays, z: float) -> tuple[HeightBands, bool]:
         """Match extent and floor height; return the bands, and whether any changed."""
         v = arrays.voxel_size
@@ -208,7 +216,7 @@ class Traversability:
                 kind=np.zeros(shape, dtype=np.uint8),
                 obstacle=np.full((*shape, 2), BEYOND_CUTOFF, dtype=np.int16),
                 unseen=np.full((*shape, 2), BEYOND_CUTOFF, dtype=np.int16),
-                cutoff=max(2, math.ceil(self.config.clearance_max_m / v)),
+                cutoff=max(2, math.ceil(self._farthest_m / v)),
             )
         if new_floor:
             self._record.stand_on(z)

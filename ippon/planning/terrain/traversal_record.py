@@ -53,6 +53,8 @@ class TraversalRecord:
         self._half_angle_rad = contact_half_angle_rad
         self._started = False
         self._floor_z_m: float | None = None
+        self._stood_z_m: float | None = None
+        """Height that the robot stood at last; `_floor_z_m` is that where its floor began."""
         self._others: list[tuple[float, NDArray[np.uint8]]] = []
         """Height and marks of the floors that the robot has left."""
         self._nothing_closed_at: tuple[float, float] | None = None
@@ -71,21 +73,28 @@ class TraversalRecord:
         self._others = [(z, _moved(cells, shape, offset)) for z, cells in self._others]
 
     def stand_on(self, floor_z_m: float) -> None:
-        """Take up the marks of the floor at a height, none for a floor that is new."""
-        here = self._floor_z_m
+        """Take up the marks of the floor at a height, none for a floor that is new.
+
+        A robot that was taken to a new floor, as by a lift, begins there as on the first one. One
+        that climbs to it does not: unseen floor beside stairs may be a drop.
+        """
+        here, before = self._floor_z_m, self._stood_z_m
+        self._stood_z_m = floor_z_m
         if here is None:
             self._floor_z_m = floor_z_m
         elif abs(floor_z_m - here) > _FLOORS_APART_M:
             self._others.append((here, self.cells))
+            was_taken = before is not None and abs(floor_z_m - before) > _FLOORS_APART_M
             new = (floor_z_m, np.zeros_like(self.cells))
             known = [one for one in self._others if abs(one[0] - floor_z_m) <= _FLOORS_APART_M]
             self._floor_z_m, self.cells = min(
                 known, key=lambda one: abs(one[0] - floor_z_m), default=new
             )
             self._others = [one for one in self._others if one[1] is not self.cells]
+            self._started = self._started and (bool(known) or not was_taken)
 
     def record_pose(self, grid: FloorGrid, T_world_base: Float64Array) -> None:
-        """Mark the floor under the body, and on the first call a margin around it."""
+        """Mark the floor under the body, and where the robot begins a margin around it."""
         x, y, yaw = float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
         v = grid.voxel_size
         if not self._started:

@@ -108,7 +108,7 @@ class ViewGeometry:
         ranges: ViewRanges,
         termination_threshold: float,
     ) -> "ViewGeometry":
-        """Build the raster of directions, which takes tens of milliseconds.
+        """Build the raster of directions, which takes tens of milliseconds the first time.
 
         Args:
             config: Ranges and resolution.

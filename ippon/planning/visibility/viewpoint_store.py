@@ -70,6 +70,8 @@ class ViewpointStore:
         self._framing = np.full((capacity, 2), np.nan)
         self._at = np.zeros((capacity, 2))
         self._regions: RegionWeights | None = None
+        self._weighed: tuple[tuple[Stroke, ...], bool] = (), False
+        """The painted regions, and whether rooms count."""
         self._unweighted = np.ones(headings, dtype=np.float32)
         self._far_evidence: EvidenceAhead | None = None
         self._far_evidence_revision = 0
@@ -160,11 +162,18 @@ class ViewpointStore:
         self._probabilities = np.asarray(probabilities, dtype=np.float32)
         self._choose_all()
 
-    def set_regions(self, strokes: Sequence[Stroke], rooms: WeightGrid | None = None) -> None:
-        """Recompute every gain with other painted regions and weights of rooms; casts no ray."""
+    def set_regions(self, strokes: Sequence[Stroke], rooms: WeightGrid | None = None) -> bool:
+        """Recompute every gain with other painted regions and weights of rooms; casts no ray.
+
+        Returns:
+            Whether other regions are painted, or rooms begin or cease to count. Rooms are inferred
+            every few seconds, mostly as they were.
+        """
+        before, self._weighed = self._weighed, (tuple(strokes), rooms is not None)
         given = bool(strokes) or rooms is not None
         self._regions = RegionWeights(self.config.regions, strokes, rooms) if given else None
         self._choose_all()
+        return self._weighed != before
 
     def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:
         """Weigh gains by evidence from beyond the map's range from now on; None for none."""

@@ -9,15 +9,17 @@ from typing import Any
 
 import pytest
 
-from app.links.language_model.chat import ChatConfig
-from app.links.language_model.language_model import LanguageModel
 from ippon.guidance.prior import PROVIDER
 from ippon.vocabulary import MATTERPORT_40
+from tests import later
+
+ChatConfig = later.names("app.links.language_model.chat", "ChatConfig")
+LanguageModel = later.names("app.links.language_model.language_model", "LanguageModel")
 
 KEY = "sk-very-secret-0123456789"
 OBJECT = json.dumps({label: {"reason": "because", "level": "NEAR"} for label in MATTERPORT_40})
 
-Make = Callable[..., LanguageModel]
+Make = Callable[..., Any]
 Script = Callable[["ChatServer", dict[str, Any], BaseHTTPRequestHandler], None]
 
 
@@ -114,11 +116,9 @@ def completed() -> Callable[..., bytes]:
 
 @pytest.fixture
 def make_model(chat_server: Any) -> Iterator[Make]:
-    made: list[LanguageModel] = []
+    made: list[Any] = []
 
-    def make(
-        timeout_s: float = 120.0, cache_dir: Path | None = None, **config: Any
-    ) -> LanguageModel:
+    def make(timeout_s: float = 120.0, cache_dir: Path | None = None, **config: Any) -> Any:
         settings = {"base_url": chat_server.url, "model": "tiny", "api_key": KEY} | config
         made.append(LanguageModel(ChatConfig(timeout_s=timeout_s, **settings), cache_dir=cache_dir))
         return made[-1]

@@ -19,10 +19,10 @@ from ippon.frame import Frame
 from ippon.geometry import base_pose
 from ippon.mapping.arrays import OCCUPIED
 from ippon.planning.terrain.obstacle_columns import HeightBands
-from ippon.planning.voxel_lookup import voxel_state
 from ippon.robot import ZED, CollisionSphere, RobotProfile
 from tests.long_robot import LONG
 from tests.reference import obstacles as plain
+from tests.reference.planning_floor import state_of
 
 HERE = base_pose(0.0, 0.0, 0.0, 0.0)
 
@@ -51,7 +51,7 @@ def test_agrees_with_looking_at_every_column(floor_with, seed):
             cx, cy = (i + 0.5) * 0.1, (j + 0.5) * 0.1
             layers = range(bands.body_low, bands.body_high + 1)
             if np.hypot(cx - x, cy - y) <= 1.6 and any(
-                voxel_state(arrays, i, j, k) == OCCUPIED for k in layers
+                state_of(arrays, i, j, k) == OCCUPIED for k in layers
             ):
                 expected.add((round(cx, 3), round(cy, 3)))
     found = mapped_obstacles(arrays, ZED, base_pose(x, y, 0.0, 1.0), 1.6)

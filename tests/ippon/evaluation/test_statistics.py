@@ -2,9 +2,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy import stats
 
 from ippon.evaluation.statistics import mcnemar_p, mean_interval, paired_difference
+from tests import later
+
+stats = later.module("scipy.stats")
 
 
 def test_the_interval_of_equal_values_is_that_value():
@@ -120,6 +122,12 @@ def test_episodes_of_one_home_are_no_independent_evidence():
     values = np.full(40, 0.3)
     by_home = paired_difference(values, np.zeros(40), np.repeat([0, 1], 20))
     assert by_home.p == pytest.approx(0.5)
+
+
+def test_mcnemar_is_the_binomial_test():
+    for wins, losses in ((1, 0), (4, 9), (30, 12), (700, 640), (3_000, 1_000)):
+        expected = stats.binomtest(wins, wins + losses, 0.5).pvalue
+        assert mcnemar_p(wins, losses) == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize(

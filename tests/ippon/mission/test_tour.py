@@ -1,6 +1,7 @@
 """A tour: several goals on one map, each found, rejected, cancelled or confirmed by itself."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -41,6 +42,12 @@ def home(searcher, room):
 
 def states(robot):
     return {one.goal.object: one.state.value for one in robot.last.tour}
+
+
+def found_at(position_world, size_m):
+    return Find(
+        position_world=position_world, size_m=size_m, probability=0.9, voxels=40, box_px=None
+    )
 
 
 def events(results, kind):
@@ -89,13 +96,7 @@ def test_one_of_several_finds_of_a_tour_is_judged_with_its_goal(home):
     goals = home("toilet", "plant").mission.goals
     search = goals.tour.of(2)
     search.goal = dataclasses.replace(search.goal, count=3)
-    finds = [
-        Find(
-            position_world=(x, 1.0, 0.4), size_m=(0.4, 0.4, 0.9), probability=0.9, voxels=40,
-            box_px=None,
-        )
-        for x in (2.0, 4.0, 6.0)
-    ]  # fmt: skip
+    finds = [found_at((x, 1.0, 0.4), (0.4, 0.4, 0.9)) for x in (2.0, 4.0, 6.0)]
     goals.count_again(2, finds[:2])
     assert not goals.reject_find(goal_id=1, number=1)
     assert goals.confirm_find(goal_id=2, number=1)
@@ -113,6 +114,16 @@ def test_one_of_several_finds_of_a_tour_is_judged_with_its_goal(home):
     assert [(one.number, one.confirmed) for one in status.counted] == [(1, True), (3, True)]
     assert [one.number for one in status.rejected] == [2]
     assert search in goals.running
+
+
+def test_the_goal_leads_whose_candidate_the_viewpoint_is_beside(home):
+    """Of a large object the middle is farther away than that of a small one behind the robot."""
+    tour = home("plant", "bathtub").mission.goals.tour
+    plant, bathtub = tour.searches
+    bathtub.candidates = (found_at((4.0, 1.3, 0.3), (1.0, 1.9, 0.6)),)
+    plant.candidates = (found_at((4.0, -0.9, 0.5), (0.3, 0.3, 0.4)),)
+    target = SimpleNamespace(position_world=(4.0, 0.0, 0.0))
+    assert tour.focus(SimpleNamespace(target=target, ends_search=True)) is bathtub
 
 
 @pytest.mark.slow

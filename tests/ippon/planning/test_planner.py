@@ -19,6 +19,7 @@ from ippon.planning.selection.target_hysteresis import retention_of
 from ippon.planning.terrain.motion_check import move_between
 from ippon.planning.visibility import viewpoint_store as viewpoint_store_module
 from ippon.planning.visibility.evaluation_scheduler import ViewpointEvaluationConfig
+from ippon.planning.visibility.region_weights import Stroke, WeightGrid
 from ippon.planning.visibility.view_config import ViewConfig
 from ippon.robot import HABITAT, ZED
 from tests.ippon.planning.test_deadline import Clock
@@ -257,6 +258,33 @@ def test_other_levels_change_the_gain_without_a_ray(dense_map, monkeypatch):
     assert (after.tree.levels[1:] == Level.FAR).sum() >= 3, "wherever walls are near in view"
     assert after.tree.gains.sum() < before.tree.gains.sum()
     assert len(after.tree.parents) >= len(before.tree.parents), "the tree is kept"
+
+
+def test_rooms_that_are_inferred_again_leave_the_target_and_what_is_painted_does_not(two_rooms):
+    volume = two_rooms(1.0)
+    volume.fill((6.9, 2.0, 0.0), (7.0, 3.0, 1.8), FREE)
+
+    def rooms(cells):
+        weights = np.ones((cells, 20))
+        weights[:10] = 0.25
+        return WeightGrid(cell_m=0.4, origin=np.zeros(2, np.int64), weights=weights)
+
+    planner = make()
+    selector = planner._selector
+    run(planner, volume, 6)
+    planner.set_regions((), rooms(18))
+    assert selector.node is None, "rooms were recognised: another viewpoint may be better by far"
+    run(planner, volume, 6)
+    target, path = selector.node, selector.path
+    planner.set_regions((), rooms(20))
+    assert (selector.node, selector.path) == (target, path)
+    assert target is not None
+    stroke = Stroke(kind="not_here", points=((2.0, 2.0),), radius_m=0.5)
+    planner.set_regions((stroke,), rooms(20))
+    assert selector.node is None
+    run(planner, volume, 1)
+    planner.set_regions((stroke,), None)
+    assert selector.node is None
 
 
 def test_a_target_is_kept_by_the_gain_that_is_left_on_the_path(dense_map, monkeypatch):
@@ -524,6 +552,25 @@ def test_a_robot_inside_an_obstacles_margin_finds_its_way_out(dense_map):
     plan = run(make(), volume, 12, base_pose(0.95, 2.8, 0.0, math.pi))
     assert plan.target is not None
     assert_consistent(plan, volume)
+
+
+@pytest.mark.parametrize("clock", [None, Clock(jump_s=10.0)])
+def test_a_path_to_a_point_on_seen_floor_is_found_before_any_search(dense_map, clock):
+    """As after driving by hand, or on a map that was read: the roadmap has hardly begun."""
+    volume = dense_map((14.4, 5.6, 2.4))
+    for x in (0.8, 3.9, 7.0, 10.1):
+        volume.room((x, 0.8), (x + 3.0, 4.8))
+    for x, door_y in ((3.8, 4.2), (6.9, 1.4), (10.0, 4.2)):
+        volume.fill((x, door_y - 0.4, 0.0), (x + 0.1, door_y + 0.4, 2.0), FREE)
+    planner = make() if clock is None else make_hurried(clock)
+    pose = base_pose(1.6, 1.4, 0.0, 0.0)
+    run(planner, volume, 1, pose)
+    path = planner.path_to_point(pose, np.array([12.4, 1.4]))
+    assert path is not None
+    np.testing.assert_allclose(path[0], [1.6, 1.4])
+    np.testing.assert_allclose(path[-1], [12.4, 1.4], atol=0.06)
+    assert planner.path_to_point(pose, np.array([3.85, 1.4])) is not None, "beside a wall"
+    assert planner.path_to_point(pose, np.array([1.6, -3.0])) is None
 
 
 def test_an_empty_map_gives_an_empty_plan(dense_map):

@@ -5,22 +5,23 @@ import functools
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch", reason="the extra ippon[segmentation] is not installed")
-pytest.importorskip("transformers", reason="the extra ippon[segmentation] is not installed")
+from ippon.observation import Detections
+from ippon.segmentation.backends.san.tokenizer import ClipTokenizer
+from ippon.segmentation.config import SegmentationConfig
+from ippon.segmentation.errors import OutOfMemoryError, SegmentationError
+from ippon.segmentation.loading import load_segmenter
+from tests import later
+from tests.ippon.segmentation.backends.san.test_random_weights import SMALL
 
-from ippon.observation import Detections  # noqa: E402
-from ippon.segmentation.backends.san.random_weights import random_network  # noqa: E402
-from ippon.segmentation.backends.san.segmenter import SanSegmenter  # noqa: E402
-from ippon.segmentation.backends.san.tokenizer import ClipTokenizer  # noqa: E402
-from ippon.segmentation.config import SegmentationConfig  # noqa: E402
-from ippon.segmentation.device import choose_device  # noqa: E402
-from ippon.segmentation.errors import OutOfMemoryError, SegmentationError  # noqa: E402
-from ippon.segmentation.loading import load_segmenter  # noqa: E402
-from tests.ippon.segmentation.backends import tiny_models  # noqa: E402
-from tests.ippon.segmentation.backends.san.test_random_weights import SMALL  # noqa: E402
+later.needs("torch", "transformers", extra="segmentation")
+torch = later.module("torch")
+random_network = later.names("ippon.segmentation.backends.san.random_weights", "random_network")
+SanSegmenter = later.names("ippon.segmentation.backends.san.segmenter", "SanSegmenter")
+choose_device = later.names("ippon.segmentation.device", "choose_device")
+tiny_models = later.module("tests.ippon.segmentation.backends.tiny_models")
 
 pytestmark = pytest.mark.slow
-WITH_GPU = pytest.mark.skipif(not torch.cuda.is_available(), reason="there is no GPU")
+WITH_GPU = pytest.mark.skipif("not torch.cuda.is_available()", reason="there is no GPU")
 LABELS = ("wall", "chest_of_drawers", "tv", "lamp")
 MASKS = {"grounding-dino": "sam2", "owlv2": "sam"}
 COMPILED = ("san", "clipseg", "sam3", "sam3-lite", "grounding-dino")
@@ -119,7 +120,7 @@ def test_san_can_be_compiled(tmp_path, image_by_formula, monkeypatch):
     color = image_by_formula(48, 64)
     plain = load("san", tmp_path, device="cpu").segment(color, LABELS, "hat")
     compiler = functools.partial(torch.compile, backend="aot_eager")
-    monkeypatch.setattr(torch, "compile", compiler)
+    monkeypatch.setattr("torch.compile", compiler)
     compiled = load("san", tmp_path, device="cpu", compile=True).segment(color, LABELS, "hat")
     assert difference(plain, compiled) <= 0.01
 

@@ -5,21 +5,24 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from typing import Any
 
 import pytest
 
-from app.links.language_model.chat import ChatConfig, ChatEndpoint, ChatError
+from tests import later
+
+chat = later.module("app.links.language_model.chat")
 
 LIMIT_S = 1.0
 Serve = Callable[[socket.socket], None]
 
 
 @pytest.fixture
-def serve() -> Iterator[Callable[[Serve], ChatEndpoint]]:
+def serve() -> Iterator[Callable[[Serve], Any]]:
     listener = socket.create_server(("127.0.0.1", 0))
-    over, endpoints = threading.Event(), list[ChatEndpoint]()
+    over, endpoints = threading.Event(), list[Any]()
 
-    def start(answer: Serve) -> ChatEndpoint:
+    def start(answer: Serve) -> Any:
         def loop() -> None:
             while not over.is_set():
                 with suppress(OSError):
@@ -30,7 +33,9 @@ def serve() -> Iterator[Callable[[Serve], ChatEndpoint]]:
 
         threading.Thread(target=loop, daemon=True).start()
         url = f"http://127.0.0.1:{listener.getsockname()[1]}/v1"
-        endpoints.append(ChatEndpoint(ChatConfig(base_url=url, model="m", timeout_s=LIMIT_S)))
+        endpoints.append(
+            chat.ChatEndpoint(chat.ChatConfig(base_url=url, model="m", timeout_s=LIMIT_S))
+        )
         return endpoints[-1]
 
     yield start
@@ -71,11 +76,9 @@ def flood(data: bytes) -> Serve:
     ],
     ids=["headers", "body", "continue", "silence"],
 )
-def test_no_answer_takes_longer_than_its_time(
-    serve: Callable[[Serve], ChatEndpoint], answer: Serve
-) -> None:
+def test_no_answer_takes_longer_than_its_time(serve: Callable[[Serve], Any], answer: Serve) -> None:
     endpoint = serve(answer)
     begun = time.monotonic()
-    with pytest.raises(ChatError):
+    with pytest.raises(chat.ChatError):
         endpoint.ask(lambda _: [{"role": "user", "content": "?"}], {"type": "object"})
     assert time.monotonic() - begun < 3.0 * LIMIT_S

@@ -6,35 +6,35 @@ from typing import Any
 
 import pytest
 
-from app.links.language_model.chat import ChatConfig, ChatEndpoint, ChatError
+from tests import later
+
+chat = later.module("app.links.language_model.chat")
 
 KEY = "sk-very-secret-0123456789"
 QUESTION: list[dict[str, str]] = [{"role": "user", "content": "?"}]
 
 
 @pytest.fixture
-def endpoint(chat_server: Any) -> Iterator[ChatEndpoint]:
-    endpoint = ChatEndpoint(ChatConfig(base_url=chat_server.url + "/", model="tiny", timeout_s=5.0))
+def endpoint(chat_server: Any) -> Iterator[Any]:
+    endpoint = chat.ChatEndpoint(
+        chat.ChatConfig(base_url=chat_server.url + "/", model="tiny", timeout_s=5.0)
+    )
     yield endpoint
     endpoint.close()
 
 
-def ask(endpoint: ChatEndpoint) -> Any:
+def ask(endpoint: Any) -> Any:
     return endpoint.ask(lambda _: QUESTION, {"type": "object"})
 
 
-def test_sends_no_key_where_there_is_none(
-    chat_server: Any, speak: Any, endpoint: ChatEndpoint
-) -> None:
+def test_sends_no_key_where_there_is_none(chat_server: Any, speak: Any, endpoint: Any) -> None:
     chat_server.script = speak("yes")
     reply = ask(endpoint)
     assert (reply.text, reply.complete, reply.form) == ("yes", True, "schema")
     assert "Authorization" not in chat_server.headers[0]
 
 
-def test_tells_an_answer_that_was_cut(
-    chat_server: Any, reply_with: Any, endpoint: ChatEndpoint
-) -> None:
+def test_tells_an_answer_that_was_cut(chat_server: Any, reply_with: Any, endpoint: Any) -> None:
     body = b'{"choices": [{"message": {"content": "ye"}, "finish_reason": "length"}]}'
     chat_server.script = reply_with(200, body)
     assert not ask(endpoint).complete
@@ -53,24 +53,24 @@ def test_tells_an_answer_that_was_cut(
 def test_says_whether_asking_again_helps(
     chat_server: Any,
     reply_with: Any,
-    endpoint: ChatEndpoint,
+    endpoint: Any,
     status: int,
     headers: dict[str, str],
     retry: bool,
     wait_s: float,
 ) -> None:
     chat_server.script = reply_with(status, b"", **headers)
-    with pytest.raises(ChatError, match=f"HTTP {status}") as caught:
+    with pytest.raises(chat.ChatError, match=f"HTTP {status}") as caught:
         ask(endpoint)
     assert (caught.value.retry, caught.value.wait_s) == (retry, wait_s)
     assert len(chat_server.requests) == 1
 
 
 def test_an_endpoint_that_takes_nothing_is_an_error(
-    chat_server: Any, reply_with: Any, endpoint: ChatEndpoint
+    chat_server: Any, reply_with: Any, endpoint: Any
 ) -> None:
     chat_server.script = reply_with(400, b'{"error": "no"}')
-    with pytest.raises(ChatError, match="HTTP 400: no"):
+    with pytest.raises(chat.ChatError, match="HTTP 400: no"):
         ask(endpoint)
     assert len(chat_server.requests) == 3
 
@@ -88,17 +88,17 @@ def test_an_endpoint_that_takes_nothing_is_an_error(
 )
 def test_config_errors(config: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message) as caught:
-        ChatConfig(**({"base_url": "http://127.0.0.1/v1", "model": "tiny"} | config))
+        chat.ChatConfig(**({"base_url": "http://127.0.0.1/v1", "model": "tiny"} | config))
     assert "secret" not in str(caught.value)
 
 
 def test_the_key_is_not_shown() -> None:
-    config = ChatConfig(base_url="http://127.0.0.1/v1", model="tiny", api_key=KEY)
+    config = chat.ChatConfig(base_url="http://127.0.0.1/v1", model="tiny", api_key=KEY)
     assert KEY not in repr(config)
 
 
 def test_threads_that_are_refused_one_form_drop_it_once(
-    chat_server: Any, speak: Any, reply_with: Any, endpoint: ChatEndpoint
+    chat_server: Any, speak: Any, reply_with: Any, endpoint: Any
 ) -> None:
     both = threading.Barrier(2, timeout=10.0)
 
@@ -116,10 +116,10 @@ def test_threads_that_are_refused_one_form_drop_it_once(
 
 
 def test_a_question_that_is_refused_in_every_form_changes_none(
-    chat_server: Any, speak: Any, reply_with: Any, endpoint: ChatEndpoint
+    chat_server: Any, speak: Any, reply_with: Any, endpoint: Any
 ) -> None:
     chat_server.script = reply_with(400, b'{"error": "maximum context length exceeded"}')
-    with pytest.raises(ChatError):
+    with pytest.raises(chat.ChatError):
         ask(endpoint)
     chat_server.script = speak("yes")
     assert ask(endpoint).form == "schema"
@@ -137,10 +137,12 @@ def test_texts_of_an_endpoint_can_be_sent_on(
     chat_server: Any, reply_with: Any, status: int, body: dict[str, Any]
 ) -> None:
     chat_server.script = reply_with(status, json.dumps(body).encode())
-    endpoint = ChatEndpoint(ChatConfig(base_url=chat_server.url, model="tiny", api_key=KEY))
+    endpoint = chat.ChatEndpoint(
+        chat.ChatConfig(base_url=chat_server.url, model="tiny", api_key=KEY)
+    )
     try:
         text = ask(endpoint).text
-    except ChatError as error:
+    except chat.ChatError as error:
         text = str(error)
     finally:
         endpoint.close()
@@ -148,10 +150,8 @@ def test_texts_of_an_endpoint_can_be_sent_on(
     assert KEY not in text
 
 
-def test_a_redirection_is_not_followed(
-    chat_server: Any, reply_with: Any, endpoint: ChatEndpoint
-) -> None:
+def test_a_redirection_is_not_followed(chat_server: Any, reply_with: Any, endpoint: Any) -> None:
     chat_server.script = reply_with(307, b"", Location=chat_server.url + "/other")
-    with pytest.raises(ChatError, match="HTTP 307"):
+    with pytest.raises(chat.ChatError, match="HTTP 307"):
         ask(endpoint)
     assert len(chat_server.requests) == 1

@@ -7,6 +7,7 @@ import pytest
 from app.messages import keys
 from app.messages.images import encode_camera, encode_depth
 from app.messages.motion import decode_transforms, encode_transforms
+from app.nodes.navigator import stream_conversion
 from app.nodes.navigator.frame_intake import FrameIntake
 from app.nodes.navigator.stream_conversion import StreamConverter
 from ippon.camera import PinholeCamera
@@ -39,6 +40,12 @@ def make(sessions, events):
         streams.close()
 
 
+@pytest.fixture
+def impatient(monkeypatch):
+    """Uncompressed images are asked for after a third of a second without others."""
+    monkeypatch.setattr(stream_conversion, "SILENT_S", 0.3)
+
+
 def take(intake, streams, timeout_s=8.0):
     deadline = time.monotonic() + timeout_s
     while time.monotonic() < deadline:
@@ -58,6 +65,7 @@ def send(robot, stamp_ns, color=None):
     robot.put(f"r/{keys.COLOR_RAW}", raw_color(pixels, stamp_ns))
 
 
+@pytest.mark.usefixtures("impatient")
 def test_odometry_is_converted_again_and_again_until_the_robot_sends_tf(make, sessions):
     _, robot = sessions
     intake, streams = make()
@@ -70,6 +78,7 @@ def test_odometry_is_converted_again_and_again_until_the_robot_sends_tf(make, se
     assert not intake.has_tf
 
 
+@pytest.mark.usefixtures("impatient")
 def test_raw_images_and_odometry_make_frames_and_go_to_the_others(make, sessions):
     heard = {}
     _, robot = sessions

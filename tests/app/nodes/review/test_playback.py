@@ -6,6 +6,7 @@ import msgspec
 import pytest
 
 from app.nodes.console.scene.state_feed import StateFeed
+from app.nodes.review import playback as playback_module
 from app.nodes.review.playback import Playback, ReviewCommand, ReviewState
 
 PATIENCE_S = 120.0
@@ -33,7 +34,8 @@ class _Board(StateFeed):
             assert self._changed.wait_for(holds, PATIENCE_S), self.notice
 
 
-def test_the_timeline_of_a_session_that_is_recorded_grows(made_up, tmp_path):
+def test_the_timeline_of_a_session_that_is_recorded_grows(made_up, tmp_path, monkeypatch):
+    monkeypatch.setattr(playback_module, "FOLLOW_S", 0.2)
     session = made_up.write_session(tmp_path, seconds=3.0, end=False)
     session.writer.flush()
     later = [m for m in made_up.all_messages(6.0) if m[0] > made_up.START_NS + 3 * 10**9]

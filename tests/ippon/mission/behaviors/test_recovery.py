@@ -94,9 +94,30 @@ def test_a_robot_is_not_stuck_after_a_reset_of_the_clock() -> None:
     recovery = Recovery(RecoveryConfig(stuck_after_s=2.0), ZED)
     recovery.watch(frame(100 * S, HERE), DRIVE)
     assert not recovery.is_blocked(frame(S, HERE, contact=False))
-    recovery.watch(frame(S, HERE), DRIVE)
-    assert not recovery.is_blocked(frame(2 * S, HERE, contact=False))
-    assert recovery.is_blocked(frame(4 * S, HERE, contact=False)), "it counts from the new clock on"
+    stuck_at = next(n for n in range(5, 40) if _drives_and_is_blocked(recovery, n * S // 5))
+    assert stuck_at / 5 == pytest.approx(3.2), "it counts from the new clock on"
+
+
+def _drives_and_is_blocked(recovery, stamp_ns):
+    blocked = recovery.is_blocked(frame(stamp_ns, HERE))
+    recovery.watch(frame(stamp_ns, HERE), DRIVE)
+    return blocked
+
+
+@pytest.mark.parametrize("away_s", [3, 3600])
+def test_seconds_without_frames_are_no_seconds_without_movement(away_s: int) -> None:
+    """The camera was away, in which time the robot stood, or its clock was set ahead."""
+    recovery = Recovery(RecoveryConfig(), ZED)
+    assert not _drives_and_is_blocked(recovery, 0)
+    assert not _drives_and_is_blocked(recovery, away_s * S)
+    for n in range(1, 10):
+        assert not _drives_and_is_blocked(recovery, away_s * S + n * S // 5)
+    assert any(_drives_and_is_blocked(recovery, away_s * S + n * S // 5) for n in range(10, 14))
+
+
+def test_a_robot_with_one_frame_a_second_is_stuck_in_the_end() -> None:
+    recovery = Recovery(RecoveryConfig(), ZED)
+    assert any(_drives_and_is_blocked(recovery, n * S) for n in range(10))
 
 
 @pytest.mark.parametrize("yaw", [0.0, math.pi])

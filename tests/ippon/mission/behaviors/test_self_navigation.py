@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from ippon.command import Command, GoalOutcome
+from ippon.geometry import yaw_of
+from ippon.mission.behaviors.operator_drive import plan_along
 from ippon.mission.behaviors.self_navigation import SILENT_TEXT, planner_config
 from ippon.mission.config import MissionConfig
 from ippon.mission.snapshot import MissionState
@@ -74,6 +76,37 @@ def test_a_point_of_the_operator_is_given_up_when_it_fails(robot):
     robot.mission.navigation.follower.report(command.goal.number, GoalOutcome.FAILED)
     robot.mission.step(robot.world.observe())
     assert robot.mission.operator.waypoint is None
+
+
+def test_a_point_of_the_operator_stays_when_an_earlier_goal_fails(robot):
+    robot.ask("lamp")
+    goal = robot.search(60.0, until=lambda r: _is_far(r.command.goal, (1.0, 1.0)))[-1].command.goal
+    robot.mission.operator.go_to((1.0, 1.0))
+    robot.mission.navigation.follower.report(goal.number, GoalOutcome.FAILED)
+    robot.mission.step(robot.world.observe())
+    assert robot.mission.operator.waypoint == (1.0, 1.0)
+
+
+def _is_far(goal, xy):
+    return goal is not None and np.hypot(goal.x_m - xy[0], goal.y_m - xy[1]) > 1.0
+
+
+def test_a_viewpoint_close_by_that_cannot_be_reached_is_out_of_reach(robot, monkeypatch):
+    """Beside a table the next viewpoint is 30 cm farther on, and may be none for the robot."""
+    robot.ask("lamp")
+    robot.search(60.0, until=lambda r: r.snapshot.state is MissionState.SEARCHING)
+    navigation, marked = robot.mission.navigation, []
+    monkeypatch.setattr(robot.mission._planner, "mark_unreachable", marked.append)
+    pose, (x, y) = robot.world.observe().T_world_base, robot.at
+    plan = plan_along(np.array([(x, y), (x + 0.3, y)]), robot.last.plan, pose)
+    goal = navigation.follower.step(plan, pose, 0.0, None, 2.0).goal
+    navigation.follower.report(goal.number, GoalOutcome.FAILED)
+    navigation.react(robot.mission.search)
+    assert marked == [(pytest.approx(x + 0.3), pytest.approx(y))]
+    goal = navigation.follower.turn(yaw_of(pose) + 1.5, pose, 0.0, 2.0).goal
+    navigation.follower.report(goal.number, GoalOutcome.FAILED)
+    navigation.react(robot.mission.search)
+    assert len(marked) == 1, "it stands there: it cannot turn"
 
 
 def test_viewpoints_count_as_reached_from_as_far_as_the_robot_stops():

@@ -1,15 +1,19 @@
 """A second opinion is weighed, shown, waited for briefly, and asked for once."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from ippon.frame import NANOSECONDS
 from ippon.mission.config import MissionConfig
 from ippon.mission.finds.second_opinion import (
     Opinion,
     SecondOpinionConfig,
+    SecondOpinions,
     crop_of,
 )
-from ippon.mission.snapshot import MissionState
+from ippon.mission.snapshot import Find, MissionState
 
 BED = ("bed", "bed", (4.0, 1.2, 0.0), (5.9, 3.0, 0.55))
 
@@ -102,6 +106,29 @@ def test_an_answer_for_another_goal_is_ignored(robot):
     assert len(robot.requests) == 2
     assert not robot.mission.opinions.answer(old.number, Opinion(verdict="no"))
     assert robot.mission.opinions.answer(robot.requests[1].number, Opinion(verdict="yes"))
+
+
+def test_goals_of_a_tour_are_asked_about_once_each():
+    opinions, requests = SecondOpinions(SecondOpinionConfig()), []
+    opinions.ask = requests.append
+    mug, plate = (
+        Find(
+            position_world=(x, 1.0, 0.8), size_m=(0.1, 0.1, 0.1), probability=0.9, voxels=3,
+            box_px=(10, 10, 30, 30),
+        )
+        for x in (1.0, 1.2)
+    )  # fmt: skip
+    for n in range(4):
+        frame = SimpleNamespace(stamp_ns=n * NANOSECONDS, color=np.zeros((60, 100, 3), np.uint8))
+        for goal_id, find in ((1, mug), (2, plate)):
+            weighed = opinions.weigh(find, goal_id, "", frame, running=(1, 2))
+            assert weighed.waiting
+    assert len(requests) == 2
+    assert opinions.answer(requests[0].number, Opinion(verdict="yes"))
+    weighed = opinions.weigh(mug, 1, "", frame, running=(1, 2))
+    assert weighed.opinion is not None
+    assert opinions.weigh(plate, 2, "", frame, running=(2,)).waiting
+    assert opinions.weigh(mug, 1, "", frame, running=(1,)).waiting, "another search asks again"
 
 
 @pytest.mark.slow

@@ -24,7 +24,7 @@ def bridged(joined, tries=5):
 def test_the_local_planner_joins_what_no_straight_line_does(corner):
     joined = Joined(corner)
     near, far = joined.add(3.45, 1.35), joined.add(4.75, 3.35)
-    assert joined.roadmap.edge_count == 0
+    assert not joined.roadmap.neighbours([near])
     root_edges, tree = bridged(joined)
     assert math.isfinite(tree.cost[far])
     path = joined.roadmap.path_to(far, tree, root_edges)
@@ -89,6 +89,19 @@ def test_a_pair_that_failed_is_not_solved_twice_while_nothing_changes(two_rooms,
     for _ in range(4):
         assert not joined.connector.bridge(tree, cells)
     assert len(solved) == 1
+
+
+def test_a_pair_that_failed_is_tried_again_with_less_margin(two_rooms):
+    """The last thing that a search does before it ends without a find."""
+    joined = Joined(two_rooms(0.4), base_pose(2.0, 2.85, 0.0, 0.0))
+    joined.add(3.3, 2.8)
+    beyond = joined.add(4.5, 2.8)
+    cells = np.full(joined.floor.grid.kind.shape, 2, dtype=np.uint8)
+    assert not joined.connector.bridge(joined.tree()[1], cells)
+    assert joined.floor.relax()
+    assert joined.floor.update(joined.volume.arrays(), joined.pose) is None, "no cell has changed"
+    assert joined.connector.bridge(joined.tree()[1], cells)
+    assert math.isfinite(joined.tree()[1].cost[beyond])
 
 
 def test_a_node_with_the_number_of_a_removed_one_is_tried_again(two_rooms):

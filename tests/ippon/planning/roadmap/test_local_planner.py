@@ -174,13 +174,17 @@ def test_there_is_no_path_where_the_local_planner_is_off(corner):
 
 
 def test_what_was_cut_short_goes_on_unless_another_way_is_asked_for(corner):
-    queries = Joined(corner).local_planner
+    joined = Joined(corner)
+    queries = joined.local_planner
     assert queries.solve(CORNER_NEAR, CORNER_FAR, late()) is None
     assert queries.unfinished
     queries.solve(CORNER_NEAR, CORNER_FAR, late())
     assert queries.begun == 1
     queries.solve(CORNER_FAR, CORNER_NEAR, late())
     assert queries.begun == 2
+    joined.floor.relax()
+    queries.solve(CORNER_FAR, CORNER_NEAR, late())
+    assert queries.begun == 3, "narrower gaps may be passed now"
 
 
 def test_each_query_has_a_seed_of_its_own(corner, monkeypatch):

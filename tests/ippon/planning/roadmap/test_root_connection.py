@@ -33,6 +33,20 @@ def test_a_robot_that_is_shut_in_does_not_plan_the_same_again(two_rooms, monkeyp
     assert len(solved) == before + 1, "and from elsewhere"
 
 
+def test_a_robot_that_is_shut_in_tries_again_with_less_margin(two_rooms, monkeypatch):
+    joined = Joined(two_rooms(0.0), base_pose(2.0, 2.85, 0.0, 0.0))
+    joined.add(4.5, 2.85)
+    solved = []
+    monkeypatch.setattr(LocalPlanner, "solve", lambda *_: solved.append(1))
+    for _ in range(3):
+        joined.root.edges(3.4, 2.85, 0.0, None, None)
+    assert len(solved) == 1
+    joined.floor.relax()
+    for _ in range(3):
+        joined.root.edges(3.4, 2.85, 0.0, None, None)
+    assert len(solved) == 2
+
+
 def test_a_robot_that_is_shut_in_tries_each_way_out_in_pieces(two_rooms, monkeypatch):
     joined = Joined(two_rooms(0.0), base_pose(2.0, 2.85, 0.0, 0.0))
     for y in (2.45, 2.85, 3.25):
@@ -106,7 +120,8 @@ def test_a_point_is_reached_straight_over_the_roadmap_or_by_a_local_way(corner):
     way = joined.root.path_to_point(far, joined.pose, *joined.tree())
     np.testing.assert_allclose(way, [(1.3, 1.3), joined.roadmap.xy[node], far])
     joined.connector.thin_out([node])
-    way = joined.root.path_to_point(far, joined.pose, *joined.tree())
+    assert joined.root.path_to_point(far, joined.pose, *joined.tree()) is None
+    way = joined.root.detour_to_point(far, joined.pose, *joined.tree())
     np.testing.assert_allclose(way[[0, -1]], [(1.3, 1.3), far])
     assert joined.local_planner.begun == 1
     assert drive_time(way, joined.floor, ZED, 0.0, 0.0) is not None
@@ -115,7 +130,7 @@ def test_a_point_is_reached_straight_over_the_roadmap_or_by_a_local_way(corner):
 def test_a_point_that_only_a_local_way_leads_to_is_out_of_reach_without_one(corner):
     joined = Joined(corner, enabled=False)
     joined.add(3.45, 1.35)
-    assert joined.root.path_to_point(np.array([4.75, 2.9]), joined.pose, *joined.tree()) is None
+    assert joined.root.detour_to_point(np.array([4.75, 2.9]), joined.pose, *joined.tree()) is None
 
 
 def test_a_long_robot_enters_the_roadmap_backwards_where_it_cannot_turn(dense_map):

@@ -127,6 +127,14 @@ def test_returns_are_counted_from_0_after_the_robot_has_moved_on():
     assert robot.switches == 29
 
 
+def test_a_new_node_with_the_number_of_a_removed_one_is_no_return():
+    returns = ReturnCounter(CONFIG)
+    returns.note(3, 4, (0.0, 0.0))
+    returns.forget(3)
+    returns.note(4, 3, (0.0, 0.0))
+    assert returns.count == 0
+
+
 def test_new_targets_are_no_returns():
     returns = ReturnCounter(CONFIG)
     for node in range(30):

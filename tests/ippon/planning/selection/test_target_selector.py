@@ -125,6 +125,20 @@ def test_a_removed_target_and_a_reset_leave_no_target():
     assert choice.path is not None
     choice.forget(0)
     assert (choice.node, choice.path) == (None, None)
+
+
+def test_a_new_node_with_the_number_of_a_removed_target_is_no_return():
+    viewpoints = Views([9.0, 8.0, 7.0])
+    choice = settled(viewpoints)
+    choice.set_target(1, choose(choice)[1], None, HERE)
+    choice.forget(0)
+    choice.set_target(0, choose(choice)[1], None, HERE)
+    assert choice._returns.count == 0
+    choice.set_target(1, choose(choice)[1], None, HERE)
+    assert choice._returns.count == 1
+
+
+def test_a_reset_leaves_no_target():
     choice = settled(Views([9.0, 8.0, 7.0]))
     choice.reset()
     assert (choice.node, choice.path) == (None, None)

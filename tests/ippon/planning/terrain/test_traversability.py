@@ -1,5 +1,6 @@
 """The floor follows the map: holes, drops, unseen start, contacts, growth."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -16,7 +17,7 @@ from ippon.planning.terrain.floor_grid import (
 )
 from ippon.planning.terrain.motion_check import can_stand
 from ippon.planning.terrain.traversability import Traversability, TraversabilityConfig
-from ippon.robot import ZED
+from ippon.robot import ZED, upright_body
 
 POSE = base_pose(2.8, 2.8, 0.0, 0.0)
 
@@ -112,6 +113,17 @@ def test_marks_are_kept_as_the_grid_grows(dense_map):
     floor.update(bigger.arrays(), POSE)
     assert kind_at(floor, 3.15, 2.85) == OBSTACLE
     assert kind_at(floor, 1.05, 2.05) == OPEN
+
+
+def test_a_wide_body_keeps_away_from_what_is_beyond_the_usual_distances(dense_map):
+    """Its circle is wider than `clearance_max_m`."""
+    volume = dense_map((12.8, 12.8, 2.4)).room((0.8, 0.8), (12.0, 12.0))
+    wide = dataclasses.replace(ZED, spheres=upright_body(1.6, 1.2, 0.06))
+    floor = Traversability(TraversabilityConfig(), wide)
+    floor.update(volume.arrays(), base_pose(6.4, 6.4, 0.0, 0.0))
+    margin_m = floor.margin_m + floor.config.comfort_m
+    for x, free in ((6.4, True), (10.2, True), (10.5, False)):
+        assert can_stand(floor.grid, floor.limits, np.array([x, 6.4]), margin_m) is free
 
 
 def test_relaxing_opens_contacts_and_reduces_the_margin_once(dense_map):

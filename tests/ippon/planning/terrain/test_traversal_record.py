@@ -214,6 +214,28 @@ def test_each_floor_has_its_own_marks():
     np.testing.assert_array_equal(marks.cells[10:], above)
 
 
+@pytest.mark.parametrize(
+    ("heights", "margin"), [((3.0,), True), (np.linspace(0.0, 3.0, 40), False)]
+)
+def test_a_floor_that_the_robot_was_taken_to_begins_as_the_first_did(heights, margin):
+    """As by a lift: the camera does not see the floor beside the body there either.
+
+    On stairs that it climbs, what it does not see may be the way down.
+    """
+    marks, grid = marks_of(), open_grid()
+    marks._start_margin_m = 0.5
+    marks.stand_on(0.0)
+    marks.record_pose(grid, POSE)
+    for z in heights:
+        marks.stand_on(float(z))
+        marks.record_pose(grid, base_pose(4.0, 2.8, float(z), 0.0))
+    beside = marks.cells[40, 28 + 6]
+    assert bool(beside & DRIVEN) is margin
+    marks.stand_on(0.0)
+    marks.record_pose(grid, base_pose(1.5, 2.8, 0.0, 0.0))
+    assert not marks.cells[15, 28 + 6] & DRIVEN, "it knows this floor"
+
+
 def test_a_ramp_and_a_pose_that_drifts_keep_the_marks():
     marks, grid = marks_of(), open_grid()
     for z in (0.0, 0.6, 0.2, 0.9):

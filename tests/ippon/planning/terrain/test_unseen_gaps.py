@@ -52,17 +52,17 @@ def test_the_nearest_unseen_floor_before_a_room_is_found(origin):
 
 
 @pytest.mark.parametrize(
-    "grid",
+    "rooms",
     [
-        two_rooms(gap_m=0.0),
-        two_rooms(gap_m=1.2, behind_m=1.5),
-        two_rooms(door_m=0.2),
-        two_rooms(behind_m=0.2),
+        {"gap_m": 0.0},
+        {"gap_m": 1.2, "behind_m": 1.5},
+        {"door_m": 0.2},
+        {"behind_m": 0.2},
     ],
     ids=["nothing unseen", "too wide", "the body does not fit", "hardly a room behind"],
 )
-def test_no_floor_check_without_unseen_floor(grid):
-    assert gap(grid) is None
+def test_no_floor_check_without_unseen_floor(rooms):
+    assert gap(two_rooms(**rooms)) is None
 
 
 def test_only_from_nearby_and_in_sight():

@@ -7,29 +7,28 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch", reason="the extra ippon[segmentation] is not installed")
-transformers = pytest.importorskip(
-    "transformers", reason="the extra ippon[segmentation] is not installed"
-)
-
-from ippon.observation import Detections, Instance  # noqa: E402
-from ippon.segmentation.backends.box_masks import (  # noqa: E402
-    MOST_MASKS,
-    BoxMasks,
-    OutlinedSegmenter,
-)
-from ippon.segmentation.config import SegmentationConfig  # noqa: E402
-from ippon.segmentation.errors import (  # noqa: E402
+from ippon.observation import Detections, Instance
+from ippon.segmentation.config import SegmentationConfig
+from ippon.segmentation.errors import (
     CheckpointError,
     MissingPackageError,
     SegmentationError,
 )
-from ippon.segmentation.loading import load_segmenter  # noqa: E402
-from tests.ippon.segmentation.backends import tiny_models  # noqa: E402
-from tests.ippon.segmentation.backends.library_processors import (  # noqa: E402
+from ippon.segmentation.loading import load_segmenter
+from tests import later
+from tests.ippon.segmentation.backends.library_processors import (
     WITH_TORCHVISION,
     image_processor,
 )
+
+later.needs("torch", "transformers", extra="segmentation")
+torch = later.module("torch")
+transformers = later.module("transformers")
+box_masks = later.module("ippon.segmentation.backends.box_masks")
+BoxMasks, OutlinedSegmenter = later.names(
+    "ippon.segmentation.backends.box_masks", "BoxMasks", "OutlinedSegmenter"
+)
+tiny_models = later.module("tests.ippon.segmentation.backends.tiny_models")
 
 CONFIG = SegmentationConfig(device="cpu", longest_side_px=32)
 BOXES = np.array([[3.0, 4.0, 40.0, 30.0], [10.0, 10.0, 60.0, 47.0], [0.0, 0.0, 64.0, 48.0]])
@@ -184,10 +183,12 @@ def test_only_the_best_instances_get_masks(folder, image_by_formula, monkeypatch
         "outline",
         lambda _, boxes, size: asked.append(len(boxes)) or torch.ones(len(boxes), *size) > 0,
     )
-    outlined = OutlinedSegmenter(Boxes(MOST_MASKS + 5), masks, 32)
+    outlined = OutlinedSegmenter(Boxes(box_masks.MOST_MASKS + 5), masks, 32)
     seen = outlined.segment(image_by_formula(48, 64), ("cup",), None)
-    assert asked == [MOST_MASKS]
-    assert [one.mask is None for one in seen.instances] == [False] * MOST_MASKS + [True] * 5
+    assert asked == [box_masks.MOST_MASKS]
+    assert [one.mask is None for one in seen.instances] == [False] * box_masks.MOST_MASKS + [
+        True
+    ] * 5
 
 
 @pytest.mark.slow

@@ -2,20 +2,28 @@
 
 import pytest
 
-torch = pytest.importorskip("torch", reason="the extra ippon[segmentation] is not installed")
+from ippon.segmentation.errors import SegmentationError
+from ippon.segmentation.instances import MAX_INSTANCES
+from tests import later
 
-from ippon.segmentation.backends.boxes import distinct_boxes, labelled_boxes  # noqa: E402
-from ippon.segmentation.errors import SegmentationError  # noqa: E402
-from ippon.segmentation.instances import MAX_INSTANCES  # noqa: E402
+later.needs("torch", extra="segmentation")
+torch = later.module("torch")
+distinct_boxes, labelled_boxes = later.names(
+    "ippon.segmentation.backends.boxes", "distinct_boxes", "labelled_boxes"
+)
 
-BOXES = torch.tensor([[0, 0, 10, 10], [0, 0, 10, 9], [20, 20, 30, 30], [5, 5, 15, 15.0]])
+
+@pytest.fixture(scope="module")
+def four():
+    """Boxes of which the second lies within the first."""
+    return torch.tensor([[0, 0, 10, 10], [0, 0, 10, 9], [20, 20, 30, 30], [5, 5, 15, 15.0]])
 
 
-def test_a_box_that_a_better_one_covers_is_left_out():
+def test_a_box_that_a_better_one_covers_is_left_out(four):
     scores = torch.tensor([0.5, 0.9, 0.05, 0.3])
-    assert distinct_boxes(BOXES, scores).tolist() == [1, 3, 2]
-    assert distinct_boxes(BOXES[:0], scores[:0]).tolist() == []
-    same = BOXES[:1].expand(5, 4)
+    assert distinct_boxes(four, scores).tolist() == [1, 3, 2]
+    assert distinct_boxes(four[:0], scores[:0]).tolist() == []
+    same = four[:1].expand(5, 4)
     assert distinct_boxes(same, torch.ones(5)).tolist() == [0]
 
 
@@ -46,18 +54,18 @@ def test_only_the_best_are_considered():
     assert len(distinct_boxes(many, torch.ones(len(many)))) == MAX_INSTANCES
 
 
-def test_nan_scores_are_rejected():
+def test_nan_scores_are_rejected(four):
     with pytest.raises(SegmentationError) as caught:
-        distinct_boxes(BOXES, torch.tensor([0.1, float("nan"), 0.2, 0.3]))
+        distinct_boxes(four, torch.tensor([0.1, float("nan"), 0.2, 0.3]))
     assert str(caught.value) == (
         "the network gave values that are not numbers; try --segmentation.precision float32"
     )
 
 
-def test_each_thing_has_the_label_that_fits_best():
+def test_each_thing_has_the_label_that_fits_best(four):
     fits = torch.tensor([[0.6, 0.2], [0.3, 0.5], [0.05, 0.04], [0.1, 0.4]])
     seen = labelled_boxes(
-        BOXES, fits, 0.1, source="s", channels=("cup", "tv"), ooi="tv", image_size=(12, 40)
+        four, fits, 0.1, source="s", channels=("cup", "tv"), ooi="tv", image_size=(12, 40)
     )
     assert [(one.label, round(one.score, 3)) for one in seen.instances] == [
         ("cup", 0.6),

@@ -5,23 +5,23 @@ import json
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch", reason="the extra ippon[segmentation] is not installed")
-transformers = pytest.importorskip(
-    "transformers", reason="the extra ippon[segmentation] is not installed"
-)
+from ippon.segmentation.config import SegmentationConfig
+from ippon.segmentation.errors import CheckpointError, SegmentationError
+from ippon.segmentation.loading import load_segmenter
+from ippon.segmentation.model_registry import DEFAULT_MODELS
+from tests import later
 
-from transformers.image_transforms import get_size_with_aspect_ratio  # noqa: E402
-
-from ippon.segmentation.backends.grounding_dino import (  # noqa: E402
-    LEAST_SCORE,
-    GroundingDinoSegmenter,
-    fitted_size,
+later.needs("torch", "transformers", extra="segmentation")
+torch = later.module("torch")
+transformers = later.module("transformers")
+get_size_with_aspect_ratio = later.names(
+    "transformers.image_transforms", "get_size_with_aspect_ratio"
 )
-from ippon.segmentation.config import SegmentationConfig  # noqa: E402
-from ippon.segmentation.errors import CheckpointError, SegmentationError  # noqa: E402
-from ippon.segmentation.loading import load_segmenter  # noqa: E402
-from ippon.segmentation.model_registry import DEFAULT_MODELS  # noqa: E402
-from tests.ippon.segmentation.backends import tiny_models  # noqa: E402
+grounding_dino = later.module("ippon.segmentation.backends.grounding_dino")
+GroundingDinoSegmenter, fitted_size = later.names(
+    "ippon.segmentation.backends.grounding_dino", "GroundingDinoSegmenter", "fitted_size"
+)
+tiny_models = later.module("tests.ippon.segmentation.backends.tiny_models")
 
 KINDS = ("mm-grounding-dino", "grounding-dino")
 LABELS = ("wall", "chest_of_drawers", "tv", "coffee_table", "lamp")
@@ -128,7 +128,7 @@ def test_detections_lie_in_the_image_and_carry_the_labels(segmenter, image_by_fo
             left, top, right, bottom = one.box_px
             assert 0 <= left < right <= size[1]
             assert 0 <= top < bottom <= size[0]
-            assert LEAST_SCORE < one.score <= 1
+            assert grounding_dino.LEAST_SCORE < one.score <= 1
             assert one.mask is None
     assert found > 0
 

@@ -3,20 +3,22 @@
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch", reason="the extra ippon[segmentation] is not installed")
-pytest.importorskip("transformers", reason="the extra ippon[segmentation] is not installed")
-pytest.importorskip("onnxruntime", reason="the extra ippon[detector] is not installed")
-pytest.importorskip("onnx", reason="the extra ippon[dev] is not installed")
+from ippon.segmentation.config import SegmentationConfig
+from ippon.segmentation.detectors.detector import Detector
+from ippon.segmentation.detectors.vocabulary import unsupported_reason
+from ippon.segmentation.errors import CheckpointError
+from ippon.segmentation.loading import load_segmenter
+from ippon.segmentation.model_registry import models_of
+from tests import later
 
-from ippon.segmentation.backends.open_vocabulary_detectors import outlined_detector  # noqa: E402
-from ippon.segmentation.config import SegmentationConfig  # noqa: E402
-from ippon.segmentation.detectors.detector import Detector  # noqa: E402
-from ippon.segmentation.detectors.vocabulary import unsupported_reason  # noqa: E402
-from ippon.segmentation.errors import CheckpointError  # noqa: E402
-from ippon.segmentation.loading import load_segmenter  # noqa: E402
-from ippon.segmentation.model_registry import models_of  # noqa: E402
-from tests.ippon.segmentation.backends import tiny_models  # noqa: E402
-from tests.onnx_graphs import bright_box_network  # noqa: E402
+later.needs("torch", "transformers", extra="segmentation")
+later.needs("onnxruntime", extra="detector")
+later.needs("onnx", extra="dev")
+outlined_detector = later.names(
+    "ippon.segmentation.backends.open_vocabulary_detectors", "outlined_detector"
+)
+bright_box_network = later.names("tests.onnx_graphs", "bright_box_network")
+tiny_models = later.module("tests.ippon.segmentation.backends.tiny_models")
 
 
 @pytest.fixture(scope="module")

@@ -5,18 +5,19 @@ import shutil
 
 import pytest
 
-torch = pytest.importorskip("torch", reason="the extra ippon[segmentation] is not installed")
-transformers = pytest.importorskip(
-    "transformers", reason="the extra ippon[segmentation] is not installed"
-)
+from ippon.observation_model import LEAST_SCORE as LEAST_VALUE
+from ippon.segmentation.config import SegmentationConfig
+from ippon.segmentation.errors import CheckpointError, MissingPackageError
+from ippon.segmentation.loading import load_segmenter
+from tests import later
 
-from ippon.observation_model import LEAST_SCORE as LEAST_VALUE  # noqa: E402
-from ippon.segmentation.backends.clipseg import ClipSegSegmenter  # noqa: E402
-from ippon.segmentation.backends.owlv2 import LEAST_SCORE, Owlv2Segmenter  # noqa: E402
-from ippon.segmentation.config import SegmentationConfig  # noqa: E402
-from ippon.segmentation.errors import CheckpointError, MissingPackageError  # noqa: E402
-from ippon.segmentation.loading import load_segmenter  # noqa: E402
-from tests.ippon.segmentation.backends import tiny_models  # noqa: E402
+later.needs("torch", "transformers", extra="segmentation")
+torch = later.module("torch")
+transformers = later.module("transformers")
+ClipSegSegmenter = later.names("ippon.segmentation.backends.clipseg", "ClipSegSegmenter")
+owlv2 = later.module("ippon.segmentation.backends.owlv2")
+Owlv2Segmenter = later.names("ippon.segmentation.backends.owlv2", "Owlv2Segmenter")
+tiny_models = later.module("tests.ippon.segmentation.backends.tiny_models")
 
 LABELS = ("wall", "chest_of_drawers", "others")
 
@@ -111,7 +112,7 @@ def test_owlv2_finds_instances_that_sam_outlines(folder, image_by_formula):
         assert (seen.source, seen.labels, seen.ooi) == ("owlv2", (*LABELS, "hat"), "hat")
         assert seen.image_size == size
         assert seen.instances
-        assert all(LEAST_SCORE < one.score <= 1 for one in seen.instances)
+        assert all(owlv2.LEAST_SCORE < one.score <= 1 for one in seen.instances)
         assert any(one.mask is not None for one in seen.instances)
 
 

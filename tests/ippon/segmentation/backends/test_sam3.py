@@ -6,22 +6,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch", reason="the extra ippon[segmentation] is not installed")
-transformers = pytest.importorskip(
-    "transformers", reason="the extra ippon[segmentation] is not installed"
-)
-
-from ippon.observation import Detections  # noqa: E402
-from ippon.segmentation.backends.sam3 import LEAST_SCORE, Sam3Segmenter  # noqa: E402
-from ippon.segmentation.config import SegmentationConfig  # noqa: E402
-from ippon.segmentation.errors import CheckpointError, SegmentationError  # noqa: E402
-from ippon.segmentation.loading import load_segmenter  # noqa: E402
-from ippon.segmentation.model_registry import DEFAULT_MODELS, MODELS  # noqa: E402
-from tests.ippon.segmentation.backends import tiny_models  # noqa: E402
-from tests.ippon.segmentation.backends.library_processors import (  # noqa: E402
+from ippon.observation import Detections
+from ippon.segmentation.config import SegmentationConfig
+from ippon.segmentation.errors import CheckpointError, SegmentationError
+from ippon.segmentation.loading import load_segmenter
+from ippon.segmentation.model_registry import DEFAULT_MODELS, MODELS
+from tests import later
+from tests.ippon.segmentation.backends.library_processors import (
     WITH_TORCHVISION,
     image_processor,
 )
+
+later.needs("torch", "transformers", extra="segmentation")
+torch = later.module("torch")
+transformers = later.module("transformers")
+sam3 = later.module("ippon.segmentation.backends.sam3")
+Sam3Segmenter = later.names("ippon.segmentation.backends.sam3", "Sam3Segmenter")
+tiny_models = later.module("tests.ippon.segmentation.backends.tiny_models")
 
 LABELS = ("wall", "chest_of_drawers", "others", "tv", "lamp")
 WORDS = ("wall", "chest of drawers", "other thing", "television", "lamp")
@@ -66,7 +67,7 @@ def test_instances_are_those_of_the_librarys_processor(segmenter, image_by_formu
     for number, words in enumerate(WORDS):
         outputs = given_by_library(segmenter, color, words)
         (theirs,) = processor.post_process_instance_segmentation(
-            None, outputs, threshold=LEAST_SCORE, target_sizes=[(24, 32)]
+            None, outputs, threshold=sam3.LEAST_SCORE, target_sizes=[(24, 32)]
         )
         mine = torch.nonzero(ours.channels == number)[:, 0]
         assert len(mine) == len(theirs["scores"]) > 0

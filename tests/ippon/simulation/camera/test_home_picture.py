@@ -3,7 +3,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ippon.simulation.camera.home_picture import _bounds, picture_from_above
+from tests import later
+
+_bounds, picture_from_above = later.names(
+    "ippon.simulation.camera.home_picture", "_bounds", "picture_from_above"
+)
 
 
 def _pixel(scene, scale, x, y):

@@ -281,8 +281,9 @@ def test_text_from_outside_runs_nothing(home, page):
 def test_another_servers_address_in_the_url_leads_nowhere(shared, broken):
     page, asked = broken, []
     page.on("websocket", lambda socket: asked.append(socket.url))
-    page.goto(f"{shared.console.url}/view/?websocket=ws://127.0.0.1:9/evil")
-    page.wait_for_timeout(3000)
+    with page.expect_event("websocket"):
+        page.goto(f"{shared.console.url}/view/?websocket=ws://127.0.0.1:9/evil")
+    page.wait_for_timeout(500)
     assert asked
     assert all(url.startswith(shared.console.url.replace("http", "ws")) for url in asked)
 

@@ -9,22 +9,20 @@ import threading
 import pytest
 import tyro
 
-torch = pytest.importorskip("torch", reason="the extra ippon[segmentation] is not installed")
-transformers = pytest.importorskip(
-    "transformers", reason="the extra ippon[segmentation] is not installed"
-)
+from app.cli.nodes import navigate
+from app.cli.nodes.segment import run_segment_command
+from app.cli.options.nodes import Navigate, Segment
+from app.cli.options.segmentation import NavigatorSegmentation
+from app.messages import keys
+from app.messages.control import SearchRequest, encode
+from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.navigator.node import Navigator
+from ippon.mapping.objects.surface_voxels import N_USED, NO_LABEL
+from tests import later
+from tests.app.nodes.navigator.scenarios.standing_robot import Robot
 
-from app.cli.nodes import navigate  # noqa: E402
-from app.cli.nodes.segment import run_segment_command  # noqa: E402
-from app.cli.options.nodes import Navigate, Segment  # noqa: E402
-from app.cli.options.segmentation import NavigatorSegmentation  # noqa: E402
-from app.messages import keys  # noqa: E402
-from app.messages.control import SearchRequest, encode  # noqa: E402
-from app.nodes.navigator.config import NavigatorConfig  # noqa: E402
-from app.nodes.navigator.node import Navigator  # noqa: E402
-from ippon.mapping.objects.surface_voxels import N_USED, NO_LABEL  # noqa: E402
-from tests.app.nodes.navigator.scenarios.standing_robot import Robot  # noqa: E402
-from tests.ippon.segmentation.backends.tiny_models import save_clipseg  # noqa: E402
+later.needs("torch", "transformers", extra="segmentation")
+save_clipseg = later.names("tests.ippon.segmentation.backends.tiny_models", "save_clipseg")
 
 PATIENCE_S = 300.0
 

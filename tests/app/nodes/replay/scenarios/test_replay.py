@@ -12,6 +12,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from scipy.spatial.transform import Rotation
 
 from app.cli.main import run
+from app.links.network.session import open_client
 from app.links.network.subscription import subscribe
 from app.links.robot_streams.assembler import FrameAssembler, assemble
 from app.messages import keys
@@ -24,6 +25,7 @@ from app.messages.images import (
     encode_depth_raw,
 )
 from app.messages.motion import decode_transforms, encode_transforms
+from app.nodes.replay import node as replay_node
 from app.nodes.replay.bag_robot import read_bag_robot
 from app.nodes.replay.datasets import DatasetError, open_dataset
 from app.nodes.replay.floor_alignment import align_to_floor
@@ -262,6 +264,8 @@ def test_the_clock_offset_of_a_profile_counts_where_times_are_compared(
 ):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "objects.json").write_text('{"objects": [], "absent": ["cup"]}')
+    # Nobody is there to replay to.
+    monkeypatch.setattr(replay_node, "open_client", lambda _: open_client("tcp/127.0.0.1:1", 0.2))
     text = ROBOT.partition("ros2:")[0].replace("tilt: 0", "tilt: 0, clock_offset_ms: 900")
     (tmp_path / "own.yaml").write_text(text)
     bag = str(_bag(tmp_path / "s", late_s=6.2))

@@ -121,22 +121,47 @@ def rig(tmp_path_factory):
     made.close()
 
 
+@pytest.fixture(scope="module")
+def checks(rig):
+    """What `--check` says by profile while depth images come; each listens for four seconds."""
+    misnamed = {**PROFILE["ros2"], "depth": "aligned/depth"}
+    profiles = {
+        "whole": PROFILE,
+        "misnamed": {**PROFILE, "ros2": misnamed},
+        "hand": {**PROFILE, "motion": {"takes": []}},
+    }
+    begun = {}
+    for name, profile in profiles.items():
+        path = rig.folder / f"{name}.yaml"
+        path.write_text(yaml.safe_dump(profile))
+        begun[name] = rig.start_bridge("--check", "--profile", str(path))
+    image = encode_depth_raw(np.full((48, 64), 2.0, np.float32), 5_000_000_000, "camera")
+    deadline = time.monotonic() + 60.0
+    while any(check.child.poll() is None for check in begun.values()):
+        assert time.monotonic() < deadline
+        rig.publish("/scout/camera/depth/image_raw", image)
+        time.sleep(0.1)
+    return begun
+
+
 def test_a_bridge_with_the_certificate_of_another_role_says_that_it_is_refused(
-    tmp_path, free_endpoint, monkeypatch
+    tmp_path, monkeypatch
 ):
     now, hosts = dt.datetime.now(dt.UTC), ("localhost", "127.0.0.1")
     write_roles(tmp_path, robots=("ippon",), hosts=hosts, days=2, now=now)
-    endpoint = free_endpoint.replace("tcp/", "tls/")
-    monkeypatch.setenv(ZENOH_PROFILE, str(tmp_path / "navigator.json5"))
-    router = open_router(endpoint)
-    bridges = []
+    routers, bridges = [], []
     for role in ("robot", "console"):
+        endpoint = free_endpoint().replace("tcp/", "tls/")
+        monkeypatch.setenv(ZENOH_PROFILE, str(tmp_path / "navigator.json5"))
+        routers.append(open_router(endpoint))
         monkeypatch.setenv(ZENOH_PROFILE, str(tmp_path / f"{role}.json5"))
         arguments = ["-m", "ippon_ros2", "--connect", endpoint]
         bridges.append(Ros2Process(arguments, 100, tmp_path / f"{role}.log"))
-        bridges[-1].wait_for_log("nobody publishes /tf")
-        bridges[-1].kill()
-    router.close()
+    for bridge in bridges:
+        bridge.wait_for_log("nobody publishes /tf")
+        bridge.kill()
+    for router in routers:
+        router.close()
     refused = ["access rules refuse what this bridge sends" in bridge.log() for bridge in bridges]
     assert refused == [False, True]
 
@@ -173,12 +198,8 @@ def test_a_second_bridge_for_the_same_robot_is_refused(rig):
     assert f"process {rig.bridge.child.pid}" in second.log()
 
 
-def test_check_says_what_is_there_and_what_is_not(rig):
-    check = rig.start_bridge("--check")
-    image = encode_depth_raw(np.full((48, 64), 2.0, np.float32), 5_000_000_000, "camera")
-    while check.child.poll() is None:
-        rig.publish("/scout/camera/depth/image_raw", image)
-        time.sleep(0.1)
+def test_check_says_what_is_there_and_what_is_not(checks):
+    check = checks["whole"]
     assert check.child.returncode == 1
     lines = check.log().splitlines()
     assert any(line.startswith("ok") and "camera/depth/image_raw" in line for line in lines)
@@ -190,12 +211,9 @@ def test_check_says_what_is_there_and_what_is_not(rig):
     assert "is std_msgs/msg/Float64; needed: std_msgs/msg/Bool" in wrong
 
 
-def test_check_names_the_topics_that_a_wrong_name_may_mean(rig):
-    section = {**PROFILE["ros2"], "depth": "aligned/depth"}
-    path = rig.folder / "misnamed.yaml"
-    path.write_text(yaml.safe_dump({**PROFILE, "ros2": section}))
-    check = rig.start_bridge("--check", "--profile", str(path))
-    assert check.child.wait(timeout=30) == 1
+def test_check_names_the_topics_that_a_wrong_name_may_mean(checks):
+    check = checks["misnamed"]
+    assert check.child.returncode == 1
     line = next(line for line in check.log().splitlines() if "/scout/aligned/depth" in line)
     assert line.startswith("MISSING")
     assert "nobody publishes it; there is" in line
@@ -242,10 +260,10 @@ def test_raw_depth_is_compressed_without_loss_where_the_profile_says_so(rig):
         second.kill()
 
 
-def test_a_camera_in_a_hand_sends_its_images_and_gets_no_commands(rig):
+def test_a_camera_in_a_hand_sends_its_images_and_gets_no_commands(rig, checks):
+    assert checks["hand"].child.returncode == 1, "contact has another type"
+    assert "cmd_vel" not in checks["hand"].log()
     path = rig.folder / "hand.yaml"
-    path.write_text(yaml.safe_dump({**PROFILE, "motion": {"takes": []}}))
-    check = rig.start_bridge("--check", "--profile", str(path))
     hand = rig.start_bridge("--robot", "ippon/hand", "--profile", str(path))
     try:
         hand.wait_for_log("odom: /scout/odom")
@@ -259,12 +277,9 @@ def test_a_camera_in_a_hand_sends_its_images_and_gets_no_commands(rig):
             rig.session.put("ippon/hand/cmd_vel", encode_twist(twist))
             time.sleep(0.05)
         assert rig.arrived["hand/odom"][-1] == pose
-        assert check.child.wait(timeout=30) == 1, "contact has another type"
-        assert "cmd_vel" not in check.log()
         hand.child.send_signal(signal.SIGTERM)
         assert hand.child.wait(timeout=20) == 0, hand.log()
         assert "cmd_vel" not in hand.log()
         assert [t for t in rig.twists if t["linear"] != 0.0] == []
     finally:
-        check.kill()
         hand.kill()

@@ -218,11 +218,17 @@ def test_any_text_is_read(sentence: str) -> None:
     check(read_request(sentence))
 
 
+@cache
+def spoken() -> list[list[str]]:
+    """Return the words of many sentences."""
+    return [case.sentence.split() for case in load_cases(KINDS)]
+
+
 @pytest.mark.slow
 @given(data=st.data())
 @settings(deadline=None, max_examples=300)
 def test_any_beginning_of_a_sentence_with_the_end_of_another_is_read(data: st.DataObject) -> None:
-    said = st.sampled_from([case.sentence.split() for case in load_cases(KINDS)])
+    said = st.sampled_from(spoken())
     first, other = data.draw(said), data.draw(said)
     cut = data.draw(st.integers(0, len(first))), data.draw(st.integers(0, len(other)))
     check(read_request(" ".join([*first[: cut[0]], *other[cut[1] :]])))

@@ -15,11 +15,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch", reason="the extra ippon[segmentation] is not installed")
+from ippon.segmentation.backends.san.architecture import RELEASED, SanArchitecture
+from tests import later
 
-from ippon.segmentation.backends.san.architecture import RELEASED, SanArchitecture  # noqa: E402
-from ippon.segmentation.backends.san.checkpoint import network_of  # noqa: E402
-from ippon.segmentation.backends.san.network import SanNetwork, normalised  # noqa: E402
+later.needs("torch", extra="segmentation")
+torch = later.module("torch")
+network_of = later.names("ippon.segmentation.backends.san.checkpoint", "network_of")
+SanNetwork, normalised = later.names(
+    "ippon.segmentation.backends.san.network", "SanNetwork", "normalised"
+)
 
 REFERENCE = json.loads((Path(__file__).parent / "san_reference.json").read_text())
 TINY = SanArchitecture(

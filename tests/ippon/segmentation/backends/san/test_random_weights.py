@@ -2,16 +2,18 @@
 
 import pytest
 
-torch = pytest.importorskip("torch", reason="the extra ippon[segmentation] is not installed")
+from app.doctor.segmentation_speed import FEWEST, measure, measure_network
+from ippon.observation import Heatmap
+from ippon.segmentation.backends.san.architecture import SanArchitecture
+from ippon.segmentation.backends.san.tokenizer import ClipTokenizer
+from ippon.segmentation.config import SegmentationConfig
+from ippon.segmentation.errors import CheckpointError
+from tests import later
 
-from app.doctor.segmentation_speed import FEWEST, measure, measure_network  # noqa: E402
-from ippon.observation import Heatmap  # noqa: E402
-from ippon.segmentation.backends.san.architecture import SanArchitecture  # noqa: E402
-from ippon.segmentation.backends.san.random_weights import random_network  # noqa: E402
-from ippon.segmentation.backends.san.segmenter import SanSegmenter  # noqa: E402
-from ippon.segmentation.backends.san.tokenizer import ClipTokenizer  # noqa: E402
-from ippon.segmentation.config import SegmentationConfig  # noqa: E402
-from ippon.segmentation.errors import CheckpointError  # noqa: E402
+later.needs("torch", extra="segmentation")
+torch = later.module("torch")
+random_network = later.names("ippon.segmentation.backends.san.random_weights", "random_network")
+SanSegmenter = later.names("ippon.segmentation.backends.san.segmenter", "SanSegmenter")
 
 SMALL = SanArchitecture(
     clip_layers=3,

@@ -5,22 +5,27 @@ import dataclasses
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch", reason="the extra ippon[segmentation] is not installed")
-
-from safetensors.torch import save_file  # noqa: E402
-
-from ippon.segmentation.backends.san.checkpoint import load_network, network_of  # noqa: E402
-from ippon.segmentation.backends.san.network import SanNetwork  # noqa: E402
-from ippon.segmentation.backends.san.segmenter import SanSegmenter, label_probabilities  # noqa: E402
-from ippon.segmentation.backends.san.tokenizer import ClipTokenizer  # noqa: E402
-from ippon.segmentation.config import SegmentationConfig  # noqa: E402
-from ippon.segmentation.errors import (  # noqa: E402
+from ippon.segmentation.backends.san.tokenizer import ClipTokenizer
+from ippon.segmentation.config import SegmentationConfig
+from ippon.segmentation.errors import (
     CheckpointError,
     OutOfMemoryError,
     SegmentationError,
 )
-from ippon.segmentation.loading import load_segmenter  # noqa: E402
-from tests.ippon.segmentation.backends.san.test_network import TINY  # noqa: E402
+from ippon.segmentation.loading import load_segmenter
+from tests import later
+from tests.ippon.segmentation.backends.san.test_network import TINY
+
+later.needs("torch", extra="segmentation")
+torch = later.module("torch")
+save_file = later.names("safetensors.torch", "save_file")
+load_network, network_of = later.names(
+    "ippon.segmentation.backends.san.checkpoint", "load_network", "network_of"
+)
+SanNetwork = later.names("ippon.segmentation.backends.san.network", "SanNetwork")
+SanSegmenter, label_probabilities = later.names(
+    "ippon.segmentation.backends.san.segmenter", "SanSegmenter", "label_probabilities"
+)
 
 TOKENIZER = ClipTokenizer([])
 SMALL = dataclasses.replace(TINY, text_vocabulary=514)

@@ -5,13 +5,15 @@ import gzip
 import numpy as np
 import pytest
 
-pytest.importorskip("regex", reason="the extra ippon[segmentation] is not installed")
-transformers = pytest.importorskip(
-    "transformers", reason="the extra ippon[segmentation] is not installed"
-)
+from ippon.segmentation.errors import CheckpointError
+from tests import later
 
-from ippon.segmentation.backends.san.tokenizer import MERGES, ClipTokenizer, _byte_symbols  # noqa: E402
-from ippon.segmentation.errors import CheckpointError  # noqa: E402
+later.needs("regex", "transformers", extra="segmentation")
+transformers = later.module("transformers")
+tokenizer = later.module("ippon.segmentation.backends.san.tokenizer")
+ClipTokenizer, _byte_symbols = later.names(
+    "ippon.segmentation.backends.san.tokenizer", "ClipTokenizer", "_byte_symbols"
+)
 
 FEW = (
     ("c", "h"), ("a", "i"), ("ai", "r</w>"), ("ch", "air</w>"), ("o", "f</w>"), ("s", "o"),
@@ -39,26 +41,26 @@ def test_it_agrees_with_transformers(tmp_path):
 
 
 def test_words_become_the_longest_merges():
-    tokenizer = ClipTokenizer(FEW)
-    row = tokenizer.encode(["chair"])[0]
+    few = ClipTokenizer(FEW)
+    row = few.encode(["chair"])[0]
     assert row[:4].tolist() == [
-        tokenizer.start,
+        few.start,
         512 + FEW.index(("ch", "air</w>")),
-        tokenizer.end,
+        few.end,
         0,
     ]
 
 
 def test_long_texts_are_cut_and_still_end():
-    tokenizer = ClipTokenizer(FEW)
-    row = tokenizer.encode(["sofa " * 100])[0]
+    few = ClipTokenizer(FEW)
+    row = few.encode(["sofa " * 100])[0]
     assert row.shape == (77,)
-    assert (row[0], row[-1]) == (tokenizer.start, tokenizer.end)
+    assert (row[0], row[-1]) == (few.start, few.end)
 
 
 def test_both_forms_of_the_file_are_read(tmp_path):
     lines = ["#version: 0.2", *(" ".join(pair) for pair in FEW)]
-    lines += [f"x{k} y{k}" for k in range(MERGES + 300 - len(FEW))]
+    lines += [f"x{k} y{k}" for k in range(tokenizer.MERGES + 300 - len(FEW))]
     text = "\n".join(lines)
     (tmp_path / "merges.txt").write_text(text)
     (tmp_path / "bpe_simple_vocab_16e6.txt.gz").write_bytes(gzip.compress(text.encode()))
@@ -74,7 +76,7 @@ def test_files_without_a_list_of_merges_are_rejected(tmp_path):
     short, broken = tmp_path / "merges.txt", tmp_path / "x.txt.gz"
     short.write_text("#version\na b\n")
     broken.write_bytes(b"no gzip")
-    with pytest.raises(CheckpointError, match=f"has 1 merges; CLIP's list has {MERGES}"):
+    with pytest.raises(CheckpointError, match=f"has 1 merges; CLIP's list has {tokenizer.MERGES}"):
         ClipTokenizer.load(short)
     with pytest.raises(CheckpointError, match="cannot read CLIP's merges"):
         ClipTokenizer.load(broken)
