@@ -105,8 +105,30 @@ class DetectorTable:
     """Labels of those of its class names that are not labels or synonyms."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Robot:
+    """All that the profile of a robot says."""
+
+    profile: RobotProfile
+    detector: DetectorTable = field(default_factory=DetectorTable)
+    clock_offset_s: float = 0.0
+    """How far the camera's clock is behind that of the poses."""
+    ros2: Settings = field(default_factory=lambda: read_settings({}))
+    """Its ROS 2 topics."""
+
+    @property
+    def rmw_zenoh(self) -> Settings | None:
+        """Its topics, if its middleware is rmw_zenoh; else None."""
+        return self.ros2 if self.ros2.middleware == RMW_ZENOH else None
+
+
 def read_profile(text: str) -> RobotProfile:
-    """Return a built-in profile or that of a file.
+    """Return body and camera of a robot, as `read_robot`."""
+    return read_robot(text).profile
+
+
+def read_robot(text: str) -> Robot:
+    """Return what a profile says.
 
     Args:
         text: Name of a built-in or shipped profile, or path of a YAML file.
@@ -115,67 +137,34 @@ def read_profile(text: str) -> RobotProfile:
         RobotFileError: There is no such profile, or it is invalid.
     """
     if text in PROFILES:
-        return PROFILES[text]
+        return Robot(profile=PROFILES[text])
+    file = _read(text)
     try:
-        return _profile(_read(text))
+        return Robot(
+            profile=_profile(file),
+            detector=_detector(file.detector),
+            clock_offset_s=_clock_offset_s(file.camera),
+            ros2=_settings(file),
+        )
     except ValueError as error:
-        if isinstance(error, RobotFileError):
-            raise
         raise RobotFileError(f"robot profile {text}: {error}") from error
 
 
-def read_detector(text: str) -> DetectorTable:
-    """Return the detector table of a built-in profile or of a file.
-
-    Args:
-        text: Name of a built-in profile, or path of a YAML file.
-
-    Raises:
-        RobotFileError: There is no such profile, or it is invalid.
-    """
-    if text in PROFILES:
-        return DetectorTable()
-    if (detector := _read(text).detector) is None:
+def _detector(detector: _Detector | None) -> DetectorTable:
+    if detector is None:
         return DetectorTable()
     if not all(detector.labels) or not all(detector.labels.values()):
-        raise RobotFileError(f"robot profile {text}: detector.labels has an empty name or label")
+        raise ValueError("detector.labels has an empty name or label")
     return DetectorTable(source=detector.source, labels=detector.labels)
 
 
-def read_clock_offset(text: str) -> float:
-    """Return how far the camera's clock is behind that of the poses, seconds.
-
-    Args:
-        text: Name of a built-in profile, or path of a YAML file.
-
-    Raises:
-        RobotFileError: There is no such profile, or it is invalid.
-    """
-    offset_ms = 0.0 if text in PROFILES else _read(text).camera.clock_offset_ms
-    if not abs(offset_ms) <= MOST_OFFSET_MS:
-        raise RobotFileError(
-            f"robot profile {text}: camera.clock_offset_ms is {offset_ms:g}; it may be -"
+def _clock_offset_s(camera: _Camera) -> float:
+    if not abs(camera.clock_offset_ms) <= MOST_OFFSET_MS:
+        raise ValueError(
+            f"camera.clock_offset_ms is {camera.clock_offset_ms:g}; it may be -"
             f"{MOST_OFFSET_MS:g} to {MOST_OFFSET_MS:g}: synchronise clocks that are further apart"
         )
-    return offset_ms / 1e3
-
-
-def read_rmw_zenoh(text: str) -> Settings | None:
-    """Return the topics of a robot with `middleware: rmw_zenoh`, as `read_ros2`; else None."""
-    settings = read_ros2(text)
-    return settings if settings.middleware == RMW_ZENOH else None
-
-
-def read_ros2(text: str) -> Settings:
-    """Return the ROS 2 topics of a robot.
-
-    Args:
-        text: Name of a built-in profile, or path of a YAML file.
-
-    Raises:
-        RobotFileError: There is no such profile, or it is invalid.
-    """
-    return read_settings({}) if text in PROFILES else _settings(_read(text))
+    return camera.clock_offset_ms / 1e3
 
 
 def profile_names() -> tuple[str, ...]:

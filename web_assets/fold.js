@@ -1,5 +1,6 @@
 // On an upright tablet the panel is below the map; this collapses it to its tabs.
 
+import { onScene, onSceneElement } from "./scene_frame.js";
 import { say } from "./words.js";
 
 const at = (id) => document.getElementById(id);
@@ -15,14 +16,11 @@ export function installFold(view) {
     view.contentDocument?.documentElement?.toggleAttribute("data-ip-folded", folded);
   };
   const isFolded = () => document.body.hasAttribute("data-folded");
-  // Pressing a tab expands a collapsed panel.
-  const adopt = () => {
-    fold(isFolded());
-    view.contentDocument?.addEventListener("click", (event) => {
-      if (isFolded() && event.target.closest?.('[role="tab"]')) fold(false);
-    });
-  };
   button.addEventListener("click", () => fold(!isFolded()));
-  view.addEventListener("load", adopt);
-  adopt();
+  fold(isFolded());
+  onSceneElement(() => fold(isFolded()));
+  // Pressing a tab expands a collapsed panel.
+  onScene((inner) => inner.addEventListener("click", (event) => {
+    if (isFolded() && event.target.closest?.('[role="tab"]')) fold(false);
+  }));
 }

@@ -1,5 +1,6 @@
 // The help dialog, and the light and dark themes; the system's setting is the default.
 
+import { onSceneElement } from "./scene_frame.js";
 import { say } from "./words.js";
 
 const at = (id) => document.getElementById(id);
@@ -24,11 +25,17 @@ export function installHelp(isTyping) {
 export function installTheme(view, tell) {
   const light = matchMedia("(prefers-color-scheme: light)");
   const chosen = () => localStorage.getItem(THEME) ?? (light.matches ? "light" : "dark");
+  // viser's panels follow an attribute that viser sets; this sets it back to the chosen theme.
+  const paint = () => {
+    const marks = view.contentDocument?.documentElement?.dataset ?? {};
+    if (marks.mantineColorScheme !== chosen()) marks.mantineColorScheme = chosen();
+    marks.ipTheme = chosen();
+  };
   const show = () => {
     const theme = chosen();
     document.documentElement.dataset.theme = theme;
     at("theme").title = say(theme === "dark" ? "theme.light" : "theme.dark");
-    applyTheme(view, theme);
+    paint();
     tell(theme);
   };
   at("theme").addEventListener("click", () => {
@@ -36,21 +43,12 @@ export function installTheme(view, tell) {
     show();
   });
   light.addEventListener("change", show);
-  view.addEventListener("load", show);
   show();
+  onSceneElement((root) => {
+    show();
+    new MutationObserver(paint).observe(root, {
+      attributes: true, attributeFilter: ["data-mantine-color-scheme"],
+    });
+  });
   return () => tell(chosen());
-}
-
-// viser's panels follow an attribute that viser sets; this sets it back to the chosen theme.
-function applyTheme(view, theme) {
-  const root = view.contentDocument?.documentElement;
-  if (root == null) return;
-  const set = () => {
-    if (root.dataset.mantineColorScheme !== theme) root.dataset.mantineColorScheme = theme;
-    if (root.dataset.ipTheme !== theme) root.dataset.ipTheme = theme;
-  };
-  set();
-  if (root.ipWatched) root.ipWatched.disconnect();
-  root.ipWatched = new MutationObserver(set);
-  root.ipWatched.observe(root, { attributes: true, attributeFilter: ["data-mantine-color-scheme"] });
 }

@@ -22,6 +22,20 @@ export function onScene(act) {
   look();
 }
 
+// act: called with the element of each document once it has one.
+export function onSceneElement(act) {
+  onScene((inner) => {
+    const begin = () => {
+      if (inner.documentElement === null) return;
+      watch.disconnect();
+      act(inner.documentElement);
+    };
+    const watch = new MutationObserver(begin);
+    watch.observe(inner, { childList: true });
+    begin();
+  });
+}
+
 // Loads the scene again; the browser's own page of an error, where the scene could not be loaded, is
 // of another origin.
 export function reloadScene() {

@@ -6,10 +6,11 @@ from typing import Final
 from app.messages import keys
 from app.messages.control import encode
 from app.messages.images import encode_camera, encode_color, encode_depth
+from app.messages.keys import CAMERA_FRAME
 from app.messages.motion import (
-    StampedTransform,
     encode_flag,
     encode_transforms,
+    robot_transforms,
 )
 from app.messages.scene import encode_voxels
 from app.messages.status import (
@@ -34,7 +35,6 @@ from ippon.mission.mission import Mission
 from ippon.mission.snapshot import Snapshot, StepResult
 
 ROBOT: Final = "ippon"
-CAMERA_FRAME: Final = "camera_color_optical_frame"
 KEYFRAME_NS: Final = 10_000_000_000
 
 
@@ -88,14 +88,7 @@ class EpisodeRecorder:
     def _add_frame(self, frame: Frame) -> None:
         stamp = frame.stamp_ns
         T_base_camera = invert_transform(frame.T_world_base) @ frame.T_world_camera
-        chain = (
-            ("map", "base_link", frame.T_world_base),
-            ("base_link", CAMERA_FRAME, T_base_camera),
-        )
-        transforms = tuple(
-            StampedTransform(stamp_ns=stamp, parent=parent, child=child, T_parent_child=T)
-            for parent, child, T in chain
-        )
+        transforms = robot_transforms(stamp, frame.T_world_base, T_base_camera)
         self._add(keys.TF, encode_transforms(transforms), stamp)
         self._add(keys.CAMERA_INFO, encode_camera(frame.camera, stamp, CAMERA_FRAME), stamp)
         self._add(keys.CONTACT, encode_flag(frame.contact), stamp)

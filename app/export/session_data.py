@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from app.messages import keys
 from app.messages.cdr import MessageError
+from app.messages.keys import BASE_FRAME, WORLD_FRAME
 from app.messages.motion import decode_transforms
 from app.nodes.replay.bag_poses import BagPoses, poses_of
 from app.nodes.replay.datasets import DatasetError
@@ -20,7 +21,7 @@ from app.recording.base_pose import BasePose
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
 from app.recording.timeline import SessionTimeline
-from app.view.model.scene_model import BASE_FRAME, WORLD_FRAME, SceneModel
+from app.view.model.scene_model import SceneModel
 from app.view.model.scene_reader import SceneReader
 from ippon.geometry import Float64Array
 

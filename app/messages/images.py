@@ -3,6 +3,7 @@
 import io
 import math
 import struct
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -12,10 +13,13 @@ from numpy.typing import NDArray
 from PIL import Image as PillowImage
 from PIL import UnidentifiedImageError
 
+from app.messages import keys
 from app.messages.cdr import MessageError, decode, encode, header, make, stamp_ns_of
 from ippon.camera import PinholeCamera
 
 MAX_PIXELS: Final = 4096 * 4096
+PAIRED_S: Final = 0.02
+"""Stamps of colour and depth that differ by no more belong together."""
 GREY_16: Final = frozenset({"I;16", "I;16B", "I"})
 """Pillow's modes for grey PNG of 16 bits."""
 _COMPRESSED: Final = "sensor_msgs/msg/CompressedImage"
@@ -234,27 +238,14 @@ def encode_camera(camera: PinholeCamera, stamp_ns: int, frame_id: str) -> bytes:
     k = [camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0]
     p = [camera.fx, 0.0, camera.cx, 0.0, 0.0, camera.fy, camera.cy, 0.0, 0.0, 0.0, 1.0, 0.0]
     roi = make(
-        "sensor_msgs/msg/RegionOfInterest",
-        x_offset=0,
-        y_offset=0,
-        height=0,
-        width=0,
+        "sensor_msgs/msg/RegionOfInterest", x_offset=0, y_offset=0, height=0, width=0,
         do_rectify=False,
-    )
+    )  # fmt: skip
     return encode(
-        _INFO,
-        header=header(stamp_ns, frame_id),
-        height=camera.height,
-        width=camera.width,
-        distortion_model="plumb_bob",
-        d=np.zeros(5),
-        k=np.array(k),
-        r=np.eye(3).reshape(-1),
-        p=np.array(p),
-        binning_x=0,
-        binning_y=0,
-        roi=roi,
-    )
+        _INFO, header=header(stamp_ns, frame_id), height=camera.height, width=camera.width,
+        distortion_model="plumb_bob", d=np.zeros(5), k=np.array(k), r=np.eye(3).reshape(-1),
+        p=np.array(p), binning_x=0, binning_y=0, roi=roi,
+    )  # fmt: skip
 
 
 def decode_camera(payload: bytes) -> StampedCamera:
@@ -342,3 +333,15 @@ def read_png(
         raise MessageError(f"damaged PNG of {len(data)} bytes: {error}") from error
     except PillowImage.DecompressionBombError as error:
         raise MessageError(f"refused PNG: {error}") from error
+
+
+COLOR_DECODERS: Final[dict[str, Callable[[bytes], NDArray[np.uint8]]]] = {
+    keys.COLOR: lambda payload: decompress_color(decode_color(payload).encoded),
+    keys.COLOR_RAW: lambda payload: decode_color_raw(payload)[0],
+}
+"""Return the (H, W, 3) RGB image of a message, by the key of its topic."""
+DEPTH_DECODERS: Final[dict[str, Callable[[bytes], DepthImage]]] = {
+    keys.DEPTH: decode_depth,
+    keys.DEPTH_RAW: decode_depth_raw,
+}
+"""Return the depth image of a message, by the key of its topic."""

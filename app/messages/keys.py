@@ -1,4 +1,4 @@
-"""Names of the topics under a robot's prefix."""
+"""Names of the topics under a robot's prefix, and of the coordinate frames (REP 105)."""
 
 import re
 
@@ -17,6 +17,13 @@ def check_prefix(robot: str) -> None:
             f"most 100 of them, for example ippon/robot-1; got {robot[:100]!r}"
         )
 
+
+WORLD_FRAME = "map"
+BASE_FRAME = "base_link"
+ODOMETRY_FRAME = "odom"
+"""World of the odometry, where a message names none."""
+CAMERA_FRAME = "camera_color_optical_frame"
+"""Camera of the simulated robot, and of datasets."""
 
 COLOR = "camera/color/image_raw/compressed"
 COLOR_RAW = "camera/color/image_raw"

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.messages.cdr import MessageError, decode, encode, header, make, stamp_ns_of
+from app.messages.keys import BASE_FRAME, CAMERA_FRAME, WORLD_FRAME
 from ippon.geometry import (
     Float64Array,
     make_transform,
@@ -30,6 +31,20 @@ class StampedTransform:
     parent: str
     child: str
     T_parent_child: Float64Array
+
+
+def robot_transforms(
+    stamp_ns: int,
+    T_world_base: Float64Array,
+    T_base_camera: Float64Array,
+    camera_frame: str = CAMERA_FRAME,
+) -> tuple[StampedTransform, ...]:
+    """Return tf of a robot at one moment: from the world by the base to the camera."""
+    links = ((WORLD_FRAME, BASE_FRAME, T_world_base), (BASE_FRAME, camera_frame, T_base_camera))
+    return tuple(
+        StampedTransform(stamp_ns=stamp_ns, parent=a, child=b, T_parent_child=T)
+        for a, b, T in links
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,7 +128,7 @@ def decode_odometry(payload: bytes) -> StampedTransform:
     return _read_transform(entry)
 
 
-def encode_twist(twist: StampedTwist, frame_id: str = "base_link") -> bytes:
+def encode_twist(twist: StampedTwist, frame_id: str = BASE_FRAME) -> bytes:
     """Write a TwistStamped."""
     return encode(
         "geometry_msgs/msg/TwistStamped",
@@ -178,7 +193,7 @@ def decode_flag(payload: bytes) -> bool:
     return bool(decode(payload, "std_msgs/msg/Bool", max_bytes=_SMALL).data)
 
 
-def encode_path(path: StampedPath, frame_id: str = "map") -> bytes:
+def encode_path(path: StampedPath, frame_id: str = WORLD_FRAME) -> bytes:
     """Write a nav_msgs/Path; every pose looks along the path."""
     points = path.points_world
     ahead = np.diff(points, axis=0, append=points[-1:]) if len(points) else points

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from app.messages.cdr import MessageError, decode, encode, header, make, stamp_ns_of
+from app.messages.keys import WORLD_FRAME
 from app.messages.motion import check_positions
 from ippon.command import GoalOutcome
 from ippon.geometry import (
@@ -35,7 +36,7 @@ class StampedPose:
     stamp_ns: int
     T_frame_base: Float64Array
     """(4, 4)."""
-    frame_id: str = "map"
+    frame_id: str = WORLD_FRAME
 
 
 def encode_pose(pose: StampedPose) -> bytes:

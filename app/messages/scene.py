@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.messages.cdr import MessageError, decode, encode, header, make, stamp_ns_of
+from app.messages.keys import WORLD_FRAME
 from app.messages.motion import check_positions
 from ippon.planning.plan import TreeView
 
@@ -76,7 +77,7 @@ class FoundObject:
     size_m: tuple[float, float, float]
 
 
-def encode_voxels(cloud: VoxelCloud, frame_id: str = "map") -> bytes:
+def encode_voxels(cloud: VoxelCloud, frame_id: str = WORLD_FRAME) -> bytes:
     """Write voxels as a PointCloud2 of `VOXEL_DTYPE`."""
     rows = np.zeros(len(cloud.centers_world), dtype=VOXEL_DTYPE)
     for axis, name in enumerate("xyz"):
@@ -136,7 +137,7 @@ def decode_voxels(payload: bytes) -> VoxelCloud:
     )
 
 
-def encode_tree(tree: TreeView, stamp_ns: int, frame_id: str = "map") -> bytes:
+def encode_tree(tree: TreeView, stamp_ns: int, frame_id: str = WORLD_FRAME) -> bytes:
     """Write the viewpoint tree."""
     return encode(
         _TREE,
@@ -185,7 +186,7 @@ def decode_tree(payload: bytes) -> tuple[int, TreeView]:
 
 
 def encode_found_objects(
-    detections: Iterable[FoundObject], stamp_ns: int, frame_id: str = "map"
+    detections: Iterable[FoundObject], stamp_ns: int, frame_id: str = WORLD_FRAME
 ) -> bytes:
     """Write a Detection3DArray."""
     top = header(stamp_ns, frame_id)

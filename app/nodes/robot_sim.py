@@ -18,13 +18,14 @@ from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import decode as decode_json
 from app.messages.images import encode_camera, encode_color, encode_depth
+from app.messages.keys import CAMERA_FRAME
 from app.messages.motion import (
-    StampedTransform,
     StampedTwist,
     decode_number,
     decode_twist,
     encode_flag,
     encode_transforms,
+    robot_transforms,
 )
 from app.messages.navigation import encode_goal_status
 from app.messages.perception.heatmaps import encode_heatmap
@@ -52,7 +53,6 @@ SILENT_WAIT_S: Final = 5.0
 """Time after which a wait for the navigator is told."""
 ANSWER_WAIT_S: Final = 30.0
 """Time without an answer, in lock-step, after which the navigator counts as gone."""
-CAMERA_FRAME: Final = "camera_color_optical_frame"
 
 
 class SimulatedRobotError(Exception):
@@ -249,21 +249,9 @@ class RobotSim:
         )
 
     def _publish_transforms(self) -> None:
-        stamp, base = self.world.stamp_ns, self.world.base
-        transforms = (
-            StampedTransform(
-                stamp_ns=stamp,
-                parent="map",
-                child="base_link",
-                T_parent_child=self.world.T_world_base_estimated,
-            ),
-            StampedTransform(
-                stamp_ns=stamp,
-                parent="base_link",
-                child=CAMERA_FRAME,
-                T_parent_child=self.world.robot.T_base_camera(base.tilt_rad),
-            ),
-        )
+        world = self.world
+        T_base_camera = world.robot.T_base_camera(world.base.tilt_rad)
+        transforms = robot_transforms(world.stamp_ns, world.T_world_base_estimated, T_base_camera)
         self._put(keys.TF, encode_transforms(transforms))
 
     def _on_twist(self, payload: bytes) -> None:
@@ -332,8 +320,7 @@ def run_robot_sim(config: RobotSimConfig, scene: Scene, start: StartPose) -> Non
         SimulatedRobotError: It stopped answering.
         KeyboardInterrupt: It was stopped before its first frame.
     """
-    session = open_client(config.connect)
-    try:
+    with open_client(config.connect) as session:
         with interruptible():
             robot = RobotSim(config, session, scene, start)
             robot.await_labels()
@@ -343,5 +330,3 @@ def run_robot_sim(config: RobotSimConfig, scene: Scene, start: StartPose) -> Non
             robot.run_lock_step(stop)
         else:
             robot.run_real_time(stop)
-    finally:
-        session.close()  # pyright: ignore[reportUnknownMemberType]

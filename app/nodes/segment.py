@@ -184,15 +184,13 @@ def run_segment(config: SegmentConfig, segmenter: Segmenter) -> None:
     session = _connected(config, stop)
     if session is None:
         return
-    try:
+    with session:
         node = SegmentNode(config, session, segmenter)
         logger.info("segmenting the images of %s", config.robot)
         node.run(stop)
         logger.info(
             "%d images segmented, %d skipped, %d failed", node.segmented, node.skipped, node.failed
         )
-    finally:
-        session.close()  # pyright: ignore[reportUnknownMemberType]
 
 
 def _connected(config: SegmentConfig, stop: StopSignal) -> zenoh.Session | None:

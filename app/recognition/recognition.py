@@ -26,7 +26,9 @@ from ippon.mission.snapshot import Find
 from ippon.observation import Heatmap, HeatmapKind, Observation
 from ippon.observation_model import ObservationModels
 from ippon.planning.surface_scale import surface_scale
+from ippon.segmentation.detectors.vocabulary import closed_vocabulary
 from ippon.segmentation.instance_heatmap import heatmap_of_instances
+from ippon.segmentation.segmenter import Segmenter
 from ippon.vocabulary import MATTERPORT_40
 
 VOXEL_SIZE_M: Final = 0.05
@@ -72,7 +74,7 @@ class Recognition:
     of a search, whatever else is requested. A map takes eight of them.
 
     Args:
-        objects: Canonical labels of the requested objects.
+        objects: Labels that the network gives the requested objects, see `labels_of`.
         models: Observation models of the networks.
         voxel_size_m: Edge length of a voxel.
         memory_limit_mb: Memory limit of each map.
@@ -112,7 +114,17 @@ class Recognition:
             self._goals.append(GoalLayers(self._maps[-1], targets))
 
     def add(self, frame: Frame, observation: Observation) -> None:
-        """Integrate a frame with the network's output."""
+        """Integrate a frame with the network's output.
+
+        Raises:
+            ValueError: The network does not give the label of an object.
+        """
+        given = (*observation.labels, observation.ooi)
+        if missing := [label for label in self._objects if label not in given]:
+            raise ValueError(
+                f"the network does not give the label {', '.join(missing)}: `labels_of` returns "
+                "the one that it gives an object, such as tv for a monitor"
+            )
         number, self.frames = self.frames, self.frames + 1
         self._finds.clear()
         heatmap = _heatmap(observation, frame)
@@ -178,6 +190,23 @@ class Recognition:
     def images(self, label: str, find: Find) -> int:
         """Return the number of images that show a find."""
         return sum(view.shows(label, find.position_world) is True for view in self.views)
+
+
+def labels_of(segmenter: Segmenter, objects: Sequence[str]) -> dict[str, str]:
+    """Return the label that a network gives each object, without objects that it does not know.
+
+    An object may have the label of a class with several names: a monitor that of tv.
+
+    Args:
+        segmenter: The network.
+        objects: Canonical labels.
+    """
+    vocabulary = closed_vocabulary(segmenter)
+    if vocabulary is None:
+        return {name: name for name in objects}
+    labels = tuple(dict.fromkeys((*MATTERPORT_40, *objects)))
+    found = {name: vocabulary.label_for(name, labels) for name in objects}
+    return {name: label for name, label in found.items() if label is not None}
 
 
 def recognise(

@@ -6,8 +6,8 @@ from functools import reduce
 from operator import matmul
 from typing import Final
 
+from app.messages.keys import BASE_FRAME, WORLD_FRAME
 from app.messages.motion import StampedTransform
-from app.recording.frame_tree import BASE, WORLD
 from ippon.geometry import Float64Array
 
 _FIXED_NS: Final = -1
@@ -21,19 +21,22 @@ class BasePose:
         world: Frame of the world.
     """
 
-    def __init__(self, world: str = WORLD) -> None:
+    def __init__(self, world: str = WORLD_FRAME) -> None:
         self._world = world
         self._links: dict[str, StampedTransform] = {}
+        self._chain: list[StampedTransform] = []
+        """Transforms from the world to the base; empty while one is missing."""
 
     def take(self, transforms: Iterable[StampedTransform], *, fixed: bool) -> None:
         """Take transforms of one message; `fixed` ones have no time."""
         for one in transforms:
             self._links[one.child] = replace(one, stamp_ns=_FIXED_NS) if fixed else one
+        self._chain = self._follow()
 
     def pose(self) -> Float64Array | None:
         """Return T_world_base (4, 4), None while a transform is missing."""
-        chain = self._chain()
-        return reduce(matmul, [link.T_parent_child for link in chain]) if chain else None
+        transforms = [link.T_parent_child for link in self._chain]
+        return reduce(matmul, transforms) if transforms else None
 
     def stamp_ns(self) -> int | None:
         """Return the time of the pose, None while a transform or its time is missing.
@@ -41,13 +44,12 @@ class BasePose:
         It is that of the moving transform next to the base: localisation stamps its own, from the
         world to the odometry, ahead of time.
         """
-        stamps = (link.stamp_ns for link in reversed(self._chain()))
+        stamps = (link.stamp_ns for link in reversed(self._chain))
         return next((stamp for stamp in stamps if stamp != _FIXED_NS), None)
 
-    def _chain(self) -> list[StampedTransform]:
-        """Return the transforms from the world to the base, empty while one is missing."""
+    def _follow(self) -> list[StampedTransform]:
         chain: list[StampedTransform] = []
-        frame = BASE
+        frame = BASE_FRAME
         while frame != self._world:
             link = self._links.get(frame)
             if link is None or len(chain) == len(self._links):

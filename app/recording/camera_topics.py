@@ -1,24 +1,15 @@
 """Whether a recording has the topics of a camera that a map is made of."""
 
-from collections.abc import Callable, Sequence
-from typing import Any, Final
-
-from numpy.typing import NDArray
+from collections.abc import Sequence
+from typing import Final
 
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.images import (
-    decode_camera,
-    decode_color,
-    decode_color_raw,
-    decode_depth,
-    decode_depth_raw,
-    decompress_color,
-)
+from app.messages.images import COLOR_DECODERS, DEPTH_DECODERS, decode_camera
 from app.recording.reading.recording import Recording
 
-COLORS: Final = (keys.COLOR, keys.COLOR_RAW)
-DEPTHS: Final = (keys.DEPTH, keys.DEPTH_RAW)
+COLORS: Final = tuple(COLOR_DECODERS)
+DEPTHS: Final = tuple(DEPTH_DECODERS)
 POSES: Final = (keys.TF, keys.ODOM)
 MOST_NAMED: Final = 12
 """Topics that a text names."""
@@ -71,12 +62,12 @@ def image_problems(recording: Recording) -> list[str]:
     """Return why the first images of a recording, or what is said of its camera, are not usable."""
     problems: list[str] = []
     sizes: dict[str, tuple[int, int]] = {}
-    for key, size_of in _SIZES.items():
+    for key in (*COLORS, *DEPTHS, keys.CAMERA_INFO):
         message = recording.first(key)
         if message is None or (key == keys.COLOR_RAW and keys.COLOR in recording.keys):
             continue
         try:
-            sizes[key] = size_of(message.payload)
+            sizes[key] = _size_of(key, message.payload)
         except MessageError as error:
             problems.append(f"{recording.topics(key)[0]}: {error}")
     depths = {sizes[key] for key in DEPTHS if key in sizes}
@@ -90,20 +81,11 @@ def image_problems(recording: Recording) -> list[str]:
     return problems
 
 
-def _size(image: NDArray[Any]) -> tuple[int, int]:
+def _size_of(key: str, payload: bytes) -> tuple[int, int]:
+    """Return width and height that a message says."""
+    if key == keys.CAMERA_INFO:
+        camera = decode_camera(payload).camera
+        return camera.width, camera.height
+    is_depth = key in DEPTH_DECODERS
+    image = DEPTH_DECODERS[key](payload).depth if is_depth else COLOR_DECODERS[key](payload)
     return image.shape[1], image.shape[0]
-
-
-def _camera_size(payload: bytes) -> tuple[int, int]:
-    camera = decode_camera(payload).camera
-    return camera.width, camera.height
-
-
-_SIZES: Final[dict[str, Callable[[bytes], tuple[int, int]]]] = {
-    keys.COLOR: lambda payload: _size(decompress_color(decode_color(payload).encoded)),
-    keys.COLOR_RAW: lambda payload: _size(decode_color_raw(payload)[0]),
-    keys.DEPTH: lambda payload: _size(decode_depth(payload).depth),
-    keys.DEPTH_RAW: lambda payload: _size(decode_depth_raw(payload).depth),
-    keys.CAMERA_INFO: _camera_size,
-}
-"""Width and height that a message of a key says."""

@@ -3,11 +3,10 @@
 from bisect import bisect_left
 
 from app.messages import keys
+from app.messages.images import PAIRED_S
 from app.recording.frame_tree import IMAGES, image_stamp_ns
 from ippon.frame import NANOSECONDS
 
-TOLERANCE_S = 0.02
-"""Stamps of colour and depth that differ by less belong together, see `AssemblerConfig`."""
 FEW = 0.1
 """Share of images without depth or pose that is not worth a word."""
 
@@ -35,12 +34,10 @@ class DepthPairs:
             return ""
         return (
             f"{alone} of {len(self.colors)} colour images have no depth image within "
-            f"{1000 * TOLERANCE_S:.0f} ms of their stamp: they are not mapped"
+            f"{1000 * PAIRED_S:.0f} ms of their stamp: they are not mapped"
         )
 
 
 def _has_near(stamps: list[int], stamp: int) -> bool:
     k = bisect_left(stamps, stamp)
-    return any(
-        abs(one - stamp) <= TOLERANCE_S * NANOSECONDS for one in stamps[max(k - 1, 0) : k + 1]
-    )
+    return any(abs(one - stamp) <= PAIRED_S * NANOSECONDS for one in stamps[max(k - 1, 0) : k + 1])

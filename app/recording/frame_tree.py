@@ -8,12 +8,10 @@ from typing import Final
 
 from app.messages import keys
 from app.messages.images import decode_camera
+from app.messages.keys import BASE_FRAME, ODOMETRY_FRAME, WORLD_FRAME
 from app.messages.motion import StampedTransform, decode_odometry, read_transforms
 from ippon.frame import NANOSECONDS
 
-WORLD: Final = "map"
-BASE: Final = "base_link"
-ODOMETRY_WORLD: Final = "odom"
 IMAGES: Final = (keys.COLOR, keys.COLOR_RAW)
 TOPICS: Final = (*IMAGES, keys.CAMERA_INFO, keys.TF, keys.TF_STATIC, keys.ODOM)
 """Topics that tell the frames and their times."""
@@ -109,7 +107,7 @@ class FrameTree:
     def _add_odometry(self, pose: StampedTransform) -> None:
         if self._odometry is None:
             span = _Span(pose.stamp_ns, pose.stamp_ns)
-            self._odometry = (pose.parent or ODOMETRY_WORLD, pose.child, span)
+            self._odometry = (pose.parent or ODOMETRY_FRAME, pose.child, span)
         self._odometry[2].add(pose.stamp_ns)
 
     @property
@@ -129,8 +127,8 @@ class FrameTree:
         It is `base_link` where the messages name no frame, or one that tf does not know either.
         """
         child = "" if self._odometry is None else self._odometry[1]
-        unknown = child not in self.names and BASE not in self.names and child != self._camera
-        return BASE if not child or unknown else child
+        unknown = child not in self.names and BASE_FRAME not in self.names and child != self._camera
+        return BASE_FRAME if not child or unknown else child
 
     @property
     def lacks_mount(self) -> bool:
@@ -152,7 +150,7 @@ class FrameTree:
         tree._parents[self.odometry_child] = self._odometry[0]
         tree._moving[self.odometry_child] = self._odometry[2]
         if mount and self.camera and self.camera not in tree._parents:
-            tree._parents[self.camera] = BASE
+            tree._parents[self.camera] = BASE_FRAME
         return tree
 
     @property
@@ -163,7 +161,7 @@ class FrameTree:
     @property
     def world(self) -> str:
         """`map`, where it exists; else the root above `base_link`."""
-        return WORLD if WORLD in self.names else self._up(BASE)[-1]
+        return WORLD_FRAME if WORLD_FRAME in self.names else self._up(BASE_FRAME)[-1]
 
     def problem(self) -> str:
         """Return why no image can have a pose; empty where frames and times lead to the camera."""
@@ -175,9 +173,9 @@ class FrameTree:
 
     def _way_problem(self) -> str:
         world = self.world
-        if world == BASE:
-            return self._told(f"nothing says where {BASE!r} is")
-        for name in (BASE, self._camera):
+        if world == BASE_FRAME:
+            return self._told(f"nothing says where {BASE_FRAME!r} is")
+        for name in (BASE_FRAME, self._camera):
             if name and world not in self._up(name):
                 end = self._up(name)[-1]
                 why = f"nothing names {name!r}" if end == name else f"it ends at {end!r}"
@@ -203,7 +201,10 @@ class FrameTree:
 
     def _spans(self, world: str) -> list[tuple[str, _Span]]:
         """Return the moving frames between the world and base and camera, and their times."""
-        ways = (takewhile(lambda name: name != world, self._up(end)) for end in (BASE, self.camera))
+        ways = (
+            takewhile(lambda name: name != world, self._up(end))
+            for end in (BASE_FRAME, self.camera)
+        )
         names = dict.fromkeys(name for way in ways for name in way)
         return [(name, self._moving[name]) for name in names if name in self._moving]
 

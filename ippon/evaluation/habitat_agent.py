@@ -141,14 +141,7 @@ class IpponAgent:
             )
         resolved = resolve_object(config.goals[number].replace("_", " "), config.labels)
         mission = Mission(config.mission, config.robot, config.labels, config.seed)
-        goal = Goal(
-            goal_id=1,
-            object=resolved.canonical,
-            display=resolved.display,
-            context="",
-            category=resolved.category,
-        )
-        mission.goals.set_goal(goal, self._guide(resolved, config.labels))
+        mission.goals.set_goal(Goal.of(resolved, 1), self._guide(resolved, config.labels))
         self._ooi = resolved.canonical
         return mission
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ippon.guidance.language.goals.goal import Attribute
+from ippon.guidance.language.naming import ResolvedObject
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,3 +28,14 @@ class Goal:
     """Number of the remembered thing that it is; None for any of its kind."""
     category: str | None = None
     """The common object that it is an instance of; None if there is none."""
+
+    @classmethod
+    def of(cls, resolved: ResolvedObject, goal_id: int, context: str = "") -> "Goal":
+        """Return the goal of an object that a text names."""
+        return cls(
+            goal_id=goal_id,
+            object=resolved.canonical,
+            display=resolved.display,
+            context=context,
+            category=resolved.category,
+        )

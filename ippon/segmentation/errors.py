@@ -19,6 +19,8 @@ class OutOfMemoryError(SegmentationError):
     """The device's memory is too small for this image."""
 
 
+NOT_NUMBERS = "the network gave {} that are not numbers; try --segmentation.precision float32"
+"""After overflow of half precision; takes what it gave."""
 INSTALL_HINT = (
     'pip install "ippon[segmentation]" (without a GPU run "pip install torch --index-url '
     'https://download.pytorch.org/whl/cpu" first, or scripts/setup --segmentation, which does '

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ippon.observation import Heatmap, Observation
 from ippon.observation_model import LEAST_SCORE
-from ippon.segmentation.errors import SegmentationError
+from ippon.segmentation.errors import NOT_NUMBERS, SegmentationError
 
 MAX_LABELS = 512
 
@@ -126,9 +126,7 @@ def score_heatmap_of(
 
 def _check_finite(values: NDArray[np.float32]) -> None:
     if not np.isfinite(values).all():
-        raise SegmentationError(
-            "the network gave values that are not numbers; try --segmentation.precision float32"
-        )
+        raise SegmentationError(NOT_NUMBERS.format("values"))
 
 
 def quantise(probabilities: NDArray[np.float32]) -> NDArray[np.uint8]:

@@ -10,62 +10,36 @@ import math
 import queue
 import random
 import socket
-import threading
 import time
+
+from tests.app.relay import Relay
 
 SEGMENT = 1448
 
 
-class LossyRelay:
+class LossyRelay(Relay):
     """Passes everything on late; `loss` of each segment, and `rate` in bytes a second or None."""
 
     def __init__(self, port, latency_s, loss, rate=None, seed=0):
         self.latency_s, self.loss, self.rate = latency_s, loss, rate
-        self._to = ("127.0.0.1", port)
         self._random = random.Random(seed)
-        self._ends, self._closed = [], False
-        self._listener = socket.create_server(("127.0.0.1", 0))
-        self.port = self._listener.getsockname()[1]
-        self._threads = [threading.Thread(target=self._accept, daemon=True)]
-        self._threads[0].start()
+        self._closed = False
+        super().__init__(port)
 
     @staticmethod
     def reno_rate(latency_s, loss):
         return 1.22 * SEGMENT / (2.0 * latency_s * math.sqrt(loss))
 
-    def cut(self):
-        """Break every connection; whoever connects again is let through again."""
-        ends, self._ends = self._ends, []
-        for end in ends:
-            with contextlib.suppress(OSError):
-                end.shutdown(socket.SHUT_RDWR)
-
     def close(self):
         self._closed = True
-        with contextlib.suppress(OSError):
-            self._listener.shutdown(socket.SHUT_RDWR)
-        self._listener.close()
-        self.cut()
-        for thread in self._threads:
-            thread.join(10.0)
+        super().close()
 
-    def _accept(self):
-        with contextlib.suppress(OSError):
-            while True:
-                near, _ = self._listener.accept()
-                try:
-                    far = socket.create_connection(self._to)
-                except OSError:
-                    near.close()
-                    continue
-                self._ends += [near, far]
-                for source, sink in ((near, far), (far, near)):
-                    source.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65536)
-                    sink.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                    late = queue.Queue(maxsize=64)
-                    for run, ends in ((self._take, (source, late)), (self._give, (late, sink))):
-                        self._threads.append(threading.Thread(target=run, args=ends, daemon=True))
-                        self._threads[-1].start()
+    def _carry(self, source, sink):
+        source.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65536)
+        sink.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        late = queue.Queue(maxsize=64)
+        self._start(self._take, source, late)
+        self._start(self._give, late, sink)
 
     def _take(self, source, late):
         due = free_at = 0.0

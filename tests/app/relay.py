@@ -52,10 +52,15 @@ class Relay:
                     near.close()
                     continue
                 self._ends += [near, far]
-                for ends in ((near, far), (far, near)):
-                    thread = threading.Thread(target=self._pass_on, args=ends, daemon=True)
-                    self._threads.append(thread)
-                    thread.start()
+                self._carry(near, far)
+                self._carry(far, near)
+
+    def _carry(self, source, sink):
+        self._start(self._pass_on, source, sink)
+
+    def _start(self, run, *arguments):
+        self._threads.append(threading.Thread(target=run, args=arguments, daemon=True))
+        self._threads[-1].start()
 
     def _pass_on(self, source, sink):
         with contextlib.suppress(OSError):

@@ -11,11 +11,8 @@ from app.robot_file import (
     DetectorTable,
     RobotFileError,
     map_config,
-    read_clock_offset,
-    read_detector,
     read_profile,
-    read_rmw_zenoh,
-    read_ros2,
+    read_robot,
     template,
 )
 from ippon.robot import ZED
@@ -139,7 +136,10 @@ def test_the_profile_of_the_documentation_is_one(written):
     text = (ROOT / "docs" / "guides" / "robot.md").read_text("utf-8")
     block, body, detector = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
     scout = read_profile(written(block))
-    assert read_detector(written(block + detector)).labels == {"coffee mug": "cup", "meja": "table"}
+    assert read_robot(written(block + detector)).detector.labels == {
+        "coffee mug": "cup",
+        "meja": "table",
+    }
     assert (scout.name, scout.can_tilt, scout.max_step_m) == ("scout", False, 0.03)
     assert scout.is_round
     long = read_profile(written(re.sub(r"^body:.*\n", body, block, flags=re.MULTILINE)))
@@ -162,10 +162,14 @@ def test_a_file_that_is_none(tmp_path, written):
 def test_how_to_read_a_detector_stands_in_the_profile(written):
     text = template(ZED) + "detector: {source: yolo11n, labels: {coffee mug: cup}}\n"
     path = str(written(text))
-    table = read_detector(path)
+    table = read_robot(path).detector
     assert (table.source, table.labels) == ("yolo11n", {"coffee mug": "cup"})
     assert read_profile(path).name == ZED.name
-    assert read_detector("zed") == read_detector(str(written(template(ZED)))) == DetectorTable()
+    assert (
+        read_robot("zed").detector
+        == read_robot(str(written(template(ZED)))).detector
+        == DetectorTable()
+    )
 
 
 @pytest.mark.parametrize(
@@ -178,30 +182,34 @@ def test_how_to_read_a_detector_stands_in_the_profile(written):
 )
 def test_a_detector_that_cannot_be_read_is_named(written, detector, text):
     with pytest.raises(RobotFileError, match=text):
-        read_detector(str(written(template(ZED) + f"detector: {detector}\n")))
+        read_robot(str(written(template(ZED) + f"detector: {detector}\n")))
 
 
 def test_the_offset_of_the_cameras_clock_stands_in_the_profile(written):
-    assert read_clock_offset("zed") == 0.0
-    assert read_clock_offset(written(SCOUT)) == 0.0
+    assert read_robot("zed").clock_offset_s == 0.0
+    assert read_robot(written(SCOUT)).clock_offset_s == 0.0
     late = SCOUT.replace("tilt: -12", "tilt: -12, clock_offset_ms: -40")
-    assert read_clock_offset(written(late)) == -0.04
+    assert read_robot(written(late)).clock_offset_s == -0.04
     with pytest.raises(RobotFileError, match="clock_offset_ms is 5000; it may be -1000 to 1000"):
-        read_clock_offset(written(late.replace("-40", "5000")))
+        read_robot(written(late.replace("-40", "5000")))
 
 
 def test_a_robot_without_a_bridge_has_its_topics_and_limits(tmp_path):
     path = tmp_path / "scout.yaml"
     section = "ros2:\n  middleware: rmw_zenoh\n  domain: 7\n  router: tcp/scout:7447\n"
     path.write_text(template(ZED) + section, encoding="utf-8")
-    settings = read_rmw_zenoh(str(path))
+    settings = read_robot(str(path)).rmw_zenoh
     assert (settings.domain, settings.router) == (7, "tcp/scout:7447")
     assert settings.max_linear_m_s == ZED.max_linear_m_s
     assert "cmd_vel" in settings.topics
     path.write_text(template(ZED), encoding="utf-8")
-    assert read_rmw_zenoh(str(path)) is None
-    assert read_rmw_zenoh("zed") is None
-    assert read_ros2("zed").topics["tf"].name == read_ros2(str(path)).topics["tf"].name == "/tf"
+    assert read_robot(str(path)).rmw_zenoh is None
+    assert read_robot("zed").rmw_zenoh is None
+    assert (
+        read_robot("zed").ros2.topics["tf"].name
+        == read_robot(str(path)).ros2.topics["tf"].name
+        == "/tf"
+    )
     path.write_text(template(ZED) + section.replace("7\n", "-1\n"), encoding="utf-8")
     with pytest.raises(RobotFileError, match="`ros2: domain` is a number from 0 to 232; got -1"):
-        read_rmw_zenoh(str(path))
+        read_robot(str(path))

@@ -26,13 +26,7 @@ from app.nodes.navigator.run import run_navigator
 from app.nodes.navigator.state.persistence import SavedState, read_saved_state
 from app.process.children import Child
 from app.process.parent_watch import end_with_parent
-from app.robot_file import (
-    map_config,
-    read_clock_offset,
-    read_detector,
-    read_profile,
-    read_rmw_zenoh,
-)
+from app.robot_file import map_config, read_robot
 from ippon.errors import MapFileError
 from ippon.mission.config import MissionConfig
 from ippon.observation_model import (
@@ -60,7 +54,7 @@ def run_navigate(command: Navigate) -> int:
             f"got {command.step_budget_s:g}"
         )
     config, saved = _config_of(command, model)
-    ros2 = read_rmw_zenoh(command.profile) if command.connect_robot else None
+    ros2 = read_robot(command.profile).rmw_zenoh if command.connect_robot else None
     if saved is not None:
         area = 0.0 if saved.voxel_map is None else saved.voxel_map.explored_m2()
         logger.info("restored a map of %.0f m2 and %d goals", area, len(saved.requests))
@@ -110,7 +104,8 @@ def _config_of(
         )
     changes = beyond_flags(Navigate, read_config(command.config))
     try:
-        profile = read_profile(command.profile)
+        robot = read_robot(command.profile)
+        profile = robot.profile
         if command.align and (profile.tracks_pose or not profile.takes_velocities):
             raise UsageError(
                 "--align turns the robot by velocities where it stands, and profile "
@@ -127,8 +122,8 @@ def _config_of(
             listen=command.listen,
             robot=command.robot,
             profile=profile,
-            detector=read_detector(command.profile),
-            camera_clock_offset_s=read_clock_offset(command.profile),
+            detector=robot.detector,
+            camera_clock_offset_s=robot.clock_offset_s,
             observation_model=_observation_model(command),
             seed=command.seed,
             mission=mission,

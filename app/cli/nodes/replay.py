@@ -4,9 +4,9 @@ from app.cli.options.nodes import Replay
 from app.errors import UsageError
 from app.links.network.registry import resolve_address
 from app.links.network.session import LinkError
+from app.nodes.replay.bag_robot import read_bag_robot
 from app.nodes.replay.datasets import DatasetError
 from app.nodes.replay.node import ReplayConfig, run_replay
-from app.nodes.replay.robot_names import read_mount, read_names, read_offset
 from app.process.parent_watch import end_with_parent
 
 
@@ -15,6 +15,7 @@ def run_replay_command(command: Replay) -> int:
     end_with_parent(command.parent_pid)
     connect, robot = resolve_address(command.connect, command.robot)
     try:
+        bag_robot = read_bag_robot(command.profile)
         config = ReplayConfig(
             path=command.path,
             connect=connect,
@@ -25,9 +26,9 @@ def run_replay_command(command: Replay) -> int:
             heatmaps=command.heatmaps,
             poses=command.poses,
             floor_m=command.floor_m,
-            names=read_names(command.profile),
-            T_base_camera=read_mount(command.profile),
-            clock_offset_s=read_offset(command.profile),
+            names=bag_robot.names,
+            T_base_camera=bag_robot.T_base_camera,
+            clock_offset_s=bag_robot.clock_offset_s,
         )
     except ValueError as error:
         raise UsageError(str(error)) from error

@@ -37,21 +37,14 @@ def run_control(command: Control) -> int:
     if command.goal is not None and command.action != "cancel":
         raise UsageError("--goal goes with cancel: the other actions are about the robot")
     endpoint, robot = find_navigator(command.connect, command.robot)
+    run = _show if command.action == "show" else _send
     try:
-        session = open_client(endpoint, command.timeout_s)
-    except LinkError as error:
-        raise UsageError(str(error)) from error
-    try:
-        if command.action == "show":
-            _show(session, robot, command)
-        else:
-            _send(session, robot, command)
+        with open_client(endpoint, command.timeout_s) as session:
+            run(session, robot, command)
     except (LinkError, RequestRefusedError) as error:
         raise UsageError(str(error)) from error
     except msgspec.DecodeError as error:
         raise UsageError(f"the navigator of {robot} is of another version: {error}") from error
-    finally:
-        session.close()  # pyright: ignore[reportUnknownMemberType]
     return 0
 
 

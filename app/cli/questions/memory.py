@@ -61,23 +61,18 @@ def _from_file(command: Memory) -> MemoryReply:
 
 def _from_navigator(command: Memory) -> MemoryReply:
     endpoint, robot = find_navigator(command.connect, command.robot)
-    try:
-        session = open_client(endpoint, command.timeout_s)
-    except LinkError as error:
-        raise UsageError(str(error)) from error
     key, limit_s = f"{robot}/{keys.MEMORY}", command.timeout_s
     try:
-        request = MemoryRequest(find=command.find, limit=command.limit)
-        reply = ask(session, key, request, MemoryReply, limit_s)
-        wanted = _pictured(reply.things)
-        if command.picture is None or wanted is None:
-            return reply
-        again = msgspec.structs.replace(request, picture=wanted.instance_id)
-        return ask(session, key, again, MemoryReply, limit_s)
+        with open_client(endpoint, limit_s) as session:
+            request = MemoryRequest(find=command.find, limit=command.limit)
+            reply = ask(session, key, request, MemoryReply, limit_s)
+            wanted = _pictured(reply.things)
+            if command.picture is None or wanted is None:
+                return reply
+            again = msgspec.structs.replace(request, picture=wanted.instance_id)
+            return ask(session, key, again, MemoryReply, limit_s)
     except (LinkError, RequestRefusedError) as error:
         raise UsageError(str(error)) from error
-    finally:
-        session.close()  # pyright: ignore[reportUnknownMemberType]
 
 
 def _pictured(things: list[RememberedThing]) -> RememberedThing | None:

@@ -22,16 +22,11 @@ from app.doctor.robot.ros_graph import RosGraph
 from app.doctor.robot.samples import SECONDS, listen
 from app.errors import UsageError
 from app.links.network.session import LinkError, open_client
+from app.nodes.replay.bag_robot import read_bag_robot
 from app.nodes.replay.messages import is_bag
-from app.nodes.replay.robot_names import read_mount, read_names, read_offset
 from app.recording.errors import RecordingError
 from app.recording.reading.repair import RecordingCheck, check
-from app.robot_file import (
-    RobotFileError,
-    read_clock_offset,
-    read_profile,
-    read_rmw_zenoh,
-)
+from app.robot_file import RobotFileError, read_robot
 
 COLORS: Final[dict[Verdict, str]] = {
     "ok": "green",
@@ -81,10 +76,7 @@ def _robot_findings(command: Doctor) -> list[Finding]:
         UsageError: The profile cannot be read, or no navigator is named, running or answering.
     """
     try:
-        named = command.profile
-        profile = None if named is None else read_profile(named)
-        offset_s = 0.0 if named is None else read_clock_offset(named)
-        ros2 = None if named is None else read_rmw_zenoh(named)
+        named = None if command.profile is None else read_robot(command.profile)
     except RobotFileError as error:
         raise UsageError(str(error)) from error
     endpoint, robot = find_navigator(command.connect, command.robot)
@@ -92,12 +84,15 @@ def _robot_findings(command: Doctor) -> list[Finding]:
         session = open_client(endpoint)
     except LinkError as error:
         raise UsageError(str(error)) from error
+    ros2 = None if named is None else named.rmw_zenoh
     graph = None if ros2 is None else RosGraph(session, ros2)
     try:
         _tell(f"{robot} at {endpoint}, {SECONDS:g} s of its messages")
         samples = listen(session, robot)
         found = [] if graph is None else graph.check()
-        return [*found, *check_robot(samples, profile, offset_s)]
+        if named is None:
+            return [*found, *check_robot(samples, None, 0.0)]
+        return [*found, *check_robot(samples, named.profile, named.clock_offset_s)]
     finally:
         if graph is not None:
             graph.close()
@@ -127,12 +122,13 @@ def _run_file_doctor(command: Doctor) -> int:
             "checked by `ippon recognise`, which says what it lacks"
         )
     try:
+        robot = read_bag_robot(command.profile)
         checkup = check(
             path,
             repair=True,
-            names=read_names(command.profile),
-            mount=read_mount(command.profile) is not None,
-            clock_offset_s=read_offset(command.profile),
+            names=robot.names,
+            mount=robot.T_base_camera is not None,
+            clock_offset_s=robot.clock_offset_s,
         )
     except (RecordingError, RobotFileError) as error:
         raise UsageError(str(error)) from error

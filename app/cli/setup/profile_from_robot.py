@@ -39,16 +39,10 @@ def profile_from_robot(robot: str, connect: str | None) -> str:
     """
     endpoint, prefix = find_navigator(connect, robot)
     try:
-        session = open_client(endpoint)
-    except LinkError as error:
-        raise UsageError(str(error)) from error
-    try:
-        samples = listen(session, prefix)
-    finally:
-        session.close()  # pyright: ignore[reportUnknownMemberType]
-    try:
+        with open_client(endpoint) as session:
+            samples = listen(session, prefix)
         measured = measure_camera(samples)
-    except UnmeasuredError as error:
+    except (LinkError, UnmeasuredError) as error:
         raise UsageError(str(error)) from error
     ask = _ask_terminal if sys.stdin.isatty() else None
     return write_profile(prefix.rsplit("/", 1)[-1], measured, ask)

@@ -69,36 +69,31 @@ def run_ask(command: Ask) -> int:
         check_options(command)
     endpoint, robot = find_navigator(command.connect, command.robot, any_of=command.nearest)
     try:
-        session = open_client(endpoint, command.timeout_s)
-    except LinkError as error:
-        raise UsageError(str(error)) from error
-    try:
-        if command.nearest:
-            robot = reader(session, robot)
-        else:
-            # A navigator that compiles is at its endpoint already, and takes no request yet. Where
-            # it cannot be determined, the request itself fails.
-            is_alive(session, f"{robot}/{keys.NAVIGATOR_ALIVE}", command.timeout_s)
-        if feedback is not None:
-            give_feedback(session, robot, command, feedback, NAME)
-            return 0
-        if command.add_label is not None:
-            _add_label(session, robot, command)
-            if not command.object:
+        with open_client(endpoint, command.timeout_s) as session:
+            if command.nearest:
+                robot = reader(session, robot)
+            else:
+                # A navigator that compiles is at its endpoint already, and takes no request yet.
+                # Where it cannot be determined, the request itself fails.
+                is_alive(session, f"{robot}/{keys.NAVIGATOR_ALIVE}", command.timeout_s)
+            if feedback is not None:
+                give_feedback(session, robot, command, feedback, NAME)
                 return 0
-        requests = (
-            _read(session, robot, command) if jpeg is None
-            else _read_picture(session, robot, command, jpeg)
-        )  # fmt: skip
-        if command.nearest:
-            return _give(session, command, requests)
-        return _search(session, robot, command, requests)
+            if command.add_label is not None:
+                _add_label(session, robot, command)
+                if not command.object:
+                    return 0
+            requests = (
+                _read(session, robot, command) if jpeg is None
+                else _read_picture(session, robot, command, jpeg)
+            )  # fmt: skip
+            if command.nearest:
+                return _give(session, command, requests)
+            return _search(session, robot, command, requests)
     except (LinkError, RequestRefusedError) as error:
         raise UsageError(str(error)) from error
     except msgspec.DecodeError as error:
         raise UsageError(f"the navigator of {robot} is of another version: {error}") from error
-    finally:
-        _close(session)
 
 
 def _add_label(session: zenoh.Session, robot: str, command: Ask) -> None:
@@ -275,7 +270,3 @@ def _show_accepted(accepted: SearchAccepted, command: Ask) -> None:
     for note in accepted.notes:
         print(f"note: {note}")
     sys.stdout.flush()
-
-
-def _close(session: zenoh.Session) -> None:
-    session.close()  # pyright: ignore[reportUnknownMemberType]

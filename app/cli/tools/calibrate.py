@@ -13,8 +13,8 @@ from rich.table import Table
 from app.cli.nodes.segment import segmenter_of
 from app.cli.options.recognition import Calibrate
 from app.errors import UsageError
+from app.nodes.replay.bag_robot import read_bag_robot
 from app.nodes.replay.datasets import DatasetError
-from app.nodes.replay.robot_names import read_mount, read_names, read_offset
 from app.recognition.calibration import (
     Calibrated,
     CalibrationError,
@@ -23,9 +23,9 @@ from app.recognition.calibration import (
     read_known_objects,
 )
 from app.recognition.frames import open_source
+from app.recognition.recognition import labels_of
 from ippon.atomic_file import replace_file
 from ippon.calibration.known_objects import KnownObjectsError
-from ippon.segmentation.detectors.vocabulary import closed_vocabulary
 from ippon.segmentation.errors import SegmentationError
 from ippon.segmentation.segmenter import Segmenter
 from ippon.vocabulary import MATTERPORT_40
@@ -38,12 +38,14 @@ def run_calibrate(command: Calibrate) -> int:
     if not command.out.parent.is_dir():
         raise UsageError(f"--out: the folder {command.out.parent} does not exist")
     try:
-        names, mount = read_names(command.profile), read_mount(command.profile)
-        offset_s = read_offset(command.profile)
+        robot = read_bag_robot(command.profile)
         sources = [
-            open_source(path, command.floor_m, names=names, mount=mount, clock_offset_s=offset_s)
+            open_source(
+                path, command.floor_m, names=robot.names, mount=robot.T_base_camera,
+                clock_offset_s=robot.clock_offset_s,
+            )
             for path in command.recordings
-        ]
+        ]  # fmt: skip
         for note in filter(None, (source.note for source in sources)):
             print(f"ippon: {note}", file=sys.stderr)
         files = [command.known or _known_beside(path) for path in command.recordings]
@@ -51,7 +53,7 @@ def run_calibrate(command: Calibrate) -> int:
         every = tuple(dict.fromkeys(label for one in known for label in one.labels))
         labels = tuple(dict.fromkeys((*MATTERPORT_40, *every)))
         segmenter = segmenter_of(command.segmentation)
-        told = _told(segmenter, every, labels)
+        told = _told(segmenter, every)
         recordings = [
             CalibrationRecording(
                 source, one, [name for name in one.labels if name in told], command.voxel_size_m
@@ -91,17 +93,14 @@ def _known_beside(recording: Path) -> Path:
     return beside
 
 
-def _told(segmenter: Segmenter, names: Sequence[str], labels: Sequence[str]) -> set[str]:
+def _told(segmenter: Segmenter, names: Sequence[str]) -> set[str]:
     """Return the known labels that the network recognises; report the others."""
-    vocabulary = closed_vocabulary(segmenter)
-    if vocabulary is None:
-        return set(names)
-    label_of = {name: vocabulary.label_for(name, labels) for name in names}
+    label_of = labels_of(segmenter, names)
     told = {name for name, label in label_of.items() if label == name}
-    if others := ", ".join(sorted(name for name, label in label_of.items() if label is None)):
+    if others := ", ".join(sorted(set(names) - set(label_of))):
         print(f"ippon: this network cannot recognise {others}: not used", file=sys.stderr)
     for name, label in sorted(label_of.items()):
-        if label not in {None, name}:
+        if label != name:
             print(
                 f"ippon: this network's label for {name} is {label}: not used, list it as {label}",
                 file=sys.stderr,

@@ -12,14 +12,15 @@ from rich.progress import Progress
 from app.cli.nodes.segment import segmenter_of
 from app.cli.options.recognition import Recognise
 from app.errors import UsageError
+from app.nodes.replay.bag_robot import read_bag_robot
 from app.nodes.replay.datasets import DatasetError
-from app.nodes.replay.robot_names import read_mount, read_names, read_offset
 from app.recognition.frames import open_source
 from app.recognition.page import page_of
 from app.recognition.recognition import (
     RecognisedFind,
     Recognition,
     in_own_world,
+    labels_of,
     recognise,
 )
 from ippon.atomic_file import replace_file
@@ -31,10 +32,10 @@ from ippon.observation_model import (
     ObservationModels,
     read_observation_model,
 )
-from ippon.segmentation.detectors.vocabulary import closed_vocabulary
+from ippon.segmentation.detectors.vocabulary import unsupported_reason
 from ippon.segmentation.errors import SegmentationError
 from ippon.segmentation.segmenter import Segmenter
-from ippon.vocabulary import MATTERPORT_40, canonical_label
+from ippon.vocabulary import canonical_label
 
 NOTHING_TOLD: Final = 2
 """Exit status where the network can tell none of the objects."""
@@ -49,10 +50,10 @@ def run_recognise(command: Recognise) -> int:
     if not objects:
         raise UsageError("--find takes comma-separated objects, such as cup,tv")
     try:
-        names, mount = read_names(command.profile), read_mount(command.profile)
+        robot = read_bag_robot(command.profile)
         source = open_source(
-            command.path, command.floor_m, track=command.track, names=names, mount=mount,
-            clock_offset_s=read_offset(command.profile),
+            command.path, command.floor_m, track=command.track, names=robot.names,
+            mount=robot.T_base_camera, clock_offset_s=robot.clock_offset_s,
         )  # fmt: skip
         if source.note:
             print(f"ippon: {source.note}", file=sys.stderr)
@@ -60,7 +61,8 @@ def run_recognise(command: Recognise) -> int:
         own = None if path is None else read_observation_model(path)
         models = ObservationModels([] if own is None else [own])
         segmenter = segmenter_of(command.segmentation)
-        label_of = _labels_of(segmenter, objects)
+        label_of = labels_of(segmenter, objects)
+        _report_unknown(segmenter, [name for name in objects if name not in label_of])
         if not label_of:
             for name in objects:
                 _print(name, [], as_json=command.json)
@@ -118,23 +120,9 @@ def _observed(
     return seen
 
 
-def _labels_of(segmenter: Segmenter, objects: list[str]) -> dict[str, str]:
-    """Return the labels of the objects; report objects that the network does not recognise.
-
-    An object may have the label of a class with several names: a monitor that of tv.
-    """
-    vocabulary = closed_vocabulary(segmenter)
-    if vocabulary is None:
-        return {name: name for name in objects}
-    labels = tuple(dict.fromkeys((*MATTERPORT_40, *objects)))
-    label_of: dict[str, str] = {}
+def _report_unknown(segmenter: Segmenter, objects: list[str]) -> None:
     for name in objects:
-        label = vocabulary.label_for(name, labels)
-        if label is None:
-            print(f"ippon: {vocabulary.unsupported_reason(name)}", file=sys.stderr)
-        else:
-            label_of[name] = label
-    return label_of
+        print(f"ippon: {unsupported_reason(segmenter, name)}", file=sys.stderr)
 
 
 def _print(name: str, finds: list[RecognisedFind], *, as_json: bool) -> None:

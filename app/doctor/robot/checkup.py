@@ -13,6 +13,7 @@ from app.links.robot_streams.transforms import TransformBuffer
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import StampedCamera
+from app.messages.keys import BASE_FRAME, WORLD_FRAME
 from app.messages.motion import decode_transforms
 from app.nodes.navigator.profile_check import depth_unit_mismatch, profile_mismatches
 from ippon.errors import FrameRejectedError
@@ -82,7 +83,7 @@ def _check_offset(
     buffer, frame = _transforms_of(samples), camera.frame_id
 
     def pose_at(stamp_ns: int) -> Float64Array | None:
-        return buffer.lookup("map", frame, stamp_ns + round(1e9 * clock_offset_s))
+        return buffer.lookup(WORLD_FRAME, frame, stamp_ns + round(1e9 * clock_offset_s))
 
     return check_offset(sorted(check.depths.items()), camera.camera, pose_at, clock_offset_s)
 
@@ -111,8 +112,8 @@ def last_frame(samples: Samples, camera: CameraCheck, clock_offset_s: float = 0.
         return None
     buffer, offset_ns = _transforms_of(samples), round(1e9 * clock_offset_s)
     for stamp, color, depth in reversed(camera.pairs()):
-        T_world_camera = buffer.lookup("map", camera.camera.frame_id, stamp + offset_ns)
-        T_world_base = buffer.lookup("map", "base_link", stamp + offset_ns)
+        T_world_camera = buffer.lookup(WORLD_FRAME, camera.camera.frame_id, stamp + offset_ns)
+        T_world_base = buffer.lookup(WORLD_FRAME, BASE_FRAME, stamp + offset_ns)
         if T_world_camera is None or T_world_base is None:
             continue
         ahead = (invert_transform(T_world_base) @ T_world_camera)[:3, 2]

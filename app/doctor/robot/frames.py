@@ -11,6 +11,7 @@ from app.doctor.robot.images import read_all, unreadable
 from app.doctor.robot.samples import Samples
 from app.links.robot_streams.transforms import TransformBuffer
 from app.messages import keys
+from app.messages.keys import BASE_FRAME, WORLD_FRAME
 from app.messages.motion import (
     StampedTransform,
     decode_odometry,
@@ -18,7 +19,6 @@ from app.messages.motion import (
     read_transforms,
 )
 
-WORLD, BASE = "map", "base_link"
 JUMP_M: Final = 0.5
 """Step of the pose between two messages that no robot makes."""
 SLOW_HZ: Final = 5.0
@@ -56,10 +56,12 @@ def check_frames(samples: Samples, optical: str | None, stamps_ns: list[int]) ->
         for transform in transforms:
             buffer.add(transform, fixed=is_fixed)
     for stamp in stamps_ns:
-        T = buffer.lookup(WORLD, BASE, stamp)
+        T = buffer.lookup(WORLD_FRAME, BASE_FRAME, stamp)
         if T is not None:
             poses.append(
-                StampedTransform(stamp_ns=stamp, parent=WORLD, child=BASE, T_parent_child=T)
+                StampedTransform(
+                    stamp_ns=stamp, parent=WORLD_FRAME, child=BASE_FRAME, T_parent_child=T
+                )
             )
     return [_judge(poses, len(stamps_ns), len(parents) + 1, rate_hz(samples.of(keys.TF)[1]))]
 
@@ -102,16 +104,16 @@ def _shape_of(parents: dict[str, set[str]]) -> list[Finding]:
 def _chain(parents: dict[str, set[str]], optical: str | None) -> list[Finding]:
     """Return what is missing between `map`, `base_link` and the camera."""
     known = parents.keys() | {p for several in parents.values() for p in several}
-    wanted = [name for name in (BASE, optical) if name]
+    wanted = [name for name in (BASE_FRAME, optical) if name]
     for name in wanted:
         way = _up(parents, name)
-        if WORLD in way and (name == BASE or BASE in way):
+        if WORLD_FRAME in way and (name == BASE_FRAME or BASE_FRAME in way):
             continue
-        detail = f"no way from {WORLD!r} to {name!r}"
+        detail = f"no way from {WORLD_FRAME!r} to {name!r}"
         if name not in known:
             detail += f": nothing names {name!r}; there is {', '.join(sorted(known)[:6])}"
-        elif WORLD in way:
-            detail = f"{name!r} hangs on {way[1]!r} and not on {BASE!r}"
+        elif WORLD_FRAME in way:
+            detail = f"{name!r} hangs on {way[1]!r} and not on {BASE_FRAME!r}"
         elif way == [name]:
             detail += f": nothing is above {name!r}; there is {', '.join(sorted(known)[:6])}"
         else:
@@ -119,7 +121,7 @@ def _chain(parents: dict[str, set[str]], optical: str | None) -> list[Finding]:
         if any(frame.startswith("/") for frame in known):
             detail += "; names of frames must not begin with a slash"
         do = "publish the missing transform (static_transform_publisher)"
-        if name == BASE:
+        if name == BASE_FRAME:
             do += "; a robot without a map frame publishes a fixed one from 'map' to 'odom'"
         return [Finding(what="tf", verdict="failed", detail=detail, do=do)]
     return []

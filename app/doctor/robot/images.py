@@ -14,15 +14,13 @@ from app.doctor.robot.samples import Arrival, Samples
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import (
-    DepthImage,
+    COLOR_DECODERS,
+    DEPTH_DECODERS,
+    PAIRED_S,
     StampedCamera,
     decode_camera,
-    decode_color,
-    decode_color_raw,
-    decode_depth,
-    decode_depth_raw,
-    decompress_color,
 )
+from ippon.frame import NANOSECONDS
 
 T = TypeVar("T")
 DARK: Final = 8.0
@@ -31,7 +29,6 @@ FEW: Final = 0.2
 """Share of pixels with depth below which there is little."""
 FAR_M: Final = 50.0
 NEAR_M: Final = 0.05
-PAIRED_NS: Final = 20_000_000
 SHIFT_SHARE: Final = 0.012
 BETTER: Final = 1.15
 """Factor by which another shift must fit better before depth counts as shifted."""
@@ -57,7 +54,7 @@ class CameraCheck:
         found: list[tuple[int, NDArray[np.uint8], NDArray[np.float32]]] = []
         for stamp, color in sorted(self.colors.items()):
             nearest = int(stamps[int(np.argmin(np.abs(stamps - stamp)))])
-            if abs(nearest - stamp) <= PAIRED_NS:
+            if abs(nearest - stamp) <= PAIRED_S * NANOSECONDS:
                 found.append((stamp, color, self.depths[nearest]))
         return found
 
@@ -105,13 +102,7 @@ def unreadable(what: str, key: str, arrivals: list[Arrival], problem: str) -> Fi
 
 def _check_color(samples: Samples, check: CameraCheck) -> None:
     key, arrivals = samples.of(keys.COLOR, keys.COLOR_RAW)
-
-    def decode(payload: bytes) -> NDArray[np.uint8]:
-        if key == keys.COLOR_RAW:
-            return decode_color_raw(payload)[0]
-        return decompress_color(decode_color(payload).encoded)
-
-    read, problem = read_all(arrivals, decode)
+    read, problem = read_all(arrivals, COLOR_DECODERS[key])
     if not read:
         check.findings.append(unreadable("colour", key, arrivals, problem))
         return
@@ -127,9 +118,7 @@ def _check_color(samples: Samples, check: CameraCheck) -> None:
 
 def _check_depth(samples: Samples, check: CameraCheck) -> None:
     key, arrivals = samples.of(keys.DEPTH, keys.DEPTH_RAW)
-    decode = decode_depth_raw if key == keys.DEPTH_RAW else decode_depth
-    read: list[tuple[Arrival, DepthImage]]
-    read, problem = read_all(arrivals, decode)
+    read, problem = read_all(arrivals, DEPTH_DECODERS[key])
     if not read:
         check.findings.append(unreadable("depth", key, arrivals, problem))
         return
@@ -207,7 +196,8 @@ def _check_pairs(check: CameraCheck) -> None:
         check.findings.append(
             Finding(
                 what="depth with colour", verdict="failed",
-                detail=f"{share:.0%} of the colour images have depth within 20 ms",
+                detail=f"{share:.0%} of the colour images have depth within "
+                f"{1000 * PAIRED_S:.0f} ms",
                 do="let the driver synchronise depth and colour; both need the stamp of the shot",
             )
         )  # fmt: skip

@@ -26,8 +26,8 @@ Authorize = Callable[[msgspec.Struct, Credential | None], None]
 MAX_QUOTED = 500
 """Bytes of a malformed request that its record keeps."""
 _TIMED_OUT = b"Timeout"
-_AGAIN_S = 0.1
 """Error reply of zenoh at a timeout."""
+_AGAIN_S = 0.1
 _MOST_STOP_BYTES = 1000
 
 

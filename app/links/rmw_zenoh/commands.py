@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 
 from app.messages.cdr import encode, header, make
+from app.messages.keys import BASE_FRAME
 from app.messages.motion import encode_number
 from app.ros2.ippon_ros2.settings import FLOAT, TWIST, TWIST_STAMPED, Topic
 
@@ -24,7 +25,7 @@ def encode_velocity(kind: str, linear_m_s: float, yaw_rate_rad_s: float, stamp_n
     twist = {"linear": _vector(linear_m_s, 0.0), "angular": _vector(0.0, yaw_rate_rad_s)}
     if kind == TWIST:
         return encode(TWIST, **twist)
-    return encode(TWIST_STAMPED, header=header(stamp_ns, "base_link"), twist=make(TWIST, **twist))
+    return encode(TWIST_STAMPED, header=header(stamp_ns, BASE_FRAME), twist=make(TWIST, **twist))
 
 
 def encode_tilt(kind: str, tilt_rad: float, topic: Topic) -> bytes:

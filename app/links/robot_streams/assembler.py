@@ -13,6 +13,7 @@ from app.links.robot_streams.robot_detector import RobotDetector
 from app.links.robot_streams.transforms import TransformBuffer
 from app.messages import keys
 from app.messages.images import (
+    PAIRED_S,
     CompressedColor,
     DepthImage,
     StampedCamera,
@@ -22,6 +23,7 @@ from app.messages.images import (
     decode_depth_raw,
     decompress_color,
 )
+from app.messages.keys import BASE_FRAME, WORLD_FRAME
 from app.messages.motion import StampedTransform, decode_flag, decode_transforms
 from app.messages.perception.detection_masks import (
     StampedMasks,
@@ -52,11 +54,9 @@ T = TypeVar("T", CompressedColor, DepthImage, Seen)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AssemblerConfig:
-    """Names of coordinate frames, and how far stamps may differ."""
+    """How far stamps may differ."""
 
-    world_frame: str = "map"
-    base_frame: str = "base_link"
-    tolerance_s: float = 0.02
+    tolerance_s: float = PAIRED_S
     """Stamps of colour, depth and heatmap that differ by less belong together."""
     heatmap_wait_s: float = 0.3
     """Frames go without heatmap once the last one is this much older, in robot time. Longer keeps
@@ -104,7 +104,6 @@ class FrameAssembler:
 
     def missing(self) -> str:
         """Return what the newest colour image lacks to become a frame; empty for nothing."""
-        config = self._config
         if not self._colors:
             return "" if self._taken_ns >= 0 else "colour images"
         if self._camera is None:
@@ -112,9 +111,9 @@ class FrameAssembler:
         stamp = max(self._colors)
         if self._match(self._depths, stamp) is None:
             return "a depth image with the stamp of the colour image"
-        for frame in (self._camera.frame_id, config.base_frame):
+        for frame in (self._camera.frame_id, BASE_FRAME):
             if self._pose(frame, stamp) is None:
-                return f"tf from {config.world_frame} to {frame[:60]} at the stamp of the images"
+                return f"tf from {WORLD_FRAME} to {frame[:60]} at the stamp of the images"
         return ""
 
     def add_color(self, color: CompressedColor) -> None:
@@ -227,7 +226,7 @@ class FrameAssembler:
         depth = self._match(self._depths, color.stamp_ns)
         if depth is None or self._camera is None:
             return None
-        frames = (self._camera.frame_id, self._config.base_frame)
+        frames = (self._camera.frame_id, BASE_FRAME)
         if any(self._pose(frame, color.stamp_ns) is None for frame in frames):
             return None
         heatmap = self._match(self._heatmaps, color.stamp_ns)
@@ -247,7 +246,7 @@ class FrameAssembler:
         assert self._camera is not None
         stamp = color.stamp_ns
         T_world_camera = self._pose(self._camera.frame_id, stamp)
-        T_world_base = self._pose(self._config.base_frame, stamp)
+        T_world_base = self._pose(BASE_FRAME, stamp)
         assert T_world_camera is not None
         assert T_world_base is not None
         T_base_camera = invert_transform(T_world_base) @ T_world_camera
@@ -265,8 +264,7 @@ class FrameAssembler:
         )
 
     def _pose(self, frame: str, stamp_ns: int) -> Float64Array | None:
-        world = self._config.world_frame
-        return self._transforms.lookup(world, frame, stamp_ns + self._offset_ns)
+        return self._transforms.lookup(WORLD_FRAME, frame, stamp_ns + self._offset_ns)
 
     def _check_clock(self, stamp_ns: int) -> None:
         if self._taken_ns - stamp_ns > NANOSECONDS * self._config.backwards_s:

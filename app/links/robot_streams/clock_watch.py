@@ -31,6 +31,8 @@ AGREE_S: Final = 0.03
 _POSES: Final = 2000
 """Messages of tf that are kept."""
 _FIXED: Final = 50
+LONGEST: Final = 2**16
+"""Bytes of a message of tf beyond which it is left out: 600 transforms."""
 
 
 class ClockWatch:
@@ -54,6 +56,8 @@ class ClockWatch:
 
     def add_transforms(self, payload: bytes, *, fixed: bool) -> None:
         """Take a message of tf or tf_static, from any thread."""
+        if len(payload) > LONGEST:
+            return
         with self._lock:
             (self._fixed if fixed else self._poses).append(payload)
 

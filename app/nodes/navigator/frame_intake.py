@@ -18,6 +18,7 @@ from app.links.robot_streams.stream_monitor import StreamMonitor
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_color
+from app.messages.keys import WORLD_FRAME
 from app.recording.frame_tree import image_stamp_ns
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
@@ -80,7 +81,7 @@ class FrameIntake:
         self._framed_at = self._came_at = 0.0
         self._lateness = Lateness()
         self._match = DepthMatch(config.tolerance_s)
-        self._clocks = ClockWatch(config.world_frame, camera_clock_offset_s)
+        self._clocks = ClockWatch(WORLD_FRAME, camera_clock_offset_s)
         self._report = report
         self._arrived = threading.Condition()
         self._waiting: dict[str, deque[tuple[float, bytes]]] = {}

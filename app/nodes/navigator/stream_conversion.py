@@ -18,7 +18,7 @@ from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_color_raw, encode_color
-from app.messages.motion import StampedTransform, decode_odometry, encode_transforms
+from app.messages.motion import decode_odometry, encode_transforms, robot_transforms
 from app.nodes.navigator.frame_intake import FrameIntake
 from ippon.robot import RobotProfile
 
@@ -27,8 +27,6 @@ logger = logging.getLogger(__name__)
 SILENT_S: Final = 3.0
 """Silence of compressed images from which uncompressed ones are asked for."""
 _STREAM_OF: Final = {keys.ODOM: "pose", keys.COLOR_RAW: "colour"}
-WORLD_FRAME: Final = "map"
-BASE_FRAME: Final = "base_link"
 NO_MOUNT: Final = (
     "odometry without tf does not tell the tilt of a camera that tilts: publish tf, or give the "
     "profile a fixed `tilt`"
@@ -137,16 +135,10 @@ class StreamConverter:
         if self._profile.can_tilt:
             raise MessageError(NO_MOUNT)
         pose = decode_odometry(payload)
-        transforms = (
-            StampedTransform(
-                stamp_ns=pose.stamp_ns, parent=WORLD_FRAME, child=BASE_FRAME,
-                T_parent_child=pose.T_parent_child,
-            ),
-            StampedTransform(
-                stamp_ns=pose.stamp_ns, parent=BASE_FRAME, child=camera_frame,
-                T_parent_child=self._profile.T_base_camera(self._profile.min_tilt_rad),
-            ),
-        )  # fmt: skip
+        T_base_camera = self._profile.T_base_camera(self._profile.min_tilt_rad)
+        transforms = robot_transforms(
+            pose.stamp_ns, pose.T_parent_child, T_base_camera, camera_frame
+        )
         self._send(keys.TF, encode_transforms(transforms))
 
     def _send(self, topic: str, payload: bytes) -> None:

@@ -8,9 +8,10 @@ import numpy as np
 
 from app.messages import keys
 from app.messages.cdr import MessageError
+from app.messages.keys import BASE_FRAME, ODOMETRY_FRAME, WORLD_FRAME
 from app.messages.motion import StampedTransform, decode_odometry, encode_transforms
 from app.nodes.replay.datasets import DatasetError
-from app.recording.frame_tree import BASE, NO_MOUNT, ODOMETRY_WORLD, WORLD, FrameTree
+from app.recording.frame_tree import NO_MOUNT, FrameTree
 from ippon.geometry import Float64Array
 
 
@@ -18,7 +19,7 @@ from ippon.geometry import Float64Array
 class BagPoses:
     """What of a bag is its poses."""
 
-    world: str = WORLD
+    world: str = WORLD_FRAME
     """Frame that is taken as the world; `map` is put there."""
     odometry_child: str = ""
     """Frame whose pose its odometry is; empty where the poses are those of its tf alone."""
@@ -39,17 +40,17 @@ class BagPoses:
             notes.append(f"{path}: the poses are those of its odometry, which drifts")
         if self.camera_frame:
             notes.append("where the camera is on the base is taken from the profile")
-        if self.world != WORLD:
+        if self.world != WORLD_FRAME:
             notes.append(f"{path} has no frame 'map': {self.world!r} is taken as the world")
         return "; ".join(notes)
 
     def fixed(self) -> bytes | None:
         """Return the transforms that the bag lacks, as a message of tf_static; None for none."""
         links: list[tuple[str, str, Float64Array]] = []
-        if self.world != WORLD:
-            links.append((WORLD, self.world, np.eye(4)))
+        if self.world != WORLD_FRAME:
+            links.append((WORLD_FRAME, self.world, np.eye(4)))
         if self.camera_frame and self.T_base_camera is not None:
-            links.append((BASE, self.camera_frame, self.T_base_camera))
+            links.append((BASE_FRAME, self.camera_frame, self.T_base_camera))
         if not links:
             return None
         return encode_transforms(
@@ -67,7 +68,7 @@ class BagPoses:
             [
                 StampedTransform(
                     stamp_ns=pose.stamp_ns,
-                    parent=pose.parent or ODOMETRY_WORLD,
+                    parent=pose.parent or ODOMETRY_FRAME,
                     child=self.odometry_child,
                     T_parent_child=pose.T_parent_child,
                 )
@@ -98,7 +99,7 @@ def poses_of(
             tree.add(key, payload)
         except MessageError:
             continue
-        if tree.has_images and WORLD in tree.names and not tree.problem():
+        if tree.has_images and WORLD_FRAME in tree.names and not tree.problem():
             return BagPoses()
     problem = tree.problem()
     if not problem:

@@ -11,14 +11,15 @@ import numpy as np
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_color_raw, encode_camera, encode_color, encode_depth
-from app.messages.motion import StampedTransform, encode_transforms
+from app.messages.keys import CAMERA_FRAME
+from app.messages.motion import encode_transforms, robot_transforms
 from app.nodes.replay.bag_poses import BagPoses, poses_of
 from app.nodes.replay.datasets import Dataset, DatasetError, read_color, read_depth
 from app.nodes.replay.floor_alignment import align_to_floor, base_below, camera_on_base
 from app.recording.camera_topics import topic_problem
 from app.recording.channels import USUAL, Names
 from app.recording.errors import RecordingError
-from app.recording.frame_tree import BASE, TOPICS, WORLD
+from app.recording.frame_tree import TOPICS
 from app.recording.reading.bag_files import METADATA, stored_in
 from app.recording.reading.recording import Recording
 from ippon.frame import NANOSECONDS
@@ -26,7 +27,6 @@ from ippon.geometry import Float64Array
 
 logger = logging.getLogger(__name__)
 
-CAMERA_FRAME: Final = "camera_color_optical_frame"
 FROM_CAMERA: Final = (
     keys.COLOR, keys.COLOR_RAW, keys.DEPTH, keys.DEPTH_RAW, keys.CAMERA_INFO, keys.CONTACT,
 )  # fmt: skip
@@ -82,14 +82,8 @@ def dataset_messages(
 
 def _pose_message(T_map_camera: Float64Array, stamp_ns: int) -> bytes:
     T_map_base = base_below(T_map_camera)
-    links = (
-        (WORLD, BASE, T_map_base),
-        (BASE, CAMERA_FRAME, camera_on_base(T_map_base, T_map_camera)),
-    )
-    return encode_transforms(
-        StampedTransform(stamp_ns=stamp_ns, parent=a, child=b, T_parent_child=T)
-        for a, b, T in links
-    )
+    T_base_camera = camera_on_base(T_map_base, T_map_camera)
+    return encode_transforms(robot_transforms(stamp_ns, T_map_base, T_base_camera))
 
 
 def is_bag(path: Path) -> bool:

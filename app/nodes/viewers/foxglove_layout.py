@@ -6,10 +6,10 @@ from typing import Any, Final
 import foxglove.layouts as fl
 
 from app.messages import keys
+from app.messages.keys import BASE_FRAME, WORLD_FRAME
 from app.nodes.viewers.foxglove_topics import BODY_KEY, LOG_KEY
 from app.recording.channels import MARKERS_KEY, ros_name
 from app.view.colors import PATH, hex_of
-from app.view.model.scene_model import BASE_FRAME, WORLD_FRAME
 
 VOXEL_M: Final = 0.1
 """Edge of a drawn voxel: the navigator's default."""

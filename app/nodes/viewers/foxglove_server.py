@@ -14,6 +14,7 @@ from foxglove.websocket import Capability, ChannelView, Client, ServerListener, 
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import decode
+from app.messages.keys import BASE_FRAME
 from app.messages.memory import MapAlignment
 from app.messages.scene import FoundObject
 from app.messages.status import Event, FindReport
@@ -36,7 +37,7 @@ from app.nodes.viewers.live_robot import CEILING_M, LinkState, LiveRobot, clock_
 from app.process.stop_signal import ProcessStopSignal
 from app.recording.channels import MARKERS_KEY, ros_name, ros_schema
 from app.recording.writing.markers import encode_body, encode_markers
-from app.view.model.scene_model import BASE_FRAME, Part, SceneModel
+from app.view.model.scene_model import Part, SceneModel
 from ippon.geometry import Float64Array
 
 logger = logging.getLogger(__name__)

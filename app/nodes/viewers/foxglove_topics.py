@@ -11,13 +11,14 @@ from app.messages import keys, status
 from app.messages.body import BodyConfiguration
 from app.messages.driving import PaintedRegions
 from app.messages.images import decode_depth, encode_depth_raw
+from app.messages.keys import WORLD_FRAME
 from app.messages.memory import MapAlignment
 from app.messages.motion import StampedTransform, decode_transforms, encode_transforms
 from app.messages.recording import RecordingStatus
 from app.messages.scene import VoxelCloud, encode_voxels
 from app.recording.channels import MARKERS_KEY, MARKERS_TYPE
 from app.view.model.attribute_colors import AttributeColor, attribute_colors
-from app.view.model.scene_model import WORLD_FRAME, SceneModel
+from app.view.model.scene_model import SceneModel
 from ippon.geometry import Float64Array, base_pose
 
 CLOUDS: Final[dict[str, AttributeColor]] = {

@@ -6,6 +6,7 @@ import numpy as np
 
 from app.messages.body import BodyProfile
 from app.messages.cdr import encode, header, make
+from app.messages.keys import WORLD_FRAME
 from app.messages.scene import FoundObject
 from app.recording.channels import MARKERS_TYPE
 from ippon.planning.plan import TreeView
@@ -101,7 +102,7 @@ def _marker(
     at: tuple[float, float, float] = (0.0, 0.0, 0.0),
     points: list[Any] | None = None,
     text: str = "",
-    frame_id: str = "map",
+    frame_id: str = WORLD_FRAME,
     lifetime_s: int = _LIFETIME_S,
 ) -> Any:
     r, g, b = rgb
@@ -121,7 +122,7 @@ def _marker(
         scale=make("geometry_msgs/msg/Vector3", x=scale[0], y=scale[1], z=scale[2]),
         color=make("std_msgs/msg/ColorRGBA", r=r, g=g, b=b, a=0.8),
         lifetime=make("builtin_interfaces/msg/Duration", sec=lifetime_s, nanosec=0),
-        frame_locked=frame_id != "map",
+        frame_locked=frame_id != WORLD_FRAME,
         points=points or [],
         colors=[],
         texture_resource="",

@@ -113,6 +113,9 @@ class BridgeNode(Node):  # type: ignore[misc]
         for key, topic in self._settings.topics.items():
             if key in PUBLISHED and key not in self._commands:
                 self._try_to_publish(key, topic, types.get(topic.name, []))
+        navigation = self.navigation
+        if self.goals and isinstance(navigation, GoalTopic) and navigation.problem():
+            self.goals.lost()
         if time.monotonic() - self._started > MISSING_AFTER_S:
             self._report_missing(types)
 

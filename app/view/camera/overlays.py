@@ -10,6 +10,7 @@ from scipy.spatial import ConvexHull, QhullError
 from app.messages.driving import DriveStatus
 from app.view.camera.picture_encoding import turned
 from app.view.camera.way_ahead import commanded_way, edges_of, limit_ahead, planned_way
+from app.view.drawing.find_layer import ObjectMark
 from app.view.words import ENGLISH, Words
 from ippon.camera import PinholeCamera
 from ippon.geometry import Float64Array, invert_transform, transform_points
@@ -36,16 +37,6 @@ class ImageLine(msgspec.Struct, frozen=True, kw_only=True):
     text: str = ""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OutlinedObject:
-    """A find or a candidate."""
-
-    center_world: tuple[float, float, float]
-    size_m: tuple[float, float, float]
-    text: str
-    found: bool
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CameraScene:
     """What the lines are computed from, as of one moment; immutable."""
@@ -55,7 +46,7 @@ class CameraScene:
     """Stamp in nanoseconds and T_world_camera of the last poses, in order."""
     T_world_base: Float64Array | None = None
     path_world: Float64Array = field(default_factory=lambda: np.empty((0, 3)))
-    objects: tuple[OutlinedObject, ...] = ()
+    objects: tuple[ObjectMark, ...] = ()
     drive: DriveStatus = field(default_factory=DriveStatus)
     wanted: str = ""
     """Object of interest."""
@@ -161,7 +152,7 @@ def _is_visible(part: list[tuple[float, float]]) -> bool:
 
 
 def _outline(
-    camera: PinholeCamera, T_camera_world: Float64Array, one: OutlinedObject
+    camera: PinholeCamera, T_camera_world: Float64Array, one: ObjectMark
 ) -> list[tuple[float, float]] | None:
     """Return the closed outline of a box in the image; None if any of it is behind the camera."""
     corners = np.array(one.center_world) + _CORNERS * np.array(one.size_m)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from app.messages.body import BodyProfile
 from app.view.colors import PATH, ROBOT, linear
+from app.view.drawing.line_segments import draw_segments
 from app.view.drawing.robot_body import body_mesh
 from app.view.drawing.viser_private import show_jpeg_in_frustum
 from ippon.camera import PinholeCamera
@@ -19,6 +20,7 @@ FRUSTUM_M: Final = 0.6
 _BODY_RADIUS_M: Final = 0.24
 _BODY_HEIGHT_M: Final = 0.22
 _MAST_RADIUS_M: Final = 0.035
+_PATH: Final = linear(np.array(PATH, dtype=np.uint8))
 _DARK: Final = (0x1B, 0x24, 0x2E)
 _LIFT_M: Final = 0.06
 """Height of trail and path above the floor voxels."""
@@ -114,8 +116,8 @@ class RobotLayer:
         lifted = path_world.astype(np.float32) + np.array([0.0, 0.0, 2 * _LIFT_M], np.float32)
         segments = np.stack([lifted[:-1], lifted[1:]], axis=1)
         ring = _ring(lifted[-1], 0.22)
-        self._path = self._segments(self._path, "/path/line", segments, PATH, 0.05)
-        self._goal = self._segments(self._goal, "/path/goal", ring, PATH, 0.035)
+        self._path = draw_segments(self._scene, self._path, "/path/line", segments, _PATH, 0.05)
+        self._goal = draw_segments(self._scene, self._goal, "/path/goal", ring, _PATH, 0.035)
 
     def draw_trail(self, trail_world: list[tuple[float, float, float]], visible: bool) -> None:
         """Draw the trail, fading with age, with chevrons in the direction of travel."""
@@ -148,25 +150,8 @@ class RobotLayer:
         segments = np.concatenate([lines, chevrons])
         fade = np.concatenate([age, age[at]])
         colors = (np.array(ROBOT, dtype=np.float32) * fade[:, None]).astype(np.uint8)
-        colors = np.repeat(colors[:, None, :], 2, axis=1)
-        return self._segments(handle, name, segments, colors, 0.035)
-
-    def _segments(
-        self,
-        handle: Any,
-        name: str,
-        segments: NDArray[np.float32],
-        colors: Any,
-        thickness_m: float,
-    ) -> Any:
-        rgb = linear(np.asarray(colors, dtype=np.uint8))
-        shaped = np.array(np.broadcast_to(rgb, segments.shape))
-        if handle is None:
-            return self._scene.add_line_segments(name, segments, shaped, thickness=thickness_m)
-        handle.points = segments
-        handle.colors = shaped
-        handle.visible = True
-        return handle
+        shaped = linear(np.repeat(colors[:, None, :], 2, axis=1))
+        return draw_segments(self._scene, handle, name, segments, shaped, 0.035)
 
     def _make_body(self, profile: BodyProfile | None) -> Any:
         scene = self._scene

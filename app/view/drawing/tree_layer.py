@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.view.colors import linear, node_colors
+from app.view.drawing.line_segments import draw_segments
 from ippon.planning.plan import NodeKind, TreeView
 
 HEIGHT_M: Final = 0.3
@@ -55,7 +56,9 @@ class TreeLayer:
         self._draw_nodes(positions, colors, tree.kinds)
         child = np.flatnonzero(tree.parents >= 0)
         edges = np.stack([positions[tree.parents[child]], positions[child]], axis=1)
-        self._lines = self._draw_lines(self._lines, "/tree/edges", edges, _EDGE_COLOR, 0.018)
+        self._lines = draw_segments(
+            self._scene, self._lines, "/tree/edges", edges, _EDGE_COLOR, 0.018
+        )
         facing = np.stack(
             [np.cos(tree.yaws_rad), np.sin(tree.yaws_rad), np.zeros_like(tree.yaws_rad)], axis=1
         )
@@ -63,7 +66,9 @@ class TreeLayer:
         ends = positions + facing * np.float32(_LOOK_M)
         ticks = np.stack([positions, ends], axis=1)[exploring]
         tick_colors = np.repeat(colors[exploring][:, None, :], 2, axis=1)
-        self._looks = self._draw_lines(self._looks, "/tree/views", ticks, tick_colors, 0.03)
+        self._looks = draw_segments(
+            self._scene, self._looks, "/tree/views", ticks, tick_colors, 0.03
+        )
 
     def _draw_nodes(
         self, positions: NDArray[np.float32], colors: NDArray[np.uint8], kinds: NDArray[np.uint8]
@@ -91,25 +96,3 @@ class TreeLayer:
         self._nodes.batched_scales = scales
         self._nodes.batched_colors = colors
         self._nodes.visible = True
-
-    def _draw_lines(
-        self,
-        handle: Any,
-        name: str,
-        segments: NDArray[np.float32],
-        colors: Any,
-        thickness_m: float,
-    ) -> Any:
-        if not len(segments):
-            if handle is not None:
-                handle.visible = False
-            return handle
-        shaped = np.broadcast_to(np.asarray(colors, dtype=np.uint8), segments.shape)
-        if handle is None:
-            return self._scene.add_line_segments(
-                name, segments, np.array(shaped), thickness=thickness_m
-            )
-        handle.points = segments
-        handle.colors = np.array(shaped)
-        handle.visible = True
-        return handle

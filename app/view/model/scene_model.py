@@ -15,6 +15,7 @@ from app.messages.body import BodyConfiguration, BodyProfile
 from app.messages.control import SavedSearches
 from app.messages.driving import PaintedRegions, PaintedStroke
 from app.messages.images import CompressedColor, StampedCamera
+from app.messages.keys import BASE_FRAME, WORLD_FRAME
 from app.messages.memory import MapAlignment, RememberedThing, Room
 from app.messages.motion import StampedPath, StampedTransform
 from app.messages.recording import RecordingStatus
@@ -48,8 +49,6 @@ Part = Literal[
     "recording",
 ]
 
-WORLD_FRAME: Final = "map"
-BASE_FRAME: Final = "base_link"
 
 NO_FAR_EVIDENCE: Final = FarEvidenceCells(stamp_ns=0, cell_m=0.25, cells=[])
 

@@ -183,15 +183,19 @@ class BaselinePlanner:
         )
 
 
-class NearestFrontier:
-    """Frontier with the least travel time (Yamauchi 1997); no semantics."""
+class WithoutSemantics:
+    """A rule that does not use what the images show."""
 
     def observe(self, frame: Frame) -> None:
         """Do nothing."""
 
     def probabilities(self, probabilities: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return equal weights for every unknown voxel."""
-        return _flat(probabilities)
+        return np.full_like(probabilities, probabilities[int(Level.AVERAGE)])
+
+
+class NearestFrontier(WithoutSemantics):
+    """Frontier with the least travel time (Yamauchi 1997); no semantics."""
 
     def choose(
         self, plan: Plan, routes: FloorRoutes, last: Aim | None, untried: Untried
@@ -239,19 +243,12 @@ class SemanticFrontier:
         return _over(best, routes, value[best])
 
 
-class GreedyNextBestView:
+class GreedyNextBestView(WithoutSemantics):
     """Viewpoint with the highest discounted gain, without path gain or semantics.
 
     The gain of each viewpoint is the paper's with every level average. Gains along the path do not
     count, and distance discounts them as in Bircher et al. 2016, eq. (3).
     """
-
-    def observe(self, frame: Frame) -> None:
-        """Do nothing."""
-
-    def probabilities(self, probabilities: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return equal weights for every unknown voxel."""
-        return _flat(probabilities)
 
     def choose(
         self, plan: Plan, routes: FloorRoutes, last: Aim | None, untried: Untried
@@ -281,10 +278,6 @@ class GreedyNextBestView:
             worth=float(worth[best]),
             about=stand,
         )
-
-
-def _flat(probabilities: NDArray[np.float32]) -> NDArray[np.float32]:
-    return np.full_like(probabilities, probabilities[int(Level.AVERAGE)])
 
 
 def _nearest_to(frontiers: list[Frontier], about: tuple[float, float]) -> Frontier | None:

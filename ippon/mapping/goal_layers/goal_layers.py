@@ -29,7 +29,7 @@ from ippon.mapping.goal_layers.goal_kernels import (
 )
 from ippon.mapping.goal_layers.goal_update import fuse_goals_kernel
 from ippon.mapping.objects.object_layers import ImageEntries, clear_m, ooi_bounds
-from ippon.mapping.objects.ooi_suppression import SuppressedRegion, same_voxels, surface_in
+from ippon.mapping.objects.ooi_suppression import SuppressedRegion, ball_at, same_voxels, surface_in
 from ippon.mapping.objects.places import reset_places
 from ippon.mapping.objects.posterior_arithmetic import (
     LOG_ODDS_MAX,
@@ -150,12 +150,7 @@ class GoalLayers:
         self, goal: int, centre_world: NDArray[np.float64], radius_m: float
     ) -> SuppressedRegion:
         """Exclude a goal from a ball; see `VoxelMap.suppress_ooi`."""
-        ball = np.array([*centre_world, radius_m], np.float64)
-        if ball.shape != (4,) or not np.isfinite(ball).all() or radius_m <= 0.0:
-            raise ValueError(
-                f"a ball is a finite (3,) centre and a positive radius; got {centre_world}, "
-                f"{radius_m}"
-            )
+        ball = ball_at(centre_world, radius_m)
         self._suppressed.append((goal, ball))
         voxel, slots = self._surface_in(ball)
         log_odds, code = self._arrays.log_odds[:, goal], self._arrays.code[:, goal]

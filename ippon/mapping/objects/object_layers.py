@@ -14,7 +14,7 @@ from ippon.mapping.config import SURFACE_VOXELS_PER_BLOCK, MapConfig
 from ippon.mapping.level_probabilities import LEVEL_PROBABILITIES
 from ippon.mapping.objects.layer_kernels import give_prior_share, relevel_kernel, reset_ooi_kernel
 from ippon.mapping.objects.likelihood_tables import LikelihoodTables
-from ippon.mapping.objects.ooi_suppression import SuppressedRegion, restore, suppress
+from ippon.mapping.objects.ooi_suppression import SuppressedRegion, ball_at, restore, suppress
 from ippon.mapping.objects.places import (
     MAX_OPEN_PLACES,
     close_places,
@@ -200,12 +200,7 @@ class ObjectLayers:
         revision: int,
     ) -> SuppressedRegion:
         """Exclude the current object of interest from a ball."""
-        ball = np.array([*centre_world, radius_m], np.float64)
-        if ball.shape != (4,) or not np.isfinite(ball).all() or radius_m <= 0.0:
-            raise ValueError(
-                f"a ball is a finite (3,) centre and a positive radius; got {centre_world}, "
-                f"{radius_m}"
-            )
+        ball = ball_at(centre_world, radius_m)
         self.suppressed = np.concatenate([self.suppressed, ball[None]])
         return suppress(
             ball, self._pools, self.surface, directory, self._config.voxel_size_m, revision

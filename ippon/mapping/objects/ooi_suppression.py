@@ -25,6 +25,16 @@ class SuppressedRegion(NamedTuple):
     """(M,) its probability as in `MapArrays.ooi`."""
 
 
+def ball_at(centre_world: NDArray[np.float64], radius_m: float) -> NDArray[np.float64]:
+    """Return (4,) centre and radius of a ball; raises ValueError if it is none."""
+    ball = np.array([*centre_world, radius_m], np.float64)
+    if ball.shape != (4,) or not np.isfinite(ball).all() or radius_m <= 0.0:
+        raise ValueError(
+            f"a ball is a finite (3,) centre and a positive radius; got {centre_world}, {radius_m}"
+        )
+    return ball
+
+
 def suppress(
     ball: NDArray[np.float64],
     pools: Pools,

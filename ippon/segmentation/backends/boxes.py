@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from ippon.observation import Detections
-from ippon.segmentation.errors import SegmentationError
+from ippon.segmentation.errors import NOT_NUMBERS, SegmentationError
 from ippon.segmentation.instances import MAX_INSTANCES, make_detections
 
 SAME_OVERLAP: Final = 0.7
@@ -69,9 +69,7 @@ def distinct_boxes(boxes: Tensor, scores: Tensor) -> Tensor:
         SegmentationError: A score is not a number, for example after overflow of half precision.
     """
     if not torch.isfinite(scores).all():
-        raise SegmentationError(
-            "the network gave values that are not numbers; try --segmentation.precision float32"
-        )
+        raise SegmentationError(NOT_NUMBERS.format("values"))
     order = scores.argsort(descending=True, stable=True)[:MAX_INSTANCES]
     same = (_overlaps(boxes[order].float()) >= SAME_OVERLAP).cpu().numpy()
     left = np.ones(len(order), np.bool_)

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn import functional
 
-from ippon.segmentation.errors import SegmentationError
+from ippon.segmentation.errors import NOT_NUMBERS, SegmentationError
 
 
 def resized_masks(masks: Tensor, size: tuple[int, int]) -> Tensor:
@@ -18,9 +18,7 @@ def resized_masks(masks: Tensor, size: tuple[int, int]) -> Tensor:
     if not len(masks):
         return masks.new_zeros((0, *size))
     if torch.isnan(masks).any():
-        raise SegmentationError(
-            "the network gave masks that are not numbers; try --segmentation.precision float32"
-        )
+        raise SegmentationError(NOT_NUMBERS.format("masks"))
     return functional.interpolate(masks[None], size=size, mode="bilinear", align_corners=False)[0]
 
 

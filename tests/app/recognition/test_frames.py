@@ -9,7 +9,7 @@ from PIL import Image
 
 from app.messages import keys
 from app.messages.images import encode_camera, encode_color, encode_depth
-from app.messages.motion import StampedTransform, encode_transforms
+from app.messages.motion import encode_transforms, robot_transforms
 from app.nodes.replay.datasets import DatasetError, open_dataset
 from app.nodes.replay.messages import RobotMessage, dataset_messages
 from app.recognition import frames
@@ -80,11 +80,8 @@ def test_only_datasets_are_tracked(tmp_path):
 
 def test_the_clock_offset_of_a_profile_shifts_the_poses_of_a_bag(monkeypatch):
     def posed(stamp_ns, x):
-        links = (("map", "base_link", base_pose(x, 0.0, 0.0, 0.0)), ("base_link", "c", np.eye(4)))
-        return encode_transforms(
-            StampedTransform(stamp_ns=stamp_ns, parent=a, child=b, T_parent_child=T)
-            for a, b, T in links
-        )
+        T_world_base = base_pose(x, 0.0, 0.0, 0.0)
+        return encode_transforms(robot_transforms(stamp_ns, T_world_base, np.eye(4), "c"))
 
     at = 1_500_000_000
     payloads = [(keys.TF, posed(at + 30_000_000 * n, 0.3 * n)) for n in range(-2, 3)] + [

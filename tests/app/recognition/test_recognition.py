@@ -13,7 +13,7 @@ from PIL import Image
 from app.cli.main import run
 from app.cli.tools import recognise as command
 from app.recognition.frames import Tally, open_source
-from app.recognition.recognition import Recognition
+from app.recognition.recognition import Recognition, labels_of
 from ippon.camera import PinholeCamera
 from ippon.frame import Frame
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
@@ -46,11 +46,11 @@ def recognise(*arguments):
 CAMERA = PinholeCamera(width=160, height=120, fx=150.0, fy=150.0, cx=79.5, cy=59.5)
 
 
-def on_a_wall(scores, asked):
+def on_a_wall(scores, asked, gives=None):
     """Return what is found on a wall 1.5 m away; of some images a detector sees a cup on it."""
     recognition = Recognition(asked, memory_limit_mb=128.0)
     T_world_camera = make_transform(R_BASE_CAMERA_LEVEL, (0.0, 0.0, 1.0))
-    known = ("wall", *asked)
+    known = ("wall", *(gives or asked))
     for n, score in enumerate(scores):
         frame = Frame(
             stamp_ns=n * 10**8,
@@ -84,6 +84,13 @@ def test_what_most_images_do_not_recognise_is_no_find_although_the_map_believes_
     assert finds == ()
     finds, _ = on_a_wall([0.0, 0.9, 0.9, 0.0, 0.9, 0.9, 0.0, 0.0], ["cup"])
     assert len(finds) == 1
+
+
+def test_an_object_under_another_name_than_that_of_its_class_is_not_silently_missed():
+    detector = _Fake(knows=("tv", "cup"))
+    assert labels_of(detector, ["monitor", "cup", "unicorn"]) == {"monitor": "tv", "cup": "cup"}
+    with pytest.raises(ValueError, match="does not give the label monitor: `labels_of` returns"):
+        on_a_wall([0.45], ["monitor"], gives=("cup", "tv"))
 
 
 @pytest.mark.slow
@@ -142,7 +149,7 @@ class _Fake:
     """A detector that sees nothing, and counts its images."""
 
     def __init__(self, *, knows):
-        self.knows, self.images = knows, 0
+        self.vocabulary, self.images = ClosedVocabulary.of(knows), 0
 
     def segment(self, color, labels, ooi):
         self.images += 1
@@ -165,14 +172,11 @@ def fake(tmp_path, monkeypatch):
     (tmp_path / "sequence.json").write_text(json.dumps(content))
     network = _Fake(knows=("cup",))
     monkeypatch.setattr(command, "segmenter_of", lambda _: network)
-    vocabulary = ClosedVocabulary.of(network.knows)
-    monkeypatch.setattr(command, "closed_vocabulary", lambda _: vocabulary)
     return network
 
 
-def test_an_object_is_found_by_any_name_of_its_class(fake, tmp_path, monkeypatch, capsys):
-    vocabulary = ClosedVocabulary.of(("tv", "cup"))
-    monkeypatch.setattr(command, "closed_vocabulary", lambda _: vocabulary)
+def test_an_object_is_found_by_any_name_of_its_class(fake, tmp_path, capsys):
+    fake.vocabulary = ClosedVocabulary.of(("tv", "cup"))
     assert run(["recognise", str(tmp_path), "--find", "monitor,mug,cup,,Cup,unicorn"]) == 0
     assert capsys.readouterr().out == "monitor: none\nmug: none\ncup: none\nunicorn: none\n"
 

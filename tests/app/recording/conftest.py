@@ -9,15 +9,16 @@ import pytest
 from app.messages import keys
 from app.messages.control import encode
 from app.messages.images import encode_camera, encode_color, encode_depth
+from app.messages.keys import CAMERA_FRAME
 from app.messages.motion import (
     StampedPath,
-    StampedTransform,
     StampedTwist,
     encode_flag,
     encode_number,
     encode_path,
     encode_transforms,
     encode_twist,
+    robot_transforms,
 )
 from app.messages.perception.heatmaps import encode_heatmap
 from app.messages.scene import (
@@ -47,7 +48,6 @@ from ippon.robot import ZED
 START_NS = 1_750_000_000_000_000_000
 HZ = 5
 VOXEL_M = 0.1
-CAMERA_FRAME = "camera_color_optical_frame"
 LABELS = ("wall", "floor", "sofa")
 CAMERA = PinholeCamera.from_horizontal_fov(64, 40, 1.2)
 
@@ -130,13 +130,7 @@ def messages_of(tick, ticks):
     T_world_base = base_pose(0.02 * tick, 0.5, 0.0, 0.1)
     yield (
         keys.TF,
-        encode_transforms(
-            StampedTransform(stamp_ns=stamp, parent=a, child=b, T_parent_child=T)
-            for a, b, T in [
-                ("map", "base_link", T_world_base),
-                ("base_link", CAMERA_FRAME, ZED.T_base_camera(-0.3)),
-            ]
-        ),
+        encode_transforms(robot_transforms(stamp, T_world_base, ZED.T_base_camera(-0.3))),
     )
     yield keys.CAMERA_INFO, encode_camera(CAMERA, stamp, CAMERA_FRAME)
     yield keys.CONTACT, encode_flag(False)

@@ -48,13 +48,7 @@ class Searcher:
     def ask(self, text, goal_id=1, context=""):
         """Set a goal as the navigator does; returns it, and its levels."""
         resolved = resolve_object(text, MATTERPORT_40)
-        goal = Goal(
-            goal_id=goal_id,
-            object=resolved.canonical,
-            display=resolved.display,
-            context=context,
-            category=resolved.category,
-        )
+        goal = Goal.of(resolved, goal_id, context)
         guidance = EmbeddedPrior().levels(resolved, context, MATTERPORT_40)
         self.mission.goals.set_goal(goal, guidance)
         return goal, guidance

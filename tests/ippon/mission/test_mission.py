@@ -44,14 +44,7 @@ def start(scene, seed=0):
 def ask(mission, text, context="", goal_id=1):
     resolved = resolve_object(text, MATTERPORT_40)
     guidance = EmbeddedPrior().levels(resolved, context, MATTERPORT_40)
-    goal = Goal(
-        goal_id=goal_id,
-        object=resolved.canonical,
-        display=resolved.display,
-        context=context,
-        category=resolved.category,
-    )
-    mission.goals.set_goal(goal, guidance)
+    mission.goals.set_goal(Goal.of(resolved, goal_id, context), guidance)
     return guidance
 
 

@@ -24,13 +24,7 @@ PLACES = {
 def goals_of(*names):
     for n, name in enumerate(names):
         resolved = resolve_object(name, MATTERPORT_40)
-        goal = Goal(
-            goal_id=n + 1,
-            object=resolved.canonical,
-            display=resolved.display,
-            category=resolved.category,
-        )
-        yield goal, EmbeddedPrior().levels(resolved, "", MATTERPORT_40)
+        yield Goal.of(resolved, n + 1), EmbeddedPrior().levels(resolved, "", MATTERPORT_40)
 
 
 @pytest.fixture

@@ -113,6 +113,16 @@ def dense_map() -> type[DenseMap]:
 
 
 @pytest.fixture
+def l_shape(dense_map):
+    """A corridor 1 m wide along x, then along y; nothing else is known."""
+    volume = dense_map((6.4, 6.4, 2.4))
+    volume.fill((0.7, 0.7, -0.1), (5.3, 1.9, 2.0), OCCUPIED, ooi=0.0, level=1)
+    volume.fill((4.1, 0.7, -0.1), (5.3, 5.3, 2.0), OCCUPIED, ooi=0.0, level=1)
+    volume.fill((0.8, 0.8, 0.0), (5.2, 1.8, 2.0), FREE)
+    return volume.fill((4.2, 0.8, 0.0), (5.2, 5.2, 2.0), FREE)
+
+
+@pytest.fixture
 def two_rooms() -> Callable[..., DenseMap]:
     return _two_rooms
 

@@ -4,20 +4,10 @@ import numpy as np
 import pytest
 
 from ippon.geometry import base_pose
-from ippon.mapping.arrays import FREE, OCCUPIED
+from ippon.mapping.arrays import OCCUPIED
 from ippon.planning.floor_ways import FloorSurvey
 from ippon.planning.terrain.traversability import TraversabilityConfig
 from ippon.robot import ZED
-
-
-@pytest.fixture
-def l_shape(dense_map):
-    """A corridor 1 m wide along x, then along y."""
-    volume = dense_map((6.4, 6.4, 2.4))
-    volume.fill((0.7, 0.7, -0.1), (5.3, 1.9, 2.0), OCCUPIED, ooi=0.0, level=1)
-    volume.fill((4.1, 0.7, -0.1), (5.3, 5.3, 2.0), OCCUPIED, ooi=0.0, level=1)
-    volume.fill((0.8, 0.8, 0.0), (5.2, 1.8, 2.0), FREE)
-    return volume.fill((4.2, 0.8, 0.0), (5.2, 5.2, 2.0), FREE)
 
 
 def ways_on(volume, x=1.4, y=1.3):

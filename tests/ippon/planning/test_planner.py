@@ -46,15 +46,6 @@ def run(planner, volume, steps=12, pose=POSE, tilt=-0.2) -> Plan:
     return plan
 
 
-def l_shape(dense_map):
-    """A corridor 1 m wide along x, then along y; nothing but its floor is known."""
-    volume = dense_map((6.4, 6.4, 2.4))
-    volume.fill((0.7, 0.7, -0.1), (5.3, 1.9, 2.0), OCCUPIED, ooi=0.0, level=1)
-    volume.fill((4.1, 0.7, -0.1), (5.3, 5.3, 2.0), OCCUPIED, ooi=0.0, level=1)
-    volume.fill((0.8, 0.8, 0.0), (5.2, 1.8, 2.0), FREE)
-    return volume.fill((4.2, 0.8, 0.0), (5.2, 5.2, 2.0), FREE)
-
-
 def assert_consistent(plan: Plan, volume) -> None:
     tree = plan.tree
     n = len(tree.parents)
@@ -308,12 +299,11 @@ def test_a_target_is_kept_by_the_gain_that_is_left_on_the_path(dense_map, monkey
     assert min(shares) < 0.5
 
 
-def test_a_narrow_corner_is_passed_only_with_the_local_planner(dense_map):
+def test_a_narrow_corner_is_passed_only_with_the_local_planner(l_shape):
     pose = base_pose(1.3, 1.3, 0.0, 0.0)
-    volume = l_shape(dense_map)
-    plan = run(make(), volume, 15, pose)
+    plan = run(make(), l_shape, 15, pose)
     assert (plan.tree.positions_world[:, 1] > 3.5).any()
-    assert_consistent(plan, volume)
+    assert_consistent(plan, l_shape)
 
 
 @pytest.mark.slow
@@ -484,17 +474,16 @@ def test_the_oldest_evaluation_is_repeated_even_after_the_deadline(dense_map, mo
     assert (planner._viewpoints.evaluated[nodes] >= 0).all()
 
 
-def test_a_narrow_corner_is_passed_by_a_local_way_found_in_pieces(dense_map):
+def test_a_narrow_corner_is_passed_by_a_local_way_found_in_pieces(l_shape):
     pose = base_pose(1.3, 1.3, 0.0, 0.0)
-    volume = l_shape(dense_map)
     planner = make_hurried(Clock(jump_s=10.0))
     for _ in range(200):
-        plan = planner.step(volume.arrays(), pose, -0.2)
+        plan = planner.step(l_shape.arrays(), pose, -0.2)
         assert not plan.exhausted or not planner._builder._connector._local_planner.unfinished
         if (plan.tree.positions_world[:, 1] > 3.5).any():
             break
     assert (plan.tree.positions_world[:, 1] > 3.5).any()
-    assert_consistent(plan, volume)
+    assert_consistent(plan, l_shape)
 
 
 def test_an_object_is_approached_by_steps_without_time(dense_map):

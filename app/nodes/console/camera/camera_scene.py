@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from app.view.camera.overlays import CameraScene, OutlinedObject
+from app.view.camera.overlays import CameraScene
 from app.view.drawing.find_layer import ObjectMark, marks_of, places_of
 from app.view.model.picking import is_hidden
 from app.view.model.scene_model import Part, SceneModel
@@ -24,21 +24,13 @@ def camera_scene(model: SceneModel, say: Words = ENGLISH) -> CameraScene:
         marks = places_of(model.candidates(), say)
     else:
         marks = marks_of(status.find, model.detections, model.rejected, say)
-    objects = tuple(
-        OutlinedObject(
-            center_world=mark.center_world,
-            size_m=mark.size_m,
-            text=mark.text,
-            found=mark.found,
-        )
-        for mark in [mark for mark in marks if mark.found or not _is_hidden(model, mark)][:_OBJECTS]
-    )
+    seen = [mark for mark in marks if mark.found or not _is_hidden(model, mark)]
     return CameraScene(
         camera=model.camera,
         poses=tuple(model.camera_poses),
         T_world_base=model.T_world_base,
         path_world=model.path_world,
-        objects=objects,
+        objects=tuple(seen[:_OBJECTS]),
         drive=status.drive,
         wanted="" if status.goal is None else status.goal.object,
         say=say,

@@ -101,12 +101,9 @@ class GoalAssignment:
         if not self._turn.acquire(timeout=TURN_S):
             return GoalGiven(ok=False, text=self._say("give.busy"))
         try:
-            session = open_client(self._endpoint, CONNECT_S)
-            try:
+            with open_client(self._endpoint, CONNECT_S) as session:
                 search = self._read(session, goal)
                 return self._told(search, assign(session, search, credential_of))
-            finally:
-                session.close()  # pyright: ignore[reportUnknownMemberType]
         except _UnclearError as error:
             return GoalGiven(ok=False, text=str(error), doubtful=error.doubtful)
         except (LinkError, zenoh.ZError) as error:

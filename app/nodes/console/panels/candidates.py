@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from app.nodes.console.link.commands import Actions, CommandError
+from app.nodes.console.panels.markup import Try
 from app.nodes.console.panels.places_markup import candidate, not_found
 from app.nodes.console.scene.find_picture import crop
 from app.view.colors import QUIET
@@ -11,7 +12,6 @@ from app.view.model.candidates import LISTED
 from app.view.model.scene_model import SceneModel
 from app.view.model.unfound_goals import UnfoundGoal
 
-Try = Callable[[Callable[[], str]], None]
 Search = Callable[[str, str], str]
 
 

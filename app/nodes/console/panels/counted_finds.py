@@ -1,18 +1,16 @@
 """What a search for several has found so far, each to be confirmed or rejected by itself."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
 from app.messages.status import CountedFind, FindReport, GoalStatus, Status
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels.find_card import counted_find, counted_head
+from app.nodes.console.panels.markup import Try
 from app.view.words import Words
 
 LISTED: Final = 6
 """Finds with buttons; a find that is confirmed makes room for the next one."""
-
-Try = Callable[[Callable[[], str]], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

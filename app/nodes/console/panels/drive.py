@@ -4,10 +4,11 @@ from collections.abc import Callable
 from typing import Any, Final, Literal, get_args
 
 from app.messages.driving import DriveModeName, DriveStatus
-from app.nodes.console.link.commands import Actions, CommandError
+from app.nodes.console.link.commands import Actions
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.drive_markup import intervention, painted
 from app.nodes.console.panels.map import value_of
+from app.nodes.console.panels.markup import attempt
 from app.view.colors import QUIET
 from app.view.model.painted_area import mapped_m2
 from app.view.model.scene_model import Part, SceneModel
@@ -103,12 +104,7 @@ class DrivePanel:
 
     def attempt(self, command: Callable[[], str]) -> bool:
         """Run a command and show its result; return whether it was carried out."""
-        try:
-            self._answer.content = markup.answer(command(), ok=True)
-        except CommandError as error:
-            self._answer.content = markup.answer(str(error), ok=False)
-            return False
-        return True
+        return attempt(self._answer, command)
 
     def _set_mode(self, mode: DriveModeName) -> bool:
         limit = float(self._limit.value) / 100.0

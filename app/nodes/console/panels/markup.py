@@ -4,17 +4,22 @@ viser inserts HTML into the page unchanged, handlers included, so no other modul
 """
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from html import escape as _escape
+from typing import Any
 
 from app.messages.control import SentenceReading
 from app.messages.status import Event, GoalStatus, LevelTable, Status, StreamStatus
+from app.nodes.console.link.commands import CommandError
 from app.view.colors import LEVEL_COLORS, Legend, Rgb, hex_of
 from app.view.shown_state import shown_state
 from app.view.words import Words
 from ippon.guidance.language.goals.goal import Goal
 from ippon.guidance.language.words import with_article
 from ippon.guidance.levels import Level
+
+Try = Callable[[Callable[[], str]], None]
+"""Runs a command of a part of a panel."""
 
 LEVEL_ORDER: tuple[Level, ...] = (Level.CERTAIN, Level.NEAR, Level.AVERAGE, Level.FAR)
 
@@ -81,6 +86,16 @@ def answer(text: str, *, ok: bool) -> str:
         return ""
     kind = "ok" if ok else "bad"
     return f'<p class="ip-answer ip-{kind}">{escape(text)}</p>'
+
+
+def attempt(line: Any, command: Callable[[], str]) -> bool:
+    """Run a command and show its result in a line; return whether it was carried out."""
+    try:
+        line.content = answer(command(), ok=True)
+    except CommandError as error:
+        line.content = answer(str(error), ok=False)
+        return False
+    return True
 
 
 def understood(reading: SentenceReading, say: Words) -> str:

@@ -8,6 +8,7 @@ import viser
 from app.messages.status import LevelTable
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
+from app.nodes.console.panels.markup import attempt
 from app.view.colors import QUIET
 from ippon.guidance.levels import LevelName
 
@@ -79,10 +80,7 @@ class ProximityPanel:
 
     def _try(self, command: Callable[[], str]) -> None:
         """Run a command and show its result here, because the top of the tab may be out of view."""
-        try:
-            self._answer.content = markup.answer(command(), ok=True)
-        except CommandError as error:
-            self._answer.content = markup.answer(str(error), ok=False)
+        attempt(self._answer, command)
 
     def _change_level(self) -> str:
         label, level = self._chosen(), self._names[self._level.value]

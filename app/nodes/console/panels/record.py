@@ -1,12 +1,13 @@
 """Recording controls of the Session tab: on, off, notes and marks."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from html import escape
 from typing import Any, Final
 
 from app.messages.recording import RecordingStatus
-from app.nodes.console.link.commands import Actions, CommandError, RecordAction
+from app.nodes.console.link.commands import Actions, RecordAction
 from app.nodes.console.panels import markup
+from app.nodes.console.panels.markup import attempt
 from app.view.colors import QUIET
 from app.view.words import Words
 
@@ -38,7 +39,7 @@ class RecordPanel:
         self._state.content = recording_lines(statuses, self._words)
 
     def _press(self, word: str) -> None:
-        self._try(lambda: self._actions.record(self._names[word], ""))
+        attempt(self._answer, lambda: self._actions.record(self._names[word], ""))
 
     def _note(self) -> None:
         text = self._text.value.strip()
@@ -48,16 +49,8 @@ class RecordPanel:
         if len(text) > MAX_NOTE:
             problem = self._words("panel.record.long", most=MAX_NOTE, n=len(text))
             self._answer.content = markup.answer(problem, ok=False)
-        elif self._try(lambda: self._actions.record("note", text)):
+        elif attempt(self._answer, lambda: self._actions.record("note", text)):
             self._text.value = ""
-
-    def _try(self, command: Callable[[], str]) -> bool:
-        try:
-            self._answer.content = markup.answer(command(), ok=True)
-        except CommandError as error:
-            self._answer.content = markup.answer(str(error), ok=False)
-            return False
-        return True
 
 
 def recording_lines(statuses: Sequence[RecordingStatus], say: Words) -> str:

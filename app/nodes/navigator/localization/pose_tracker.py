@@ -14,19 +14,18 @@ from numpy.typing import NDArray
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import (
+    DEPTH_DECODERS,
+    PAIRED_S,
     CompressedColor,
     DepthImage,
     decode_camera,
     decode_color,
-    decode_depth,
-    decode_depth_raw,
     decompress_color,
 )
-from app.messages.motion import StampedTransform, encode_transforms
+from app.messages.motion import StampedTransform, encode_transforms, robot_transforms
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.event_publisher import EventPublisher
 from app.nodes.navigator.frame_intake import FrameIntake
-from app.nodes.navigator.stream_conversion import BASE_FRAME, WORLD_FRAME
 from app.nodes.replay.floor_alignment import base_below, camera_on_base
 from ippon.frame import NANOSECONDS
 from ippon.geometry import Float64Array, base_pose
@@ -37,8 +36,7 @@ from ippon.tracking.start_pose import AssumedMount
 
 logger = logging.getLogger(__name__)
 
-_DECODERS: Final = {keys.DEPTH: decode_depth, keys.DEPTH_RAW: decode_depth_raw}
-_APART_NS: Final = round(0.02 * NANOSECONDS)
+_APART_NS: Final = round(PAIRED_S * NANOSECONDS)
 _WAITING: Final = 4
 HELD_RAD: Final = math.radians(-25.0)
 """Tilt at which a camera that can be tilted is held at first, roughly."""
@@ -86,7 +84,7 @@ class PoseTracker:
         self._had_pose = self._was_lost = False
         self.problem = ""
         """Why the last frame has no pose, for the operator; empty if it has one."""
-        for topic in (keys.CAMERA_INFO, keys.COLOR, *_DECODERS):
+        for topic in (keys.CAMERA_INFO, keys.COLOR, *DEPTH_DECODERS):
             intake.listen(topic, partial(self._take, topic))
         self._thread = threading.Thread(target=self._run, name="pose tracking", daemon=True)
         self._thread.start()
@@ -139,7 +137,7 @@ class PoseTracker:
         elif topic == keys.COLOR:
             self._colors.append(decode_color(payload))
         else:
-            self._depths.append(_DECODERS[topic](payload))
+            self._depths.append(DEPTH_DECODERS[topic](payload))
 
     def _newest_pair(self) -> tuple[CompressedColor, DepthImage] | None:
         """Return the newest colour image that has a depth image, once."""
@@ -220,11 +218,5 @@ def transforms_of(
         camera_frame: Its coordinate frame.
     """
     T_map_base = base_below(T_map_camera) @ base_pose(-forward_m, 0.0, 0.0, 0.0)
-    links = (
-        (WORLD_FRAME, BASE_FRAME, T_map_base),
-        (BASE_FRAME, camera_frame, camera_on_base(T_map_base, T_map_camera)),
-    )
-    return tuple(
-        StampedTransform(stamp_ns=stamp_ns, parent=a, child=b, T_parent_child=T)
-        for a, b, T in links
-    )
+    T_base_camera = camera_on_base(T_map_base, T_map_camera)
+    return robot_transforms(stamp_ns, T_map_base, T_base_camera, camera_frame)

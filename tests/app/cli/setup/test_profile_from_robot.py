@@ -1,4 +1,4 @@
-from types import SimpleNamespace
+from contextlib import nullcontext
 
 import pytest
 
@@ -42,9 +42,7 @@ def test_without_tf_the_mount_is_asked_for_and_without_a_terminal_nothing_is():
 
 
 def test_a_robot_that_sends_nothing_is_refused(monkeypatch, capsys):
-    monkeypatch.setattr(
-        profile_from_robot, "open_client", lambda _: SimpleNamespace(close=lambda: None)
-    )
+    monkeypatch.setattr(profile_from_robot, "open_client", lambda _: nullcontext())
     monkeypatch.setattr(profile_from_robot, "listen", lambda *_: Samples(seconds=0.0))
     arguments = ["profile", "--from-robot", "scout", "--connect", "tcp/127.0.0.1:1"]
     assert run(arguments) == 2

@@ -75,10 +75,9 @@ def searches(monkeypatch):
     monkeypatch.setattr(asking, "ask", answer)
     monkeypatch.setattr(feedback, "ask", answer)
     monkeypatch.setattr(feedback, "request_credential", lambda *_, **__: nullcontext(None))
-    monkeypatch.setattr(asking, "open_client", lambda *_: None)
+    monkeypatch.setattr(asking, "open_client", lambda *_: nullcontext())
     monkeypatch.setattr(asking, "is_alive", lambda *_: True)
     monkeypatch.setattr(asking, "subscribe", lambda *_: None)
-    monkeypatch.setattr(asking, "_close", lambda _: None)
     monkeypatch.setattr(asking, "request_credential", lambda *_, **__: nullcontext(None))
     return taken
 
@@ -137,12 +136,7 @@ def test_following_a_tour_prints_each_find_and_ends_with_the_last(
         status_of([("keys", "active"), ("wallet", "found")], 1),
         status_of([("keys", last), ("wallet", "found")], 1),
     ]
-
-    def publish(session, topic, receive):
-        for status in statuses if topic.endswith(keys.STATUS) else ():
-            receive(encode(status))
-
-    monkeypatch.setattr(asking, "subscribe", publish)
+    publish_only(monkeypatch, [encode(status) for status in statuses])
     assert ask("my keys and my wallet", "--follow") == exit_status
     out = capsys.readouterr().out.splitlines()
     place = " at (1.0, 2.0) m, 0.5 m high"
@@ -219,12 +213,7 @@ def test_following_prints_changed_words_at_once_and_changed_numbers_every_five_s
     going = status_of([("keys", "active")], 1)
     statuses = [msgspec.structs.replace(going, elapsed_s=at_s, why=why) for at_s, why in said]
     statuses.append(status_of([("keys", "found")], 1))
-
-    def publish(session, topic, receive):
-        for status in statuses if topic.endswith(keys.STATUS) else ():
-            receive(encode(status))
-
-    monkeypatch.setattr(asking, "subscribe", publish)
+    publish_only(monkeypatch, [encode(status) for status in statuses])
     assert ask("my keys", "--follow") == 0
     lines = [x for x in capsys.readouterr().out.splitlines() if " s  searching: " in x]
     assert [line.split(" s  ")[0].strip() for line in lines] == ["1.0", "1.4", "1.6", "6.7", "3.0"]
@@ -237,12 +226,7 @@ def test_following_says_what_a_search_waits_for(searches, monkeypatch, capsys):
         queue=[GoalStatus(goal_id=1, object="keys", outcome="queued")], tour=[],
     )  # fmt: skip
     statuses = [waits, waits, status_of([("keys", "found")], 1)]
-
-    def publish(session, topic, receive):
-        for status in statuses if topic.endswith(keys.STATUS) else ():
-            receive(encode(status))
-
-    monkeypatch.setattr(asking, "subscribe", publish)
+    publish_only(monkeypatch, [encode(status) for status in statuses])
     assert ask("my keys", "--follow") == 0
     lines = [x for x in capsys.readouterr().out.splitlines() if x.startswith("waits")]
     assert lines == ["waits for goal 7, tv: stopped: press Resume to continue"]

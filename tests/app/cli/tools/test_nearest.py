@@ -8,14 +8,9 @@ import pytest
 
 from app.cli.main import run
 from app.links.network.session import open_router
-from app.messages.control import Bid
 from app.messages.status import GoalStatus
-from tests.app.nodes.console.light_navigators import LightNavigator, wait_until_listed
+from tests.app.nodes.console.light_navigators import LightNavigator, room, wait_until_listed
 from tests.ports import free_port
-
-
-def room(way_m, obstacle="", detail=""):
-    return Bid(obstacle=obstacle, detail=detail, ground="room", place="kitchen", way_m=way_m)
 
 
 @pytest.fixture

@@ -80,6 +80,21 @@ def stamped_twist(messages):
     return decode(payload, "geometry_msgs/msg/TwistStamped")
 
 
+def drive_after_an_image(sessions, start, hear, kind, seconds, command):
+    """Send a command after an image with a stamp; return what the robot receives."""
+    robot = RmwRobot(sessions[1])
+    put = robot.publisher("/camera/color/image_raw/compressed", COMPRESSED, SENSOR)
+    received = robot.subscription("/cmd_vel", kind)
+    heard = hear("camera/color/image_raw/compressed")
+    start()
+    robot.sees("MP/%/%/ippon/%cmd_vel/")
+    robot.sees("MS/%/%/ippon/%camera%color")
+    put(stamped(seconds))
+    heard.wait_for(len)
+    sessions[1].declare_publisher("r/cmd_vel").put(command)
+    return received
+
+
 def repeat(publisher, payload, received, until, timeout_s=20.0):
     """Publish as a navigator does: a link drops what comes before it has its own publisher."""
     end = time.monotonic() + timeout_s
@@ -162,16 +177,7 @@ def test_velocities_reach_the_type_that_is_subscribed_to_with_attachments(sessio
 
 
 def test_a_command_has_the_time_of_the_robots_clock(sessions, start, hear):
-    robot = RmwRobot(sessions[1])
-    put = robot.publisher("/camera/color/image_raw/compressed", COMPRESSED, SENSOR)
-    received = robot.subscription("/cmd_vel", STAMPED)
-    heard = hear("camera/color/image_raw/compressed")
-    start()
-    robot.sees("MP/%/%/ippon/%cmd_vel/")
-    robot.sees("MS/%/%/ippon/%camera%color")
-    put(stamped(1000))
-    heard.wait_for(len)
-    sessions[1].declare_publisher("r/cmd_vel").put(twist(stamp_s=1000.0))
+    received = drive_after_an_image(sessions, start, hear, STAMPED, 1000, twist(stamp_s=1000.0))
     (payload, _), *_ = received.wait_for(len)
     stamp = decode(payload, "geometry_msgs/msg/TwistStamped").header.stamp
     assert 1000 <= stamp.sec <= 1010
@@ -181,32 +187,14 @@ def test_a_command_has_the_time_of_the_robots_clock(sessions, start, hear):
 def test_images_with_absurd_stamps_do_not_keep_the_robot_from_stopping(
     sessions, start, hear, seconds
 ):
-    robot = RmwRobot(sessions[1])
-    put = robot.publisher("/camera/color/image_raw/compressed", COMPRESSED, SENSOR)
-    received = robot.subscription("/cmd_vel", STAMPED)
-    heard = hear("camera/color/image_raw/compressed")
-    start()
-    robot.sees("MP/%/%/ippon/%cmd_vel/")
-    robot.sees("MS/%/%/ippon/%camera%color")
-    put(stamped(seconds))
-    heard.wait_for(len)
-    sessions[1].declare_publisher("r/cmd_vel").put(twist(linear=0.2))
+    received = drive_after_an_image(sessions, start, hear, STAMPED, seconds, twist(linear=0.2))
     received.wait_for(lambda m: len(m) >= 3)
     last, _ = received.messages[-1]
     assert decode(last, "geometry_msgs/msg/TwistStamped").twist.linear.x == 0.0
 
 
 def test_a_late_command_becomes_zero_velocity(sessions, start, hear):
-    robot = RmwRobot(sessions[1])
-    put = robot.publisher("/camera/color/image_raw/compressed", COMPRESSED, SENSOR)
-    received = robot.subscription("/cmd_vel", TWIST)
-    heard = hear("camera/color/image_raw/compressed")
-    start()
-    robot.sees("MP/%/%/ippon/%cmd_vel/")
-    robot.sees("MS/%/%/ippon/%camera%color")
-    put(stamped(1000))
-    heard.wait_for(len)
-    sessions[1].declare_publisher("r/cmd_vel").put(twist(stamp_s=990.0))
+    received = drive_after_an_image(sessions, start, hear, TWIST, 1000, twist(stamp_s=990.0))
     (payload, _), *_ = received.wait_for(len)
     assert decode(payload, "geometry_msgs/msg/Twist").linear.x == 0.0
 

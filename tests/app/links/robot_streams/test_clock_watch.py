@@ -3,7 +3,7 @@ import dataclasses
 import pytest
 
 from app.links.robot_streams import clock_watch
-from app.links.robot_streams.clock_watch import ClockWatch
+from app.links.robot_streams.clock_watch import LONGEST, ClockWatch
 from app.messages.motion import StampedTransform, encode_transforms
 from tests.app.links.robot_streams.turning_robot import SECOND, TurningRobot
 
@@ -55,3 +55,11 @@ def test_clocks_that_agree_and_a_robot_that_stands_are_not(turning, watch_all):
         watch = watch_all(robot, offset_s)
         assert watch.problem() == ""
         assert len(watch._estimates) == compared
+
+
+def test_messages_that_are_too_long_are_not_kept():
+    watch = ClockWatch("map", 0.0)
+    for size in (LONGEST, LONGEST + 1):
+        watch.add_transforms(bytes(size), fixed=False)
+        watch.add_transforms(bytes(size), fixed=True)
+    assert [len(one) for one in (*watch._poses, *watch._fixed)] == [LONGEST] * 2

@@ -12,6 +12,7 @@ from app.links.network.requests import RequestRefusedError, serve, serve_with_cr
 from app.links.network.session import open_client
 from app.messages import keys
 from app.messages.control import (
+    Bid,
     BidRequest,
     SearchAccepted,
     SearchRequest,
@@ -34,6 +35,11 @@ def wait_until_listed(zenoh_port, names, timeout_s=20.0):
     while not set(names) <= set(live_navigators(session)):
         assert time.monotonic() < deadline
     session.close()
+
+
+def room(way_m, obstacle="", detail=""):
+    """Return the bid of a robot that knows the room."""
+    return Bid(obstacle=obstacle, detail=detail, ground="room", place="kitchen", way_m=way_m)
 
 
 class LightNavigator:

@@ -32,7 +32,7 @@ from app.messages.memory import (
     MemoryRequest,
     RoomNameRequest,
 )
-from app.messages.motion import StampedPath, StampedTransform, encode_path, encode_transforms
+from app.messages.motion import StampedPath, encode_path, encode_transforms, robot_transforms
 from app.messages.scene import encode_tree, encode_voxels
 from app.messages.status import GoalStatus
 from app.nodes.navigator.services.lease_service import LeaseService
@@ -164,13 +164,7 @@ class PublishedHome:
         frame = "camera_color_optical_frame"
         self.put(
             keys.TF,
-            encode_transforms(
-                StampedTransform(stamp_ns=self.stamp_ns, parent=a, child=b, T_parent_child=T)
-                for a, b, T in [
-                    ("map", "base_link", T_world_base),
-                    ("base_link", frame, T_base_camera),
-                ]
-            ),
+            encode_transforms(robot_transforms(self.stamp_ns, T_world_base, T_base_camera, frame)),
         )
         camera = PinholeCamera.from_horizontal_fov(400, 250, 1.29)
         self.put(keys.CAMERA_INFO, encode_camera(camera, self.stamp_ns, frame))

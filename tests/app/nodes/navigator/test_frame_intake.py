@@ -5,7 +5,7 @@ import pytest
 
 from app.messages import keys
 from app.messages.images import encode_camera, encode_color, encode_depth
-from app.messages.motion import StampedTransform, encode_flag, encode_transforms
+from app.messages.motion import encode_flag, encode_transforms, robot_transforms
 from app.nodes.navigator.frame_intake import MAX_WAITING, FrameIntake, Stopwatch
 from ippon.camera import PinholeCamera
 from ippon.geometry import base_pose
@@ -32,20 +32,10 @@ def send(sessions):
     _, robot = sessions
 
     def put(stamp_ns, *, without=(), depth_shape=(10, 16)):
-        pose = StampedTransform(
-            stamp_ns=stamp_ns,
-            parent="map",
-            child="base_link",
-            T_parent_child=base_pose(1.0, 0.0, 0.0, 0.0),
-        )
-        mount = StampedTransform(
-            stamp_ns=stamp_ns,
-            parent="base_link",
-            child=OPTICAL,
-            T_parent_child=ZED.T_base_camera(0.0),
-        )
+        T_world_base, mount = base_pose(1.0, 0.0, 0.0, 0.0), ZED.T_base_camera(0.0)
+        poses = robot_transforms(stamp_ns, T_world_base, mount, OPTICAL)
         payloads = {
-            keys.TF: encode_transforms([pose, mount]),
+            keys.TF: encode_transforms(poses),
             keys.CAMERA_INFO: encode_camera(CAMERA, stamp_ns, OPTICAL),
             keys.CONTACT: encode_flag(True),
             keys.DEPTH: encode_depth(np.ones(depth_shape, np.float32), stamp_ns, OPTICAL),

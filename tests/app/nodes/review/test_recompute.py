@@ -22,11 +22,11 @@ from app.messages.images import (
     encode_depth,
 )
 from app.messages.motion import (
-    StampedTransform,
     StampedTwist,
     decode_transforms,
     encode_transforms,
     encode_twist,
+    robot_transforms,
 )
 from app.messages.perception.heatmaps import decode_heatmap, encode_heatmap
 from app.messages.status import Event, GoalStatus, LevelRow, LevelTable
@@ -86,14 +86,9 @@ def searched(tmp_path_factory):
         seen = world.observe()
         stamp = seen.stamp_ns
         T_base_camera = world.robot.T_base_camera(world.base.tilt_rad)
-        links = (
-            ("map", "base_link", seen.T_world_base),
-            ("base_link", CAMERA_FRAME, T_base_camera),
-        )
         sent = [
             (keys.TF, encode_transforms(
-                StampedTransform(stamp_ns=stamp, parent=a, child=b, T_parent_child=T)
-                for a, b, T in links
+                robot_transforms(stamp, seen.T_world_base, T_base_camera, CAMERA_FRAME)
             )),
             (keys.HEATMAP, encode_heatmap(seen.heatmap, stamp, CAMERA_FRAME)),
             (keys.CAMERA_INFO, encode_camera(seen.camera, stamp, CAMERA_FRAME)),

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from app.messages.driving import DriveStatus
-from app.view.camera.overlays import CameraScene, OutlinedObject, lines_of
+from app.view.camera.overlays import CameraScene, lines_of
+from app.view.drawing.find_layer import ObjectMark
 from ippon.camera import PinholeCamera
 from ippon.geometry import base_pose
 from ippon.robot import ZED
@@ -25,7 +26,7 @@ def _scene(**changes):
 
 
 def _find(center, found=True):
-    return OutlinedObject(center_world=center, size_m=(0.3, 0.3, 0.2), text="hat 93%", found=found)
+    return ObjectMark(center_world=center, size_m=(0.3, 0.3, 0.2), text="hat 93%", found=found)
 
 
 def _of(lines, kind):

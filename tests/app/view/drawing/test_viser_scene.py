@@ -1,8 +1,6 @@
 """The layers, drawn into a real viser server; what it would send is what is checked."""
 
-import contextlib
 import dataclasses
-import io
 
 import msgspec
 import numpy as np
@@ -11,7 +9,7 @@ import viser
 
 from app.messages import keys
 from app.messages.images import CompressedColor, StampedCamera
-from app.messages.motion import StampedPath, StampedTransform
+from app.messages.motion import StampedPath, StampedTransform, robot_transforms
 from app.messages.scene import FoundObject
 from app.messages.status import CountedFind, FarEvidenceCells, GoalStatus, LevelRow, LevelTable
 from app.nodes.navigator.config import NavigatorConfig
@@ -25,15 +23,6 @@ from ippon.camera import PinholeCamera
 from ippon.geometry import base_pose
 from ippon.planning.plan import TreeView
 from ippon.robot import ZED, CollisionSphere
-
-
-@pytest.fixture
-def server():
-    """A viser server that nobody watches."""
-    with contextlib.redirect_stdout(io.StringIO()):
-        server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-        yield server
-        server.stop()
 
 
 @pytest.fixture
@@ -193,13 +182,8 @@ def _draw_everything(server, model, make):
     camera = PinholeCamera.from_horizontal_fov(64, 40, 1.2)
     model.on_camera(StampedCamera(stamp_ns=1, frame_id="optical", camera=camera))
     for n in range(60):
-        moves = [
-            ("map", "base_link", base_pose(0.05 * n, 1.0, 0.0, 0.0)),
-            ("base_link", "optical", ZED.T_base_camera(-0.3)),
-        ]
-        model.on_transforms(
-            StampedTransform(stamp_ns=n, parent=a, child=b, T_parent_child=T) for a, b, T in moves
-        )
+        T_world_base = base_pose(0.05 * n, 1.0, 0.0, 0.0)
+        model.on_transforms(robot_transforms(n, T_world_base, ZED.T_base_camera(-0.3), "optical"))
     model.on_image(CompressedColor(stamp_ns=1, frame_id="optical", encoded=b"\xff\xd8picture"))
     model.on_path(StampedPath(stamp_ns=1, points_world=np.array([[0.0, 0, 0], [1, 1, 0]])))
     model.on_tree(_tree(5))

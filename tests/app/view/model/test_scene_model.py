@@ -5,7 +5,7 @@ import pytest
 
 from app.messages.images import StampedCamera
 from app.messages.memory import MapAlignment
-from app.messages.motion import StampedTransform
+from app.messages.motion import StampedTransform, robot_transforms
 from app.messages.status import Event, FarEvidenceCells, GoalStatus
 from app.view.model.scene_model import SceneModel
 from ippon.camera import PinholeCamera
@@ -104,16 +104,7 @@ def test_the_camera_is_found_through_the_chain_of_frames(model):
     assert model.T_world_camera is None
     T_base_camera = make_transform(np.eye(3), (0.1, 0.0, 1.2))
     T_world_base = base_pose(2.0, 1.0, 0.0, math.pi / 2)
-    model.on_transforms(
-        [
-            StampedTransform(
-                stamp_ns=1, parent="base_link", child="optical", T_parent_child=T_base_camera
-            ),
-            StampedTransform(
-                stamp_ns=1, parent="map", child="base_link", T_parent_child=T_world_base
-            ),
-        ]
-    )
+    model.on_transforms(robot_transforms(1, T_world_base, T_base_camera, "optical")[::-1])
     assert model.T_world_camera is not None
     np.testing.assert_allclose(model.T_world_camera[:3, 3], (2.0, 1.1, 1.2), atol=1e-12)
 

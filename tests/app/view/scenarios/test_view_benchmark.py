@@ -3,13 +3,10 @@
 Figures stand in `docs/results.md`.
 """
 
-import contextlib
-import io
 import itertools
 
 import numpy as np
 import pytest
-import viser
 
 from app.messages.scene import VoxelCloud, decode_voxels, encode_voxels
 from app.view.drawing.viser_scene import ALL_PARTS, ViserScene
@@ -46,15 +43,6 @@ def cloud_of_home(indices, stamp_ns, shade):
         confidence=np.full(n, 200, np.uint8),
         removed=np.zeros(n, bool),
     )
-
-
-@pytest.fixture
-def server():
-    """A viser server that nobody watches."""
-    with contextlib.redirect_stdout(io.StringIO()):
-        server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-        yield server
-        server.stop()
 
 
 def view_of(indices):

@@ -45,14 +45,7 @@ def guidance_of(context):
 def mission():
     mission = Mission(MissionConfig(), ZED, MATTERPORT_40, seed=0)
     resolved = resolve_object("toilet", MATTERPORT_40)
-    goal = Goal(
-        goal_id=1,
-        object=resolved.canonical,
-        display=resolved.display,
-        context="",
-        category=resolved.category,
-    )
-    mission.goals.set_goal(goal, guidance_of(""))
+    mission.goals.set_goal(Goal.of(resolved, 1), guidance_of(""))
     return mission
 
 

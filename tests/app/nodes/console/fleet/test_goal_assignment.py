@@ -10,15 +10,11 @@ from app.messages.lease import Credential
 from app.nodes.console.fleet.goal_assignment import GoalAssignment, GoalToGive
 from app.nodes.console.web.browsers import Browser
 from app.view.words import ENGLISH, Words
-from tests.app.nodes.console.light_navigators import LightNavigator, wait_until_listed
+from tests.app.nodes.console.light_navigators import LightNavigator, room, wait_until_listed
 from tests.ports import free_port
 
 IN_THE_KITCHEN = "find my red mug, I left it in the kitchen"
 ANNA = Browser("a" * 20, "Anna", "operator")
-
-
-def room(way_m, obstacle="", detail=""):
-    return Bid(obstacle=obstacle, detail=detail, ground="room", place="kitchen", way_m=way_m)
 
 
 @pytest.fixture

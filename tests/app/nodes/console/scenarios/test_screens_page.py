@@ -170,6 +170,21 @@ SLOW = """() => {
 """Shows every gauge as on a slow link, until its next figure comes."""
 
 
+def test_theme_and_a_collapsed_panel_are_those_of_each_document_of_the_scene(at_first):
+    at_first.set_viewport_size({"width": 820, "height": 1180})
+    _use_theme(at_first, "light")
+    scene = at_first.frame_locator("#view").locator("html")
+    at_first.locator("#fold").click()
+    at_first.evaluate("document.getElementById('view').contentWindow.location.reload()")
+    expect(_tab(at_first, "Fahren")).to_be_visible()
+    for name, value in (("folded", ""), ("theme", "light")):
+        expect(scene).to_have_attribute(f"data-ip-{name}", value)
+    expect(scene).to_have_attribute("data-mantine-color-scheme", "light")
+    _tab(at_first, "Fahren").click()
+    expect(scene).not_to_have_attribute("data-ip-folded", "")
+    _tab(at_first, "Suche").click()
+
+
 def test_every_control_has_a_name_and_every_text_contrast_in_both_themes(at_first):
     for theme in ("dark", "light"):
         _use_theme(at_first, theme)

@@ -10,7 +10,7 @@ import simplejpeg
 
 from app.messages.control import InspectReply, LabelShare
 from app.messages.images import CompressedColor, StampedCamera
-from app.messages.motion import StampedTransform
+from app.messages.motion import robot_transforms
 from app.nodes.console.link.commands import CommandError
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.drive_markup import intervention
@@ -41,17 +41,7 @@ def model(stage):
     model.on_tree(stage.tree_of(np.random.default_rng(3)))
     model.on_camera(StampedCamera(stamp_ns=1, frame_id="camera", camera=CAMERA))
     stands = base_pose(2.0, 2.0, 0.0, 1.57)
-    model.on_transforms(
-        [
-            StampedTransform(stamp_ns=1, parent="map", child="base_link", T_parent_child=stands),
-            StampedTransform(
-                stamp_ns=1,
-                parent="base_link",
-                child="camera",
-                T_parent_child=ZED.T_base_camera(-0.3),
-            ),
-        ]
-    )
+    model.on_transforms(robot_transforms(1, stands, ZED.T_base_camera(-0.3), "camera"))
     grey = np.full((100, 160, 3), 128, np.uint8)
     model.on_image(CompressedColor(stamp_ns=1, frame_id="camera", encoded=_jpeg(grey)))
     return model

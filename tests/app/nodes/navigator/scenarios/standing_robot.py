@@ -9,7 +9,7 @@ from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.control import decode
 from app.messages.images import encode_camera, encode_color, encode_depth
-from app.messages.motion import StampedTransform, encode_transforms
+from app.messages.motion import encode_transforms, robot_transforms
 from app.messages.perception.detections import encode_detections
 from app.messages.perception.heatmaps import encode_heatmap
 from app.messages.status import Event, Status
@@ -52,14 +52,8 @@ class Robot:
         base = frame.T_world_base @ base_pose(jump_m, 0.0, 0.0, 0.0)
         mount = np.linalg.inv(frame.T_world_base) @ frame.T_world_camera
         mount[2, 3] += lift_m
-        transforms = [
-            StampedTransform(stamp_ns=stamp, parent="map", child="base_link", T_parent_child=base),
-            StampedTransform(
-                stamp_ns=stamp, parent="base_link", child=optical, T_parent_child=mount
-            ),
-        ]
         put = self._session.put
-        put(f"r/{keys.TF}", encode_transforms(transforms))
+        put(f"r/{keys.TF}", encode_transforms(robot_transforms(stamp, base, mount, optical)))
         put(f"r/{keys.CAMERA_INFO}", encode_camera(CAMERA, stamp, optical))
         if heatmap:
             self.send_heatmap(stamp)

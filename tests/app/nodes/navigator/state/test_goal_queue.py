@@ -23,6 +23,15 @@ def search(name="hat", provider="test"):
     )
 
 
+def begun(*wanted):
+    """Return a queue whose first goal is searched for."""
+    book = GoalQueue(5)
+    for name in wanted:
+        book.add(search(name))
+    book.next()
+    return book
+
+
 def names(book):
     active, queue, history = book.statuses()
     return (
@@ -54,37 +63,28 @@ def test_one_after_the_other():
 
 
 def test_a_query_after_a_find_starts_at_once():
-    book = GoalQueue(5)
-    book.add(search("hat"))
-    book.next()
+    book = begun("hat")
     book.conclude("found")
     assert book.add(search("mug"))[:2] == (2, 0)
     assert book.next()[0].goal.object == "mug"
 
 
 def test_a_cancelled_goal_leaves_the_stage():
-    book = GoalQueue(5)
-    book.add(search("hat"))
-    book.next()
+    book = begun("hat")
     book.conclude("cancelled")
     assert names(book) == (None, [], [("hat", "cancelled")])
     assert book.active() is None
 
 
 def test_a_goal_that_is_over_keeps_its_outcome_when_it_is_cancelled():
-    book = GoalQueue(5)
-    book.add(search("hat"))
-    book.next()
+    book = begun("hat")
     book.conclude("found")
     book.conclude("cancelled")
     assert names(book) == (None, [], [("hat", "found")])
 
 
 def test_a_find_is_held_before_those_who_waited_but_not_before_a_new_query():
-    book = GoalQueue(5)
-    book.add(search("hat"))
-    book.add(search("mug"))
-    book.next()
+    book = begun("hat", "mug")
     book.conclude("found")
     assert book.next(hold=True) == ()
     assert book.next(hold=False)[0].goal.object == "mug"
@@ -94,19 +94,13 @@ def test_a_find_is_held_before_those_who_waited_but_not_before_a_new_query():
 
 
 def test_only_a_find_is_held():
-    book = GoalQueue(5)
-    book.add(search("hat"))
-    book.add(search("mug"))
-    book.next()
+    book = begun("hat", "mug")
     book.conclude("exhausted")
     assert book.next(hold=True)[0].goal.object == "mug"
 
 
 def test_a_rejected_find_goes_on():
-    book = GoalQueue(5)
-    book.add(search("hat"))
-    book.add(search("mug"))
-    book.next()
+    book = begun("hat", "mug")
     book.conclude("found")
     book.reopen()
     assert book.next() == ()
@@ -131,9 +125,7 @@ def test_finds_before_the_last_are_shown_with_their_goal():
 
 
 def test_a_goal_whose_find_is_rejected_after_all_is_not_confirmed():
-    book = GoalQueue(5)
-    book.add(search("hat"))
-    book.next()
+    book = begun("hat")
     book.conclude("found", 1, finds(1)[0])
     book.confirm(1)
     assert book.statuses()[0].confirmed
@@ -142,10 +134,7 @@ def test_a_goal_whose_find_is_rejected_after_all_is_not_confirmed():
 
 
 def test_a_goal_is_amended_while_it_is_searched_for_or_waits():
-    book = GoalQueue(5)
-    for name in ("hat", "mug", "key"):
-        book.add(search(name))
-    book.next()
+    book = begun("hat", "mug", "key")
     for goal_id in (1, 3):
         amended = book.amend(goal_id, lambda s: dataclasses.replace(s, failed=s.goal.object))
         assert amended is book.find(goal_id)

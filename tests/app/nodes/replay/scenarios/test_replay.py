@@ -14,11 +14,10 @@ from scipy.spatial.transform import Rotation
 from app.cli.main import run
 from app.links.network.session import open_client
 from app.links.network.subscription import subscribe
-from app.links.robot_streams.assembler import FrameAssembler
+from app.links.robot_streams.assembler import FrameAssembler, assemble
 from app.messages import keys
 from app.messages.cdr import encode, header, make, typestore
 from app.messages.images import (
-    decode_camera,
     decode_color,
     decode_depth,
     decompress_color,
@@ -27,11 +26,11 @@ from app.messages.images import (
 )
 from app.messages.motion import decode_transforms, encode_transforms
 from app.nodes.replay import node as replay_node
+from app.nodes.replay.bag_robot import read_bag_robot
 from app.nodes.replay.datasets import DatasetError, open_dataset
 from app.nodes.replay.floor_alignment import align_to_floor
 from app.nodes.replay.messages import RobotMessage, bag_messages
 from app.nodes.replay.node import ReplayConfig, messages_of, play, poses_sent, run_replay
-from app.nodes.replay.robot_names import read_mount, read_names
 from app.recognition.frames import open_source
 from app.recording.writing.writer import SessionWriter
 from ippon.geometry import invert_transform, make_transform, rotation_z
@@ -119,14 +118,8 @@ def test_a_dataset_becomes_frames_of_an_upright_robot(write, tmp_path):
     assembler = FrameAssembler()
     frames = []
     for sent in messages_of(ReplayConfig(path=tmp_path, floor_m=_floor(write)), 10**9):
-        if sent.key == keys.TF:
-            assembler.add_transforms(decode_transforms(sent.payload))
-        elif sent.key == keys.CAMERA_INFO:
-            assembler.add_camera(decode_camera(sent.payload))
-        elif sent.key == keys.DEPTH:
-            assembler.add_depth(decode_depth(sent.payload))
-        else:
-            assembler.add_color(decode_color(sent.payload))
+        assemble(assembler, sent.key, sent.payload)
+        if sent.key == keys.COLOR:
             frames.append(assembler.take())
     for n, frame in enumerate(frames):
         assert frame.depth[200, 200] == pytest.approx(2.0, abs=1e-3)
@@ -308,10 +301,10 @@ def test_a_bag_with_odometry_in_place_of_tf_is_read(tmp_path):
     ):
         open_source(bare)
     (tmp_path / "own.yaml").write_text(ROBOT.partition("ros2:")[0])
-    mount = read_mount(str(tmp_path / "own.yaml"))
+    mount = read_bag_robot(str(tmp_path / "own.yaml")).T_base_camera
     assert mount[2, 3] == 1.0
-    assert read_mount("hand-held") is None
-    assert read_mount(None) is None
+    assert read_bag_robot("hand-held").T_base_camera is None
+    assert read_bag_robot(None).T_base_camera is None
     source = open_source(bare, mount=mount)
     assert "where the camera is on the base is taken from the profile" in source.note
     for frame, known in zip(source.frames(), frames, strict=True):
@@ -454,12 +447,12 @@ def _raw(key, payload):
 
 def test_a_bag_is_read_with_the_names_of_its_robot(own_bag):
     bag, profile = own_bag
-    frames = list(open_source(bag, names=read_names(str(profile))).frames())
+    frames = list(open_source(bag, names=read_bag_robot(str(profile)).names).frames())
     assert len(frames) > 5
     for frame in frames:
         assert frame.color.shape == (40, 64, 3)
         np.testing.assert_allclose(frame.depth, 2.0, atol=1e-3)
-    config = ReplayConfig(path=bag, names=read_names(str(profile)))
+    config = ReplayConfig(path=bag, names=read_bag_robot(str(profile)).names)
     assert {m.key for m in messages_of(config, 0)} == {
         keys.COLOR, keys.DEPTH_RAW, keys.CAMERA_INFO, keys.TF,
     }  # fmt: skip
@@ -515,14 +508,8 @@ def test_a_real_kitchen_is_mapped_upright_with_its_floor_at_zero():
     assembler, voxel_map = FrameAssembler(), VoxelMap(MapConfig(max_camera_speed_m_s=1e9), ("x",))
     taken = 0
     for sent in messages_of(ReplayConfig(path=KITCHEN, floor_m=-T[2, 3]), 10**9):
-        if sent.key == keys.TF:
-            assembler.add_transforms(decode_transforms(sent.payload))
-        elif sent.key == keys.CAMERA_INFO:
-            assembler.add_camera(decode_camera(sent.payload))
-        elif sent.key == keys.DEPTH:
-            assembler.add_depth(decode_depth(sent.payload))
-        elif sent.key == keys.COLOR:
-            assembler.add_color(decode_color(sent.payload))
+        assemble(assembler, sent.key, sent.payload)
+        if sent.key == keys.COLOR:
             voxel_map.integrate(assembler.take())
             taken += 1
             if taken == 12:

@@ -52,11 +52,16 @@ class Rig:
         self.stream = CommandStream(self.router, "ippon", 30.0, 60.0, output, velocities=False)
         profile = {"motion": {"takes": ["goals"]}, "ros2": ros2}
         (folder / "scout.yaml").write_text(yaml.safe_dump(profile))
-        script = Path(__file__).parents[1] / "ros2_navigation.py"
-        text = json.dumps({"connect": endpoint, **options})
-        self.robot = Ros2Process([str(script), text], self.domain, folder / "robot.log")
-        self.robot.wait_for_log("ready")
+        self._options = json.dumps({"connect": endpoint, **options})
+        self.robot = self.start_robot()
         self.bridge = self.start_bridge()
+
+    def start_robot(self):
+        script = Path(__file__).parents[1] / "ros2_navigation.py"
+        log = self.folder / f"robot-{time.monotonic_ns()}.log"
+        robot = Ros2Process([str(script), self._options], self.domain, log)
+        robot.wait_for_log("ready")
+        return robot
 
     def start_bridge(self):
         log = self.folder / f"bridge-{time.monotonic_ns()}.log"
@@ -191,6 +196,11 @@ def test_a_topic_gets_each_goal_once_and_the_robots_place_to_stop_it(tmp_path, f
         rig.give(1)
         assert rig.goals.get(timeout=20.0).T_frame_base[:2, 3].tolist() == [3.0, 1.0]
         rig.until_reported(1, GoalOutcome.ACCEPTED)
+        rig.robot.child.send_signal(signal.SIGINT)
+        rig.robot.child.wait(20.0)
+        rig.bridge.wait_for_log("who took the goal has gone")
+        rig.robot = rig.start_robot()
+        assert rig.goals.get(timeout=20.0).T_frame_base[:2, 3].tolist() == [3.0, 1.0]
         rig.stream.halt()
         assert rig.goals.get(timeout=20.0).T_frame_base[:2, 3].tolist() == [1.0, 2.0]
         assert rig.goals.empty()

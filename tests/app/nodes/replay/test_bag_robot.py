@@ -3,7 +3,7 @@
 import pytest
 
 from app.messages import keys
-from app.nodes.replay.robot_names import read_names
+from app.nodes.replay.bag_robot import read_bag_robot
 from app.recording.channels import key_of
 
 ROBOT = """
@@ -19,7 +19,7 @@ IMAGE, TF = "sensor_msgs/msg/Image", "tf2_msgs/msg/TFMessage"
 def names_of(tmp_path):
     def names_of(section):
         (tmp_path / "own.yaml").write_text(f"{ROBOT}ros2: {section}\n")
-        return read_names(str(tmp_path / "own.yaml"))
+        return read_bag_robot(str(tmp_path / "own.yaml")).names
 
     return names_of
 
