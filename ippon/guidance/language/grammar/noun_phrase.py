@@ -9,6 +9,7 @@ from ippon.guidance.language.goals.goal import Attribute, AttributeKind, Referen
 from ippon.guidance.language.grammar.determiners import (
     MEASURES,
     NO_OWNERS,
+    Determiners,
     read_determiners,
 )
 from ippon.guidance.language.grammar.heads import name_head
@@ -60,8 +61,7 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
     knowledge = load_knowledge()
     if said.word(start) in ("after", "before", "during", "until", "while"):
         return None
-    owned = _read_possessive(said, start)
-    if owned is not None:
+    if (owned := _read_possessive(said, start)) is not None:
         return owned
     begun = read_determiners(said, start)
     index = begun.index
@@ -69,22 +69,20 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
     words = _words_of(said, index, end, stands_alone=bool(begun.reference))
     if said.word(index) in PRONOUNS or not words:
         return None
-    times = _TIMES.match(words[-1]) if len(words) > 1 and begun.count is None else None
-    if times is not None:
-        begun.count, words = int(times[1]), words[:-1]  # "Hat x2".
-    spoken = said.words(index, end - (times is not None)) or words
+    words, times = _take_times(words, begun)
+    spoken = said.words(index, end - times) or words
     named = name_head(spoken, words, begun.count, knowledge)
     if said.word(start) == "both" and not singular_candidates(said.word(end - 1)):
         begun.count = None  # "Both my mug and yours".
     attributes = [*(begun.owners or []), *named.attributes]
-    display = said.said(index, end - (times is not None))
+    display = said.said(index, end - times)
     described, _, measure = named.head.rpartition(" ")
-    if measure in MEASURES and said.word(end) == "of" and of:
+    follows = of and said.word(end) == "of"
+    if measure in MEASURES and follows:
         nouns = [Attribute(kind="other", value=described)] if described else []
         attributes, named = [*attributes, *nouns], replace(named, head="")  # "A decent pair of".
     chosen = (not named.head and named.attributes) or measure in MEASURES
-    chosen = chosen and of and said.word(end) == "of"
-    several = read_noun_phrase(said, end + 1) if chosen else None
+    several = read_noun_phrase(said, end + 1) if chosen and follows else None
     if several is not None and several.head:
         # "The smaller of the two boxes", "an unopened pack of syringes".
         named = replace(named, head=several.head, known=several.known, corrected=several.corrected)
@@ -112,6 +110,15 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
         crowded=row or (display if named.crowded or unclear_pair(said, index, end) else ""),
         end=end,
     )
+
+
+def _take_times(words: list[str], begun: Determiners) -> tuple[list[str], int]:
+    """Take a count behind the nouns, "hat x2"; return the nouns, and the number of words taken."""
+    times = _TIMES.match(words[-1]) if len(words) > 1 and begun.count is None else None
+    if times is None:
+        return words, 0
+    begun.count = int(times[1])
+    return words[:-1], 1
 
 
 def _words_of(said: Utterance, index: int, end: int, *, stands_alone: bool) -> list[str]:

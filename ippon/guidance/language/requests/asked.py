@@ -14,8 +14,8 @@ from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import read_relation
-from ippon.guidance.language.requests.list_order import read_each
-from ippon.guidance.language.requests.lists import read_goals
+from ippon.guidance.language.lists.goal_list import read_goals
+from ippon.guidance.language.lists.list_order import read_each
 from ippon.guidance.language.words import word_set
 
 _WANTING: Final = re.compile(

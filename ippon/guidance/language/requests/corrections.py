@@ -8,7 +8,7 @@ from ippon.guidance.language.grammar.determiners import NUMBERS, count_again
 from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import read_relation, relation_to
-from ippon.guidance.language.requests.lists import BE, read_goals, read_modifiers
+from ippon.guidance.language.lists.goal_list import BE, read_goals, read_modifiers
 from ippon.guidance.language.words import is_mass
 
 

@@ -8,7 +8,7 @@ from ippon.guidance.language.grammar.attributes import listed_kind
 from ippon.guidance.language.grammar.determiners import NO_OWNERS, may_be_noun
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.places import is_room
-from ippon.guidance.language.requests.lists import continues
+from ippon.guidance.language.lists.goal_list import continues
 
 _LONGEST: Final = 9
 _VISIBLE: Final = ("colour", "size", "material", "pattern", "shape")

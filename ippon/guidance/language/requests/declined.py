@@ -10,8 +10,8 @@ from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import relation_to
+from ippon.guidance.language.lists.goal_list import read_goals, read_modifiers
 from ippon.guidance.language.naming import same_object
-from ippon.guidance.language.requests.lists import read_goals, read_modifiers
 
 
 def not_this(reading: Reading, index: int) -> int:

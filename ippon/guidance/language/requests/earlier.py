@@ -6,8 +6,8 @@ from ippon.guidance.language.goals.modifiers import read_modifier
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.places import is_room
+from ippon.guidance.language.lists.goal_list import read_goals
 from ippon.guidance.language.requests.courtesy import skip_asking
-from ippon.guidance.language.requests.lists import read_goals
 
 
 def read_before(reading: Reading, index: int) -> int:

@@ -13,8 +13,8 @@ from ippon.guidance.language.grammar.phrases import PREPOSITIONS
 from ippon.guidance.language.grammar.places import holds_things, is_room, is_searched_inside
 from ippon.guidance.language.grammar.relation_phrase import read_relation, relation_to
 from ippon.guidance.language.grammar.utterance import Utterance, hear
+from ippon.guidance.language.lists.goal_list import read_goals
 from ippon.guidance.language.requests.courtesy import skip_asking
-from ippon.guidance.language.requests.lists import read_goals
 from ippon.guidance.language.words import word_set
 
 _SEARCHED = word_set("check search try inspect explore comb scan")

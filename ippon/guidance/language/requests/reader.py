@@ -17,6 +17,15 @@ from ippon.guidance.language.grammar.phrases import PRONOUNS
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import read_relation
 from ippon.guidance.language.grammar.utterance import Utterance
+from ippon.guidance.language.lists.goal_list import (
+    MAX_DRAFTS,
+    read_goals,
+    read_modifiers,
+    separator,
+    stands_alone,
+)
+from ippon.guidance.language.lists.left_out import skip_left_out
+from ippon.guidance.language.lists.list_order import read_each, read_first_of, settle_each
 from ippon.guidance.language.requests.asides import skip_aside
 from ippon.guidance.language.requests.asked import read_asked
 from ippon.guidance.language.requests.corrections import read_correction
@@ -31,15 +40,6 @@ from ippon.guidance.language.requests.leading_places import (
     read_hint,
     read_place_again,
     read_place_first,
-)
-from ippon.guidance.language.requests.left_out import skip_left_out
-from ippon.guidance.language.requests.list_order import read_each, read_first_of, settle_each
-from ippon.guidance.language.requests.lists import (
-    MAX_DRAFTS,
-    read_goals,
-    read_modifiers,
-    separator,
-    stands_alone,
 )
 from ippon.guidance.language.requests.told import read_told
 from ippon.guidance.language.words import is_mass, word_set

@@ -4,7 +4,7 @@ from ippon.guidance.language.goals.drafts import Reading
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.places import holds_things, is_room
-from ippon.guidance.language.requests.lists import read_goals
+from ippon.guidance.language.lists.goal_list import read_goals
 from ippon.guidance.language.words import word_set
 
 _UNNAMED = word_set("i we he she they i've we've somebody someone must may might you")

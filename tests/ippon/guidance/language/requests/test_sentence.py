@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from ippon.guidance.language.goals import clauses, modifiers
 from ippon.guidance.language.goals.goal import Goal, Request
-from ippon.guidance.language.requests import lists
+from ippon.guidance.language.lists import goal_list
 from ippon.guidance.language.requests.sentence import (
     MAX_GOALS,
     MAX_OBJECT_CHARS,
@@ -308,7 +308,7 @@ def test_a_very_long_sentence_is_read_in_bounded_time(word: str) -> None:
 def test_no_word_of_a_long_sentence_is_read_again_and_again(monkeypatch) -> None:
     calls: list[int] = []
     described = modifiers.read_modifier
-    for module in (clauses, lists):
+    for module in (clauses, goal_list):
         monkeypatch.setattr(
             module, "read_modifier", lambda *args: (calls.append(1), described(*args))[1]
         )

@@ -17,9 +17,9 @@ from ippon.guidance.language.grammar.phrases import PRONOUNS
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import read_relation, relation_to
 from ippon.guidance.language.grammar.utterance import Utterance
-from ippon.guidance.language.requests.left_out import is_left_out
-from ippon.guidance.language.requests.list_item import take_item
-from ippon.guidance.language.requests.list_order import is_named_first, read_packages
+from ippon.guidance.language.lists.left_out import is_left_out
+from ippon.guidance.language.lists.list_item import take_item
+from ippon.guidance.language.lists.list_order import is_named_first, read_packages
 from ippon.guidance.language.words import word_set
 
 MAX_DRAFTS: Final = 60
