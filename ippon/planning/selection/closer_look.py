@@ -16,11 +16,11 @@ from ippon.geometry import Float64Array
 from ippon.planning.roadmap.shortest_tree import ShortestTree
 from ippon.planning.selection.detours import Surroundings, first_in_sight
 from ippon.planning.selection.look_target import (
+    ActiveLook,
     LookConfig,
     LookTarget,
     is_same_cluster,
     look_at,
-    stands_facing,
 )
 from ippon.planning.selection.out_of_reach import OutOfReach, OutOfReachConfig
 from ippon.planning.selection.passing_look import PassingLook, PassingLookConfig
@@ -58,28 +58,13 @@ class CloserLookConfig:
             )
 
 
-@dataclass(slots=True, kw_only=True)
-class _ActiveLook:
-    """The cluster that the robot looks at, and for how long it has done so."""
-
-    centre: Float64Array
-    voxels: int
-    node: int
-    stand: Float64Array
-    yaw_rad: float
-    age: int = 0
-    """Steps since the look began."""
-    settled: int = 0
-    """Steps in a row at the viewpoint, facing the cluster."""
-
-
 class CloserLookSelector:
     """Selects clusters to look at, and keeps those that a closer look did not confirm."""
 
     def __init__(self, config: CloserLookConfig, speed_m_s: float) -> None:
         self._config = config
         self._speed = speed_m_s
-        self._active: _ActiveLook | None = None
+        self._active: ActiveLook | None = None
         self._left: list[tuple[Float64Array, int]] = []
         """Centre and number of voxels of each cluster that was left."""
         self.out_of_reach = OutOfReach(config.out_of_reach, config.look, speed_m_s)
@@ -179,17 +164,13 @@ class CloserLookSelector:
         """Begin or continue the look at a cluster from a viewpoint."""
         centre = cluster.mean(axis=0)
         look = look_at(node, xy[node], voxel, camera_z_m)
-        old = self._active
-        same = old is not None and is_same_cluster(self._config.look, old.centre, centre)
-        self._active = _ActiveLook(
+        self._active = ActiveLook(
             centre=centre,
             voxels=len(cluster),
             node=node,
             stand=xy[node].copy(),
             yaw_rad=look.yaw_rad,
-            age=old.age if old is not None and same else 0,
-            settled=old.settled if old is not None and same and old.node == node else 0,
-        )
+        ).continues(self._config.look, self._active)
         if self._active.settled < self._config.patience_steps // 4:
             return look
         return replace(look, tilt_rad=look.tilt_rad - self._config.down_rad)
@@ -199,9 +180,7 @@ class CloserLookSelector:
         active = self._active
         if active is None:
             return
-        active.age += 1
-        stays = stands_facing(self._config.look, T_world_base, active.stand, active.yaw_rad)
-        active.settled = active.settled + 1 if stays else 0
+        active.count_step(self._config.look, T_world_base)
         patient = active.settled < self._config.patience_steps
         if not patient or active.age >= self._config.give_up_steps:
             self._left.append((active.centre, active.voxels))

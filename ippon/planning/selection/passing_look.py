@@ -16,11 +16,11 @@ from ippon.mapping.objects.ooi_voxels import OoiVoxels, nearest_voxels
 from ippon.planning.roadmap.shortest_tree import ShortestTree
 from ippon.planning.selection.detours import Surroundings, first_in_sight
 from ippon.planning.selection.look_target import (
+    ActiveLook,
     LookConfig,
     LookTarget,
     is_same_cluster,
     look_at,
-    stands_facing,
 )
 from ippon.planning.selection.voxel_clusters import clusters_of
 from ippon.planning.surface_scale import surface_scale
@@ -64,18 +64,6 @@ class PassingLookConfig:
             )
 
 
-@dataclass(slots=True, kw_only=True)
-class _ActiveLook:
-    """The place that the robot looks at, and for how long it has done so."""
-
-    centre: Float64Array
-    node: int
-    stand: Float64Array
-    yaw_rad: float
-    age: int = 0
-    settled: int = 0
-
-
 class PassingLook:
     """Selects places to look at in passing; each is looked at once in a search."""
 
@@ -84,7 +72,7 @@ class PassingLook:
         self._speed = speed_m_s
         self._voxels: tuple[float, OoiVoxels] | None = None
         """The threshold of p(v in O), and the voxels above it."""
-        self._active: _ActiveLook | None = None
+        self._active: ActiveLook | None = None
         self._done: list[Float64Array] = []
         """Centre of each place that was looked at."""
 
@@ -133,12 +121,12 @@ class PassingLook:
                     continue
                 found = self._viewpoint(cluster, around, tree, xy)
                 if found is not None and (best is None or found[0] < best[0]):
-                    best = (*found, centre)
+                    best = (*found, cluster)
         if best is None:
             self._active = None
             return None
-        _, node, voxel, centre = best
-        return self._look(node, voxel, centre, xy, around.camera_z_m)
+        _, node, voxel, cluster = best
+        return self._look(node, voxel, cluster, xy, around.camera_z_m)
 
     def _doubtful(self, around: Surroundings, T_world_base: Float64Array) -> Float64Array:
         """Return the (M, 3) centres of the voxels with enough evidence, metres."""
@@ -169,22 +157,19 @@ class PassingLook:
         self,
         node: int,
         voxel: Float64Array,
-        centre: Float64Array,
+        cluster: Float64Array,
         xy: Float64Array,
         camera_z_m: float,
     ) -> LookTarget:
         """Begin or continue the look at a place from a viewpoint."""
         look = look_at(node, xy[node], voxel, camera_z_m)
-        old = self._active
-        same = old is not None and is_same_cluster(self._config.look, old.centre, centre)
-        self._active = _ActiveLook(
-            centre=centre,
+        self._active = ActiveLook(
+            centre=cluster.mean(axis=0),
+            voxels=len(cluster),
             node=node,
             stand=xy[node].copy(),
             yaw_rad=look.yaw_rad,
-            age=old.age if old is not None and same else 0,
-            settled=old.settled if old is not None and same and old.node == node else 0,
-        )
+        ).continues(self._config.look, self._active)
         return look
 
     def _count_step(self, T_world_base: Float64Array) -> None:
@@ -192,9 +177,7 @@ class PassingLook:
         active, config = self._active, self._config
         if active is None:
             return
-        active.age += 1
-        stays = stands_facing(config.look, T_world_base, active.stand, active.yaw_rad)
-        active.settled = active.settled + 1 if stays else 0
+        active.count_step(config.look, T_world_base)
         if active.settled >= config.patience_steps or active.age >= config.give_up_steps:
             self._done.append(active.centre)
             self._active = None
