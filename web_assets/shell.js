@@ -21,7 +21,7 @@ import { Things } from "./things.js";
 import { Robots } from "./robots.js";
 import { showWalk } from "./walk.js";
 import { followSceneArea } from "./scene_area.js";
-import { onScene, reloadScene } from "./scene_frame.js";
+import { closeScene, onScene, reloadScene } from "./scene_frame.js";
 import { Stop } from "./stop.js";
 import { Waiting } from "./waiting.js";
 import { decimal, has, say } from "./words.js";
@@ -86,9 +86,18 @@ function lose() {
 // Leaves a line on which nothing arrives. Browsers report it as closed minutes later.
 function abandon() {
   if (socket.readyState === WebSocket.OPEN) leftAt ??= heardAt;
+  else freeOthers();
   socket.onopen = socket.onmessage = socket.onclose = null;
   socket.close();
   lose();
+}
+
+// A browser opens the sockets to a console one after the other: a handshake of the camera or the scene
+// that hangs on a dead line holds this one up.
+function freeOthers() {
+  leftAt ??= heardAt;
+  camera.reconnect();
+  closeScene();
 }
 
 // Tells the console that a line was left: what was sent there may arrive now, a Resume after a Stop.

@@ -13,6 +13,9 @@ class Relay:
         self._ends = []
         self.passed = 0
         """Bytes that went either way."""
+        self.swallows = False
+        """Whether who connects from now on is let in, and nothing that is sent passed on."""
+        self.swallowed = []
         self._silent = set()
         self._threads = []
         self._listener = socket.create_server(("127.0.0.1", 0))
@@ -22,7 +25,7 @@ class Relay:
 
     def cut(self):
         """Break every connection."""
-        ends, self._ends = self._ends, []
+        ends, self._ends = self._ends + self.swallowed, []
         for end in ends:
             with contextlib.suppress(OSError):
                 end.shutdown(socket.SHUT_RDWR)
@@ -46,6 +49,9 @@ class Relay:
         with contextlib.suppress(OSError):
             while True:
                 near, _ = self._listener.accept()
+                if self.swallows:
+                    self.swallowed.append(near)
+                    continue
                 try:
                     far = socket.create_connection(self._to)
                 except OSError:

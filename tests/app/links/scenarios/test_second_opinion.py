@@ -34,7 +34,7 @@ class Asking:
 
     def weigh(self, at_s=0.0):
         frame = SimpleNamespace(color=self.color, stamp_ns=round(at_s * 1e9))
-        return self.opinions.weigh(FIND, 1, "cup", frame)
+        return self.opinions.weigh(FIND, 1, "cup", frame, running=(1,))
 
     def answered(self):
         deadline = time.monotonic() + 20.0

@@ -28,6 +28,8 @@ SEARCHING = ShellState(
 )
 MANUAL = msgspec.structs.replace(SEARCHING, state="manual", drive=DriveStatus(mode="manual"))
 FORWARD = "[data-hold='1 0 0']"
+HANG = """() => { new (document.getElementById('view').contentWindow.WebSocket)(
+    `ws://${location.host}/view/`) }"""
 RELOAD = "document.getElementById('view').contentWindow.location.reload()"
 
 
@@ -138,6 +140,25 @@ def test_a_line_that_is_silent_is_left_and_the_console_is_told_for_how_long(wind
     _until(lambda: page.wait_for_timeout(50) or opened)
     assert 3.0 < float(opened[0].rpartition("?silent_s=")[2]) < 60.0
     expect_state(page, "Searching")
+    relay.close()
+
+
+def test_a_handshake_of_the_scene_that_hangs_holds_no_new_line_up(window, client, post):
+    """A browser opens one socket to a server after the other."""
+    relay = Relay(int(client.origin.rpartition(":")[2]))
+    page = window.new_page()
+    page.clock.install()
+    page.goto(f"http://127.0.0.1:{relay.port}")
+    page.clock.run_for(1_000)
+    expect_state(page, "Searching")
+    relay.swallows = True
+    page.evaluate(HANG)
+    _until(lambda: page.wait_for_timeout(50) or relay.swallowed)
+    relay.swallows = False
+    relay.silence()
+    shown = page.locator("#state")
+    _until(lambda: page.clock.run_for(2_000) or shown.inner_text() == "Disconnected")
+    _until(lambda: page.clock.run_for(2_000) or shown.inner_text() == "Searching")
     relay.close()
 
 
