@@ -6,6 +6,9 @@ from ippon.segmentation.errors import SegmentationError
 from ippon.segmentation.instances import MAX_INSTANCES
 from tests import later
 
+# torch and transformers take seconds to load.
+pytestmark = pytest.mark.slow
+
 later.needs("torch", extra="segmentation")
 torch = later.module("torch")
 distinct_boxes, labelled_boxes = later.names(

@@ -11,6 +11,9 @@ from ippon.segmentation.loading import load_segmenter
 from ippon.segmentation.model_registry import models_of
 from tests import later
 
+# torch and transformers take seconds to load.
+pytestmark = pytest.mark.slow
+
 later.needs("torch", "transformers", extra="segmentation")
 later.needs("onnxruntime", extra="detector")
 later.needs("onnx", extra="dev")

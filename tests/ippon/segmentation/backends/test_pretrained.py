@@ -11,6 +11,9 @@ from ippon.segmentation.errors import CheckpointError, MissingPackageError
 from ippon.segmentation.loading import load_segmenter
 from tests import later
 
+# torch and transformers take seconds to load.
+pytestmark = pytest.mark.slow
+
 later.needs("torch", "transformers", extra="segmentation")
 torch = later.module("torch")
 transformers = later.module("transformers")

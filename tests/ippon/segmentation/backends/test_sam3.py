@@ -17,6 +17,9 @@ from tests.ippon.segmentation.backends.library_processors import (
     image_processor,
 )
 
+# torch and transformers take seconds to load.
+pytestmark = pytest.mark.slow
+
 later.needs("torch", "transformers", extra="segmentation")
 torch = later.module("torch")
 transformers = later.module("transformers")

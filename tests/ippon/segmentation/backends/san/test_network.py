@@ -18,6 +18,9 @@ import pytest
 from ippon.segmentation.backends.san.architecture import RELEASED, SanArchitecture
 from tests import later
 
+# torch and transformers take seconds to load.
+pytestmark = pytest.mark.slow
+
 later.needs("torch", extra="segmentation")
 torch = later.module("torch")
 network_of = later.names("ippon.segmentation.backends.san.checkpoint", "network_of")

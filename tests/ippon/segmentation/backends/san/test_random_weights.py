@@ -10,6 +10,9 @@ from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.errors import CheckpointError
 from tests import later
 
+# torch and transformers take seconds to load.
+pytestmark = pytest.mark.slow
+
 later.needs("torch", extra="segmentation")
 torch = later.module("torch")
 random_network = later.names("ippon.segmentation.backends.san.random_weights", "random_network")

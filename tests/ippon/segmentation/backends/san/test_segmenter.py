@@ -16,6 +16,9 @@ from ippon.segmentation.loading import load_segmenter
 from tests import later
 from tests.ippon.segmentation.backends.san.test_network import TINY
 
+# torch and transformers take seconds to load.
+pytestmark = pytest.mark.slow
+
 later.needs("torch", extra="segmentation")
 torch = later.module("torch")
 save_file = later.names("safetensors.torch", "save_file")

@@ -8,6 +8,9 @@ import pytest
 from ippon.segmentation.errors import CheckpointError
 from tests import later
 
+# torch and transformers take seconds to load.
+pytestmark = pytest.mark.slow
+
 later.needs("regex", "transformers", extra="segmentation")
 transformers = later.module("transformers")
 tokenizer = later.module("ippon.segmentation.backends.san.tokenizer")
