@@ -88,7 +88,7 @@ def test_on_a_phone_the_camera_is_free_of_pad_and_plan(page):
     page.set_viewport_size({"width": 390, "height": 844})
     expect(page.locator("#plan")).to_be_hidden()
     # The panel leaves the right side a moment after the window has become narrow.
-    page.wait_for_function("document.getElementById('camera-picture').clientWidth > 300")
+    expect(page.locator("#camera-picture")).to_have_js_property("clientWidth", 390)
     camera, pad = (box_at_rest(page.locator(name)) for name in ("#camera-picture", "#pad"))
     assert not _meet(camera, pad)
     assert camera["height"] > 200, "and it is not small"
