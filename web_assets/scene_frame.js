@@ -3,7 +3,6 @@
 
 import { BASE } from "./base.js";
 
-const CLOSED = "about:blank";
 const LOOK_MS = 50;
 const view = document.getElementById("view");
 const acts = [];
@@ -37,15 +36,22 @@ export function onSceneElement(act) {
   });
 }
 
+let closed = false;
+
 // Closes the scene with its sockets, without waiting for a line that may be dead.
 export function closeScene() {
-  view.contentWindow.location.replace(CLOSED);
+  closed = true;
+  view.contentWindow.location.replace("about:blank");
 }
 
-// Loads the scene again; the browser's own page of an error, where the scene could not be loaded, is
-// of another origin.
+// Whether the scene was closed, or could not be loaded: the browser's own page of an error is of
+// another origin.
+export const isSceneGone = () => closed || view.contentDocument === null;
+
 export function reloadScene() {
-  if ((view.contentDocument?.URL ?? CLOSED) === CLOSED) view.src = view.src;
+  const isGone = isSceneGone();
+  closed = false;
+  if (isGone) view.src = view.src;
   else view.contentWindow.location.reload();
 }
 

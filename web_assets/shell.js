@@ -21,7 +21,7 @@ import { Things } from "./things.js";
 import { Robots } from "./robots.js";
 import { showWalk } from "./walk.js";
 import { followSceneArea } from "./scene_area.js";
-import { closeScene, onScene, reloadScene } from "./scene_frame.js";
+import { closeScene, isSceneGone, onScene, reloadScene } from "./scene_frame.js";
 import { Stop } from "./stop.js";
 import { Waiting } from "./waiting.js";
 import { decimal, has, say } from "./words.js";
@@ -95,7 +95,6 @@ function abandon() {
 // A browser opens the sockets to a console one after the other: a handshake of the camera or the scene
 // that hangs on a dead line holds this one up.
 function freeOthers() {
-  leftAt ??= heardAt;
   camera.reconnect();
   closeScene();
 }
@@ -109,7 +108,7 @@ function left() {
 // The sockets of camera and scene were on the line that was left, too.
 function replaceOthers() {
   if (leftAt !== null) camera.reconnect();
-  if (leftAt !== null || view.contentDocument === null) reloadScene();
+  if (leftAt !== null || isSceneGone()) reloadScene();
   leftAt = null;
 }
 

@@ -26,7 +26,7 @@ from app.nodes.navigator.run import run_navigator
 from app.nodes.navigator.state.persistence import SavedState, read_saved_state
 from app.process.children import Child
 from app.process.parent_watch import end_with_parent
-from app.robot_file import map_config, read_robot
+from app.robot_file import Robot, map_config, read_robot
 from ippon.errors import MapFileError
 from ippon.mission.config import MissionConfig
 from ippon.observation_model import (
@@ -53,8 +53,8 @@ def run_navigate(command: Navigate) -> int:
             "--step-budget-s is the planning time per frame, 0 for a limit on evaluations instead; "
             f"got {command.step_budget_s:g}"
         )
-    config, saved = _config_of(command, model)
-    ros2 = read_robot(command.profile).rmw_zenoh if command.connect_robot else None
+    config, saved, robot = _config_of(command, model)
+    ros2 = robot.rmw_zenoh if command.connect_robot else None
     if saved is not None:
         area = 0.0 if saved.voxel_map is None else saved.voxel_map.explored_m2()
         logger.info("restored a map of %.0f m2 and %d goals", area, len(saved.requests))
@@ -89,8 +89,8 @@ def run_navigate(command: Navigate) -> int:
 
 def _config_of(
     command: Navigate, model: LanguageModelInterface | None
-) -> tuple[NavigatorConfig, SavedState | None]:
-    """Return the configuration from flags and file, and the saved state of `--map`.
+) -> tuple[NavigatorConfig, SavedState | None, Robot]:
+    """Return the configuration from flags and file, the saved state of `--map`, and the profile.
 
     Raises:
         UsageError: A flag, the file or the saved state cannot be used.
@@ -142,7 +142,7 @@ def _config_of(
         raise UsageError(str(error)) from error
     if command.segmentation.where == "here" and "heatmap_lost_s" not in changes:
         config = replace(config, heatmap_lost_s=SLOW_SEGMENTATION_S)
-    return config, saved
+    return config, saved, robot
 
 
 def saved_searches_path(robot: str) -> Path:

@@ -9,18 +9,14 @@ leads close to ends the search as out of reach.
 
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ippon.geometry import Float64Array
 from ippon.planning.roadmap.shortest_tree import ShortestTree
-from ippon.planning.selection.detours import Surroundings, first_in_sight
+from ippon.planning.selection.cluster_look import ClusterLook, Sight
+from ippon.planning.selection.detours import Surroundings
 from ippon.planning.selection.look_target import (
-    ActiveLook,
     LookConfig,
     LookTarget,
     is_same_cluster,
-    look_at,
 )
 from ippon.planning.selection.out_of_reach import OutOfReach, OutOfReachConfig
 from ippon.planning.selection.passing_look import PassingLook, PassingLookConfig
@@ -63,8 +59,12 @@ class CloserLookSelector:
 
     def __init__(self, config: CloserLookConfig, speed_m_s: float) -> None:
         self._config = config
-        self._speed = speed_m_s
-        self._active: ActiveLook | None = None
+        self._look = ClusterLook(
+            config.look,
+            speed_m_s,
+            patience_steps=config.patience_steps,
+            give_up_steps=config.give_up_steps,
+        )
         self._left: list[tuple[Float64Array, int]] = []
         """Centre and number of voxels of each cluster that was left."""
         self.out_of_reach = OutOfReach(config.out_of_reach, config.look, speed_m_s)
@@ -73,18 +73,18 @@ class CloserLookSelector:
     @property
     def active(self) -> bool:
         """A cluster, or a place in passing, is being looked at."""
-        return self._active is not None or self._passing.active
+        return self._look.active or self._passing.active
 
     def reset(self) -> None:
         """Drop all clusters, for another object."""
-        self._active = None
+        self._look.end()
         self._left.clear()
         self.out_of_reach.reset()
         self._passing.reset()
 
     def cancel(self) -> None:
         """End the present look: the target ends the search."""
-        self._active = None
+        self._look.end()
         self._passing.cancel()
 
     def choose(
@@ -109,9 +109,11 @@ class CloserLookSelector:
             termination_min: T_min.
             cut_short: See `OutOfReach.choose`.
         """
-        self._update_active(T_world_base)
+        ended = self._look.count_step(T_world_base)
+        if ended is not None:
+            self._left.append((ended.mean(axis=0), len(ended)))
         nodes = tree.order
-        best: tuple[float, int, Float64Array, Float64Array] | None = None
+        best: Sight | None = None
         known: Float64Array | None = None
         for rows in clusters_of(voxels, around.grid.voxel_size) if len(nodes) else ():
             cluster = voxels[rows]
@@ -121,13 +123,14 @@ class CloserLookSelector:
                 if len(cluster) > max(termination_min, 0 if known is None else len(known)):
                     known = cluster
                 continue
-            found = self._first_in_sight(cluster, nodes, around, tree, xy)
-            if found is not None and (best is None or found[0] < best[0]):
-                best = (*found, cluster)
+            found = self._look.first_sight(cluster, nodes, around, tree, xy)
+            if found is not None and (best is None or found.seconds < best.seconds):
+                best = found
         if best is not None:
             self._passing.cancel()
-            return self._look(best[1], best[2], best[3], xy, around.camera_z_m)
-        self._active, look = None, None
+            return self._look_down(self._look.aim(best, xy, around.camera_z_m))
+        self._look.end()
+        look = None
         if known is not None:
             look = self.out_of_reach.choose(
                 known, around, tree, xy, T_world_base, enough=termination_min, cut_short=cut_short
@@ -137,54 +140,11 @@ class CloserLookSelector:
             return look
         return self._passing.choose(around, tree, xy, T_world_base, termination_min=termination_min)
 
-    def _first_in_sight(
-        self,
-        cluster: Float64Array,
-        nodes: NDArray[np.int64],
-        around: Surroundings,
-        tree: ShortestTree,
-        xy: Float64Array,
-    ) -> tuple[float, int, Float64Array] | None:
-        """Return seconds, viewpoint and visible voxel (3,) where the cluster is reached soonest."""
-        config = self._config.look
-        away = np.linalg.norm(xy[nodes, None] - cluster[None, :, :2], axis=2).min(axis=1)
-        seconds = tree.cost[nodes] + config.detour_factor * away / self._speed
-        if self._active is not None:
-            seconds[nodes == self._active.node] -= config.keep_s
-        return first_in_sight(config, cluster, nodes, seconds, around, xy)
-
-    def _look(
-        self,
-        node: int,
-        voxel: Float64Array,
-        cluster: Float64Array,
-        xy: Float64Array,
-        camera_z_m: float,
-    ) -> LookTarget:
-        """Begin or continue the look at a cluster from a viewpoint."""
-        centre = cluster.mean(axis=0)
-        look = look_at(node, xy[node], voxel, camera_z_m)
-        self._active = ActiveLook(
-            centre=centre,
-            voxels=len(cluster),
-            node=node,
-            stand=xy[node].copy(),
-            yaw_rad=look.yaw_rad,
-        ).continues(self._config.look, self._active)
-        if self._active.settled < self._config.patience_steps // 4:
+    def _look_down(self, look: LookTarget) -> LookTarget:
+        """Direct the camera down in the last three quarters of the patience."""
+        if self._look.settled_steps < self._config.patience_steps // 4:
             return look
         return replace(look, tilt_rad=look.tilt_rad - self._config.down_rad)
-
-    def _update_active(self, T_world_base: Float64Array) -> None:
-        """Count this step of the active look; leave the cluster once the patience is used up."""
-        active = self._active
-        if active is None:
-            return
-        active.count_step(self._config.look, T_world_base)
-        patient = active.settled < self._config.patience_steps
-        if not patient or active.age >= self._config.give_up_steps:
-            self._left.append((active.centre, active.voxels))
-            self._active = None
 
     def _was_left(self, cluster: Float64Array) -> bool:
         centre, size = cluster.mean(axis=0), len(cluster)

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
 from ippon.planning.roadmap.sampling import mark_discs
-from ippon.planning.selection.look_target import LookConfig
 from ippon.planning.terrain.body_limits import BodyLimits, inscribed_radius
 from ippon.planning.terrain.floor_grid import (
     OBSTACLE,
@@ -84,35 +83,6 @@ def farthest_point_sample(cluster: Float64Array, most: int) -> Float64Array:
         chosen.append(int(np.argmax(apart)))
         apart = np.minimum(apart, ((cluster - cluster[chosen[-1]]) ** 2).sum(axis=1))
     return cluster[chosen]
-
-
-def first_in_sight(
-    config: LookConfig,
-    cluster: Float64Array,
-    nodes: NDArray[np.int64],
-    seconds: Float64Array,
-    around: Surroundings,
-    xy: Float64Array,
-) -> tuple[float, int, Float64Array] | None:
-    """Return the viewpoint that takes the fewest seconds and shows a cluster.
-
-    Args:
-        config: How many viewpoints and voxels are tried.
-        cluster: (M, 3) voxel centres, metres.
-        nodes: (N,) viewpoints.
-        seconds: (N,) their seconds.
-        around: Floor and map.
-        xy: (capacity, 2) positions of all viewpoints, metres.
-
-    Returns:
-        Its seconds, its number and a visible voxel (3,), metres; None if no viewpoint shows one.
-    """
-    samples = farthest_point_sample(cluster, config.sight_points)
-    for row in np.argsort(seconds, kind="stable")[: config.max_viewpoints].tolist():
-        for voxel in samples:
-            if around.is_visible(xy[nodes[row]], voxel):
-                return float(seconds[row]), int(nodes[row]), voxel
-    return None
 
 
 def find_detour(

@@ -54,38 +54,6 @@ class LookTarget:
     viewpoint to the object. None while a closer viewpoint may exist."""
 
 
-@dataclass(slots=True, kw_only=True)
-class ActiveLook:
-    """What the robot looks at, and for how long it has done so."""
-
-    centre: Float64Array
-    """(3,) centre of the voxels, metres."""
-    voxels: int
-    """Their number."""
-    node: int
-    """The viewpoint."""
-    stand: Float64Array
-    """(2,) its position, metres."""
-    yaw_rad: float
-    age: int = 0
-    """Steps since the look began."""
-    settled: int = 0
-    """Steps in a row at the viewpoint, facing the voxels."""
-
-    def count_step(self, config: LookConfig, T_world_base: Float64Array) -> None:
-        """Count a step with the robot at a pose."""
-        self.age += 1
-        stays = stands_facing(config, T_world_base, self.stand, self.yaw_rad)
-        self.settled = self.settled + 1 if stays else 0
-
-    def continues(self, config: LookConfig, before: "ActiveLook | None") -> "ActiveLook":
-        """Return this look with the counts of the one before it, if that is at the same voxels."""
-        if before is not None and is_same_cluster(config, before.centre, self.centre):
-            self.age = before.age
-            self.settled = before.settled if before.node == self.node else 0
-        return self
-
-
 def look_at(
     node: int,
     xy: Float64Array,

@@ -9,18 +9,15 @@ the robot looks from there once.
 import math
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from ippon.geometry import Float64Array
 from ippon.mapping.objects.ooi_voxels import OoiVoxels, nearest_voxels
 from ippon.planning.roadmap.shortest_tree import ShortestTree
-from ippon.planning.selection.detours import Surroundings, first_in_sight
+from ippon.planning.selection.cluster_look import ClusterLook, Sight
+from ippon.planning.selection.detours import Surroundings
 from ippon.planning.selection.look_target import (
-    ActiveLook,
     LookConfig,
     LookTarget,
     is_same_cluster,
-    look_at,
 )
 from ippon.planning.selection.voxel_clusters import clusters_of
 from ippon.planning.surface_scale import surface_scale
@@ -69,26 +66,31 @@ class PassingLook:
 
     def __init__(self, config: PassingLookConfig, speed_m_s: float) -> None:
         self._config = config
-        self._speed = speed_m_s
+        self._look = ClusterLook(
+            config.look,
+            speed_m_s,
+            patience_steps=config.patience_steps,
+            give_up_steps=config.give_up_steps,
+        )
         self._voxels: tuple[float, OoiVoxels] | None = None
         """The threshold of p(v in O), and the voxels above it."""
-        self._active: ActiveLook | None = None
         self._done: list[Float64Array] = []
         """Centre of each place that was looked at."""
 
     @property
     def active(self) -> bool:
         """A place is being looked at."""
-        return self._active is not None
+        return self._look.active
 
     def reset(self) -> None:
         """Forget all places, for another object."""
-        self._active, self._voxels = None, None
+        self._look.end()
+        self._voxels = None
         self._done.clear()
 
     def cancel(self) -> None:
         """End the present look; its place may be looked at again."""
-        self._active = None
+        self._look.end()
 
     def choose(
         self,
@@ -109,24 +111,28 @@ class PassingLook:
             termination_min: T_min; an object with more than that of a small one is recognised from
                 afar, and voxels with little evidence are mostly something else.
         """
-        self._count_step(T_world_base)
-        best: tuple[float, int, Float64Array, Float64Array] | None = None
+        ended = self._look.count_step(T_world_base)
+        if ended is not None:
+            self._done.append(ended.mean(axis=0))
+        best: Sight | None = None
         small = termination_min <= max(1.0, surface_scale(around.grid.voxel_size))
         if self._config.enabled and small and len(tree.order):
             voxels = self._doubtful(around, T_world_base)
+            nodes = tree.order[tree.cost[tree.order] <= self._config.within_s]
             for rows in clusters_of(voxels, around.grid.voxel_size):
                 cluster = voxels[rows]
                 centre = cluster.mean(axis=0)
                 if any(is_same_cluster(self._config.look, done, centre) for done in self._done):
                     continue
-                found = self._viewpoint(cluster, around, tree, xy)
-                if found is not None and (best is None or found[0] < best[0]):
-                    best = (*found, cluster)
+                found = self._look.first_sight(
+                    cluster, nodes, around, tree, xy, self._config.near_m
+                )
+                if found is not None and (best is None or found.seconds < best.seconds):
+                    best = found
         if best is None:
-            self._active = None
+            self._look.end()
             return None
-        _, node, voxel, cluster = best
-        return self._look(node, voxel, cluster, xy, around.camera_z_m)
+        return self._look.aim(best, xy, around.camera_z_m)
 
     def _doubtful(self, around: Surroundings, T_world_base: Float64Array) -> Float64Array:
         """Return the (M, 3) centres of the voxels with enough evidence, metres."""
@@ -138,46 +144,3 @@ class PassingLook:
         x, y = float(T_world_base[0, 3]), float(T_world_base[1, 3])
         centres = self._voxels[1].update(around.arrays)[0]
         return nearest_voxels(centres, x, y, self._config.max_voxels)
-
-    def _viewpoint(
-        self, cluster: Float64Array, around: Surroundings, tree: ShortestTree, xy: Float64Array
-    ) -> tuple[float, int, Float64Array] | None:
-        """Return seconds, node and visible voxel (3,) of the best viewpoint near a cluster."""
-        config = self._config
-        nodes = tree.order[tree.cost[tree.order] <= config.within_s]
-        away = np.linalg.norm(xy[nodes, None] - cluster[None, :, :2], axis=2).min(axis=1)
-        near = away <= config.near_m
-        nodes, away = nodes[near], away[near]
-        seconds = tree.cost[nodes] + config.look.detour_factor * away / self._speed
-        if self._active is not None:
-            seconds[nodes == self._active.node] -= config.look.keep_s
-        return first_in_sight(config.look, cluster, nodes, seconds, around, xy)
-
-    def _look(
-        self,
-        node: int,
-        voxel: Float64Array,
-        cluster: Float64Array,
-        xy: Float64Array,
-        camera_z_m: float,
-    ) -> LookTarget:
-        """Begin or continue the look at a place from a viewpoint."""
-        look = look_at(node, xy[node], voxel, camera_z_m)
-        self._active = ActiveLook(
-            centre=cluster.mean(axis=0),
-            voxels=len(cluster),
-            node=node,
-            stand=xy[node].copy(),
-            yaw_rad=look.yaw_rad,
-        ).continues(self._config.look, self._active)
-        return look
-
-    def _count_step(self, T_world_base: Float64Array) -> None:
-        """Count this step of the active look; after its last the place is done with."""
-        active, config = self._active, self._config
-        if active is None:
-            return
-        active.count_step(config.look, T_world_base)
-        if active.settled >= config.patience_steps or active.age >= config.give_up_steps:
-            self._done.append(active.centre)
-            self._active = None

@@ -1,24 +1,20 @@
 """Small messages for the scene model."""
 
-import contextlib
-import io
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import viser
 
 from app.messages.scene import VoxelCloud
 from app.messages.status import FindReport, GoalStatus, Status, Timings
+from tests.app.unwatched_viser import unwatched_viser
 
 
 @pytest.fixture
 def server():
     """A viser server that nobody watches."""
-    with contextlib.redirect_stdout(io.StringIO()):
-        server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    with unwatched_viser() as server:
         yield server
-        server.stop()
 
 
 def make_status(**changes):

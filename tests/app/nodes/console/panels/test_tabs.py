@@ -1,16 +1,13 @@
 """The panel beside the scene, live and in a review."""
 
-import contextlib
-import io
-
 import pytest
-import viser
 
 from app.links.network.inbox import Inbox
 from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.panels.tabs import Tabs
 from app.nodes.review.link import RecordedLink
 from app.view.model.scene_model import SceneModel
+from tests.app.unwatched_viser import unwatched_viser
 
 COMMANDS = {"Search", "Change the level", "What if?", "Add this kind", "Confirm: this is it"}
 GROUPS = {"This search", "Drive mode", "Painted", "Place 1", "Action"}
@@ -18,10 +15,8 @@ GROUPS = {"This search", "Drive mode", "Painted", "Place 1", "Action"}
 
 @pytest.fixture
 def server():
-    with contextlib.redirect_stdout(io.StringIO()):
-        server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    with unwatched_viser() as server:
         yield server
-        server.stop()
 
 
 def _shown(server, stage, link):

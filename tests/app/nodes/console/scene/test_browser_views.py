@@ -1,7 +1,6 @@
 """Two browsers at one console, each with its own choice of what to see."""
 
 import contextlib
-import io
 import math
 import struct
 import threading
@@ -21,6 +20,7 @@ from app.view.drawing.overlay_layer import NOTHING
 from app.view.drawing.viser_scene import DARK_FLOOR, LIGHT_FLOOR
 from app.view.model.scene_model import SceneModel
 from app.view.view_options import ViewOptions
+from tests.app.unwatched_viser import unwatched_viser
 
 PATIENCE_S = 60.0
 CAMERA = {
@@ -131,13 +131,11 @@ def _cloud(stage, *indices):
 
 @pytest.fixture
 def console(stage):
-    with contextlib.redirect_stdout(io.StringIO()):
-        server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    with unwatched_viser() as server:
         console = Console(server)
         console.model.on_status(stage.status_of())
         console.model.on_keyframe(_cloud(stage, (0, 0, 0), (20, 0, 0)))
         yield console
-        server.stop()
 
 
 def _mode_buttons(message):
