@@ -23,7 +23,7 @@ _SOFT: Final = ("likes to", "like to", "used to", "supposed to", "should be", "n
 _HAD = re.compile(r"(?<!\blast )\bhad (?:it|them|him|her|one)\b", re.IGNORECASE)
 _ABOUT = word_set(
     "it it's its they they're them he he's she she's one ones left leave put forgot forgotten saw "
-    "seen see had kept keep dropped placed stored hid hidden laid looked checked searched"
+    "seen had kept keep dropped placed stored hid hidden laid looked checked searched"
 )
 
 

@@ -81,7 +81,8 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     if has and not (phrase.determined or phrase.known or phrase.attributes or _is_plural(phrase)):
         return start  # "Has stopped working".
     end = phrase.end + (said.word(phrase.end) in _STATES and said.breaks(phrase.end + 1))
-    if said.word(end) in ("on", "in", "at", "around") and said.word(end + 1) in ("its", "their"):
+    whose = said.word(end + 1) in ("its", "their") or is_part(said.word(end + 2))
+    if said.word(end) in ("on", "in", "at", "around") and whose:
         part = read_noun_phrase(said, end + 1)
         end = end if part is None else part.end  # "With tennis balls on its feet".
     end += said.starts(end, phrases.SIDES)  # "A hook on the end".

@@ -187,8 +187,9 @@ def _predicate(said: Utterance, start: int, goal: Draft) -> int:
     if said.word(index) in BE and not said.breaks(index):
         be, negated = True, said.word(index).endswith("n't")
         index += 1
-    if not be:
-        return start
+    person = goal.is_owned and said.word(start) in ("he", "she", "he's", "she's")
+    if not be or (person and listed_kind(said.word(index)) in ("condition", "feel")):
+        return start  # "Eva's coat, she is cold".
     if said.word(index) in ("not", "neither", "never"):
         negated, index = True, index + 1
     while is_intensity(said.word(index)) or said.word(index) in ("also", "all", "just", "only"):

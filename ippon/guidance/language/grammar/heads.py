@@ -67,7 +67,7 @@ def name_head(
     after: list[str] = []
     if len(words) > 1 and CODE.match(words[-1]) and knowledge.find(" ".join(words[:-1])):
         words, after = words[:-1], words[-1:]  # "The key K7".
-    if len(words) > 2 and words[-2] == "size":
+    if len(words) > 2 and words[-2] in ("size", "number"):
         words, after = words[:-2], words[-2:]
     start = _head_start(words, knowledge)
     while start is None and len(words) > 1 and listed_kind(words[-1]) is not None:
@@ -269,8 +269,8 @@ def _next_attribute(words: list[str], index: int) -> tuple[str, AttributeKind, i
         return word, "size" if word in _SIZES else "which", index + 1
     if (_is_number(word) or word in ("half", "quarter")) and following in UNITS:
         return f"{word} {following}", "size", index + 2
-    if word == "size" and following:
-        return f"size {following}", "size", index + 2
+    if word in ("size", "number") and following:
+        return f"{word} {following}", "size" if word == "size" else "which", index + 2
     if word == "polka":
         return "polka dot", "pattern", index + 2
     kind = attribute_kind(following) if following else None

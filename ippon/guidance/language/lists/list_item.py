@@ -60,7 +60,9 @@ def take_item(
     for words in reading.before:
         state(reading, words, [goal])
     only_denied = last is not None and apposed and all(one.negated for one in last.attributes)
-    if last is not None and only_denied and last.attributes and last.head == goal.head:
+    same = last is not None and f" {goal.head}".endswith(f" {last.head}")
+    if last is not None and only_denied and last.attributes and same:
+        last.head, last.display = goal.head, goal.display
         for one in goal.attributes:
             last.add(one)  # "The jacket, not the leather one, the denim jacket".
         return

@@ -290,7 +290,8 @@ class RequestReader:
         if phrase.shared and phrase.end == index + 1 and self._orders(phrase.end):
             return index  # "Iron the shirt".
         called = index == 0 and not phrase.known and phrase.end == 1 and said.breaks(1)
-        if called and self.reading.match(phrases.ASKED, 1) > 1:
+        asking = (phrases.ASKED, phrases.TOLD)
+        if called and any(self.reading.match(one, 1) > 1 for one in asking):
             return 1  # "Nurse, where are my glasses?"
         if not first and not gone and not (fresh and (phrase.known or phrase.determined)):
             return index
