@@ -203,7 +203,7 @@ class InstanceMemory:
     def _show(self, known: Instance, sighting: Sighting, now_ns: int) -> None:
         """Update a thing by what its cluster shows now."""
         shrunk = sighting.voxels < self._config.shrink_share * known.voxels
-        settling = now_ns - known.last_seen_ns < self._config.settle_s * 1e9
+        settling = self._is_recent(known.last_seen_ns, now_ns)
         if shrunk and settling and not known.is_gone and known.label == sighting.label:
             self._shrunk.add(known.instance_id)
             return
@@ -223,7 +223,7 @@ class InstanceMemory:
         if known is None or known.instance_id in self._shrunk:
             return
         # Once in ten seconds is exact enough, and writes less.
-        if now_ns - known.last_seen_ns > 10_000_000_000:
+        if not 0 <= now_ns - known.last_seen_ns <= 10_000_000_000:
             self._put(dataclasses.replace(known, last_seen_ns=now_ns))
 
     def _without_cluster(
@@ -245,7 +245,9 @@ class InstanceMemory:
             unchecked = instance_id not in freed and checked > _UNSEEN_PER_UPDATE
             if unchecked or share_observed(known) < self._config.gone_share:
                 unseen.append(instance_id)
-            elif self._is_absorbed(known) or (self._is_fresh(known, now_ns) and not _noted(known)):
+            elif self._is_absorbed(known) or (
+                self._is_recent(known.first_seen_ns, now_ns) and not _noted(known)
+            ):
                 self.remove(instance_id)
             else:
                 gone.append(self._put(dataclasses.replace(known, gone_ns=now_ns)))
@@ -269,8 +271,9 @@ class InstanceMemory:
                 return True
         return False
 
-    def _is_fresh(self, known: Instance, now_ns: int) -> bool:
-        return now_ns - known.first_seen_ns < self._config.settle_s * 1e9
+    def _is_recent(self, at_ns: int, now_ns: int) -> bool:
+        # A time ahead is of before the clock was set back.
+        return 0 <= now_ns - at_ns < self._config.settle_s * 1e9
 
     # -- bookkeeping -------------------------------------------------------------------------
 

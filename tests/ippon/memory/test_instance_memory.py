@@ -143,6 +143,20 @@ def test_rooms_and_pictures_are_noted():
     assert (known.room, known.view_score) == ("kitchen", 0.2)
 
 
+@pytest.mark.parametrize("was_set_back", [False, True])
+def test_a_clock_that_is_set_back_does_not_make_old_things_new(watched, was_set_back):
+    painted, memory, look = watched
+    painted.paint(*CHAIR, "chair")
+    look(1000 * MINUTE_NS)
+    now_ns = (10 if was_set_back else 1010) * MINUTE_NS
+    painted.look_at((2, 2, 0))
+    look(now_ns)
+    assert memory.instances()[0].last_seen_ns == now_ns
+    painted.paint(*CHAIR)
+    (gone,) = look(now_ns + 1)
+    assert (gone.label, gone.gone_ns) == ("chair", now_ns + 1)
+
+
 def test_a_full_memory_gives_up_what_is_gone_and_then_what_is_oldest():
     memory = InstanceMemory(MemoryConfig(max_instances=3))
     ones = [memory.note_find(find(at=(2.0 * k, 0.0, 0.0)), k + 1) for k in range(3)]
