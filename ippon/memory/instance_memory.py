@@ -8,7 +8,7 @@ from typing import Final
 
 from ippon.guidance.language.naming import same_object
 from ippon.memory.config import MemoryConfig
-from ippon.memory.instance import Instance, Point, Sighting, Source, box_overlap
+from ippon.memory.instance import Instance, Point, Sighting, Source, box_overlap, is_on_floor
 from ippon.memory.map_clusters import ClusterChanges
 
 _CELL_M: Final = 2.0
@@ -157,15 +157,18 @@ class InstanceMemory:
         self._changes.removed.add(instance_id)
         self._shown = None
 
-    def set_rooms(self, name_at: Callable[[tuple[float, float]], str]) -> None:
-        """Name the rooms of all things that are there.
+    def set_rooms(self, name_at: Callable[[tuple[float, float]], str], floor_z_m: float) -> None:
+        """Name the rooms of all things that are there, on one floor.
 
         Args:
             name_at: Returns the room at a world position, empty where it is not clear.
+            floor_z_m: Height of the floor whose rooms these are.
         """
         for instance in self.instances():
+            if instance.is_gone or not is_on_floor(instance, floor_z_m):
+                continue
             room = name_at(instance.position_world[:2])
-            if room and room != instance.room and not instance.is_gone:
+            if room and room != instance.room:
                 self._put(dataclasses.replace(instance, room=room))
 
     def set_view_score(self, instance_id: int, score: float) -> None:

@@ -135,12 +135,21 @@ def test_what_never_was_is_forgotten_and_removed_from_files():
 def test_rooms_and_pictures_are_noted():
     memory = InstanceMemory()
     one = memory.note_find(find(), MINUTE_NS)
-    memory.set_rooms(lambda _: "kitchen")
-    memory.set_rooms(lambda _: "")
+    memory.set_rooms(lambda _: "kitchen", 0.0)
+    memory.set_rooms(lambda _: "", 0.0)
     memory.set_view_score(one.instance_id, 0.2)
     memory.set_view_score(99, 0.2)
     (known,) = memory.instances()
     assert (known.room, known.view_score) == ("kitchen", 0.2)
+
+
+def test_rooms_of_one_floor_do_not_name_things_of_another():
+    memory = InstanceMemory()
+    for z in (0.5, 3.5):
+        memory.note_find(find(at=(1.0, 1.0, z)), MINUTE_NS)
+    memory.set_rooms(lambda _: "kitchen", 0.0)
+    memory.set_rooms(lambda _: "bedroom", 3.0)
+    assert [one.room for one in memory.instances()] == ["kitchen", "bedroom"]
 
 
 @pytest.mark.parametrize("was_set_back", [False, True])
