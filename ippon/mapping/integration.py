@@ -76,12 +76,12 @@ class FrameIntegrator:
                 f"camera at {_text(frame.T_world_camera[:3, 3])} m is too far from the map to hold "
                 f"both in {cfg.directory_max_cells} blocks; raise MapConfig.directory_max_cells"
             )
+        self._directory.cover(low, high)
+        seen = self._blocks.select(frame, image, layers, (low, high), revision)
         self.floor_z_m = float(frame.T_world_base[2, 3])
         if self.layer is None:
             self.layer = math.floor((self.floor_z_m + cfg.body_height_m) / cfg.voxel_size_m)
         self._last_pose = (frame.stamp_ns, frame.T_world_camera[:3, 3].copy())
-        self._directory.cover(low, high)
-        seen = self._blocks.select(frame, image, layers, (low, high), revision)
         return self._update(frame, image, seen, layers, revision)
 
     def integrate_heatmap(self, frame: Frame, layers: ObjectLayers, revision: int) -> int:

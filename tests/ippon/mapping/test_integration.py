@@ -196,6 +196,21 @@ def test_thousands_of_frames_leave_memory_flat(tools, world, count):
     assert resident[-1] <= resident[1] + 5.0
 
 
+def test_a_view_that_alone_exceeds_the_limit_is_refused_and_changes_nothing(tools, world):
+    voxel_map = VoxelMap(MapConfig(memory_limit_mb=11.0), LABELS)
+    voxel_map.integrate(world.frame(tools.look(2.0, 2.0, 1.2, 0.0)))
+    before, used = voxel_map.arrays().state.copy(), int(voxel_map._pools.used.sum())
+    wide = PinholeCamera.from_horizontal_fov(160, 160, 2.6)
+    hall = tools.World([(-50.0, -50.0, -2.0, 50.0, 50.0, -1.0)])
+    frame = hall.frame(tools.look(2.0, 2.0, 1.2, 0.0), camera=wide, stamp_ns=10**9)
+    frame = dataclasses.replace(frame, depth=np.full((160, 160), 4.9, np.float32))
+    with pytest.raises(FrameRejectedError, match="one view needs more than the 914 blocks"):
+        voxel_map.integrate(frame)
+    assert int(voxel_map._pools.used.sum()) == used
+    assert (voxel_map.arrays().state[: len(before)] == before).all()
+    assert voxel_map.revision == 1
+
+
 @pytest.mark.slow
 def test_a_dropped_room_is_mapped_again(tools):
     config = MapConfig(memory_limit_mb=15.0, max_range_m=3.0)
