@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,10 @@ from ippon.mapping.occupancy.ray_endpoints import (
     n_samples,
     sample_strides,
 )
+
+MOST_FROM_ORIGIN_M: Final = 10_000.0
+"""Distance from the world's origin up to which the float32 coordinates of messages and drawings
+tell one voxel from the next, and indices fit their 21 bits."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -187,6 +192,12 @@ class FrameIntegrator:
     def _check(self, frame: Frame) -> None:
         if not np.isfinite(frame.depth).any():
             raise FrameRejectedError("depth has no finite value: NaN or infinite everywhere")
+        if float(np.abs(frame.T_world_camera[:3, 3]).max()) > MOST_FROM_ORIGIN_M:
+            raise FrameRejectedError(
+                f"camera at {_text(frame.T_world_camera[:3, 3])} m is more than "
+                f"{MOST_FROM_ORIGIN_M / 1000.0:.0f} km from the origin of its world frame: use a "
+                "frame with its origin on the site, none of geographic coordinates such as UTM"
+            )
         if self._last_pose is None:
             return
         jump = float(np.linalg.norm(frame.T_world_camera[:3, 3] - self._last_pose[1]))

@@ -105,6 +105,16 @@ def test_the_world_grows_in_any_direction_and_forgets_nothing(tools):
     assert (high >= (71, 55, 6)).all()
 
 
+@pytest.mark.parametrize("at", [(500e3, 5.8e6, 0.0), (0.0, -1e19, 0.0), (0.0, 0.0, 1e300)])
+def test_a_pose_in_geographic_coordinates_is_refused(tools, world, at):
+    frame = world.frame(tools.look(1.0, 1.0, 1.2, 0.0))
+    pose = frame.T_world_camera.copy()
+    pose[:3, 3] += at
+    voxel_map = VoxelMap(MapConfig(), LABELS)
+    with pytest.raises(FrameRejectedError, match=r"camera at .* more than 10 km .* such as UTM"):
+        voxel_map.integrate(dataclasses.replace(frame, T_world_camera=pose))
+
+
 @pytest.mark.slow
 def test_the_bound_on_memory_holds_and_distances_stay_exact(tools):
     config = MapConfig(memory_limit_mb=15.0, max_range_m=3.0)
