@@ -11,7 +11,7 @@ from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
 from ippon.geometry import invert_transform
 from ippon.mapping.arrays import OCCUPIED, read_only
-from ippon.mapping.blocks import BlockDirectory, Pools
+from ippon.mapping.blocks import BlockDirectory, Pools, count_layer
 from ippon.mapping.config import MapConfig
 from ippon.mapping.depth_image import DepthImage, prepare_depth
 from ippon.mapping.frame_blocks import BlockSelector, VisibleBlocks, box_bounds
@@ -33,6 +33,9 @@ from ippon.mapping.occupancy.ray_endpoints import (
 MOST_FROM_ORIGIN_M: Final = 10_000.0
 """Distance from the world's origin up to which the float32 coordinates of messages and drawings
 tell one voxel from the next, and indices fit their 21 bits."""
+
+FLOOR_MOVED_M: Final = 0.2
+"""Difference of height, beyond a voxel, from which the explored floor is that of another layer."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,7 +69,7 @@ class FrameIntegrator:
         self._endpoints = make_endpoint_counts(0)
         self._last_pose: tuple[int, NDArray[np.float64]] | None = None
         self.layer: int | None = None
-        """Voxel layer at body height; None before the first frame."""
+        """Voxel layer at body height over the floor; None before the first frame."""
         self.floor_z_m = 0.0
         """Height of the floor that the robot stood on last."""
 
@@ -83,9 +86,7 @@ class FrameIntegrator:
             )
         self._directory.cover(low, high)
         seen = self._blocks.select(frame, image, layers, (low, high), revision)
-        self.floor_z_m = float(frame.T_world_base[2, 3])
-        if self.layer is None:
-            self.layer = math.floor((self.floor_z_m + cfg.body_height_m) / cfg.voxel_size_m)
+        self._stand_on(float(frame.T_world_base[2, 3]))
         self._last_pose = (frame.stamp_ns, frame.T_world_camera[:3, 3].copy())
         return self._update(frame, image, seen, layers, revision)
 
@@ -188,6 +189,17 @@ class FrameIntegrator:
         count_endpoints_kernel(
             image, strides, self._view(frame), self._rules(), box, place, self._endpoints
         )
+
+    def _stand_on(self, floor_z_m: float) -> None:
+        """Take up the floor at a height; on another one its free voxels are counted anew."""
+        size = self._config.voxel_size_m
+        self.floor_z_m = floor_z_m
+        layer = math.floor((floor_z_m + self._config.body_height_m) / size)
+        if self.layer is None:
+            self.layer = layer
+        elif abs(layer - self.layer) * size > FLOOR_MOVED_M + size:
+            self.layer = layer
+            count_layer(self._pools, layer)
 
     def _check(self, frame: Frame) -> None:
         if not np.isfinite(frame.depth).any():

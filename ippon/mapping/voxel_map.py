@@ -236,7 +236,7 @@ class VoxelMap:
         return float(self._pools.best_ooi[:n].max()) / 254.0 if n else 0.0
 
     def explored_m2(self) -> float:
-        """Return the floor area that was seen free at `MapConfig.body_height_m`."""
+        """Return the area that was seen free at `MapConfig.body_height_m` over the last floor."""
         return float(self._pools.tally[N_LAYER_FREE]) * self.config.voxel_size_m**2
 
     def save(self, path: Path) -> None:
