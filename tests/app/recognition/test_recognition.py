@@ -19,6 +19,7 @@ from ippon.frame import Frame
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
 from ippon.observation import Detections, Instance
 from ippon.segmentation.detectors.vocabulary import ClosedVocabulary
+from ippon.tracking.upright import UprightCheck
 from tests.locations import ROOT, SHARED
 
 SEQUENCE = SHARED / "rgbd/redkitchen_a"
@@ -238,3 +239,19 @@ def test_images_that_were_left_out_are_counted_once_with_a_page_too(
     assert run(["recognise", str(tmp_path), "--find", "cup", "--page", str(page)]) == 0
     assert "<figure>" in page.read_text()
     assert "8 of 9 colour images were not mapped" in capsys.readouterr().err
+
+
+def test_refused_frames_and_images_that_are_upside_down_are_told(
+    fake, tmp_path, monkeypatch, capsys
+):
+    read = json.loads((tmp_path / "sequence.json").read_text())
+    (frame,) = read["frames"]
+    pose = np.array(frame["camera_to_world"])
+    pose[0, 3] = 3e4
+    frames = [frame, {**frame, "camera_to_world": pose.tolist()}]
+    (tmp_path / "sequence.json").write_text(json.dumps({**read, "frames": frames}))
+    monkeypatch.setattr(UprightCheck, "is_upside_down", True)
+    assert run(["recognise", str(tmp_path), "--find", "cup"]) == 0
+    told = capsys.readouterr().err
+    assert "1 of 2 frames were refused; the last one: camera at (30000.00, 0.00" in told
+    assert "the camera's images are upside down" in told

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from app.nodes.replay.datasets import open_dataset, read_color, read_depth
+from ippon.camera import PinholeCamera
+from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform, rotation_y
 from ippon.tracking.camera_tracker import CameraTracker, TrackerConfig
 from tests.locations import SHARED
 
@@ -45,6 +47,20 @@ def test_a_camera_that_is_covered_is_lost_and_finds_its_place_where_it_has_been(
     found = tracker.track(*walk.frames[14])
     assert not tracker.is_lost
     assert np.linalg.norm(found.T_world_camera[:3, 3] - walk.poses[14][:3, 3]) < 0.03
+
+
+def test_a_camera_that_faces_a_bare_wall_squarely_is_not_lost():
+    camera = PinholeCamera.from_horizontal_fov(320, 240, 1.2)
+    R = rotation_y(0.35) @ R_BASE_CAMERA_LEVEL
+    rays = camera.rays() @ R.T
+    with np.errstate(divide="ignore"):
+        floor = np.where(rays[..., 2] < 0.0, -1.3 / rays[..., 2], np.inf)
+    depth = np.minimum(floor, 3.0 / rays[..., 0]).astype(np.float32)
+    tracker = CameraTracker(camera, make_transform(R, (0.0, 0.0, 1.3)))
+    for _ in range(5):
+        tracked = tracker.track(np.zeros((240, 320, 3), np.uint8), depth)
+        assert tracked.problem == ""
+        assert np.allclose(tracked.T_world_camera[:3, 3], (0.0, 0.0, 1.3), atol=0.02)
 
 
 def test_a_jump_is_not_believed(walk):
