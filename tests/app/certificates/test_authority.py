@@ -38,3 +38,13 @@ def test_a_damaged_or_foreign_key_is_refused(tmp_path):
     (tmp_path / "ca.key").write_text("nonsense")
     with pytest.raises(CertificateError, match="no usable authority"):
         open_authority(tmp_path, NOW)
+
+
+def test_no_certificate_outlives_its_authority(tmp_path):
+    authority = open_authority(tmp_path, NOW)
+    end = authority.certificate.not_valid_after_utc
+    later = end - dt.timedelta(days=100)
+    pem, _ = issue(open_authority(tmp_path, later), "robot", ("localhost",), 365, later)
+    assert expiry(pem) == end
+    with pytest.raises(CertificateError, match="expired on 2039-12-30, and all that it signed"):
+        open_authority(tmp_path, end)
