@@ -56,6 +56,8 @@ class EpisodeGenerationConfig:
                 f"min_shortest_path_m must be finite and at least {SUCCESS_DISTANCE_M}, where a "
                 f"search would have ended at its start; got {self.min_shortest_path_m}"
             )
+        if self.seed < 0:
+            raise ValueError(f"a seed is a whole number from 0; got {self.seed}")
         if not self.goals or self.starts_per_goal < 1 or self.small_per_home < 0:
             raise ValueError(
                 "episodes need goals, starts_per_goal of at least 1 and small_per_home of at "

@@ -1,5 +1,7 @@
 import dataclasses
+import errno
 import json
+import os
 
 import pytest
 
@@ -107,6 +109,25 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(UsageError, match="cannot write to"):
         EvaluationFolder(tmp_path / "file" / "out").open_for(_SETTINGS)
+
+
+def test_a_full_disk_is_told_and_costs_one_row(folder, make_row, monkeypatch):
+    folder.write(make_row())
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", full)
+        for write in (
+            lambda: folder.write(make_row(episode_id="2.bed.0.untold")),
+            lambda: folder.write_error("home 1", "Traceback"),
+            folder.merge,
+        ):
+            with pytest.raises(UsageError, match=r"No space left on device; finished .* are kept"):
+                write()
+    assert folder.rows() == (make_row(),)
+    assert folder.errors() == ()
 
 
 def test_a_damaged_table_is_named(folder):

@@ -82,6 +82,8 @@ def test_how_near_a_start_may_be_is_a_setting(home, robot):
     assert (0, "starts too near") in {(d.start_index, d.reason) for d in dropped}
     with pytest.raises(ValueError, match="min_shortest_path_m must be finite and at least"):
         EpisodeGenerationConfig(min_shortest_path_m=0.0)
+    with pytest.raises(ValueError, match="a seed is a whole number from 0; got -1"):
+        EpisodeGenerationConfig(seed=-1)
 
 
 def test_goals_that_the_home_lacks_are_named(home, robot):
