@@ -152,5 +152,9 @@ def _ratio(value: float | None) -> str:
 def _table(title: str, heads: Sequence[str]) -> Table:
     table = Table(title=title, box=SIMPLE_HEAD, pad_edge=False)
     for head in heads:
-        table.add_column(head, justify="left" if head == "method" else "right", no_wrap=True)
+        # A long name is broken over lines, so that no figure is cut.
+        name = head == "method"
+        table.add_column(
+            head, justify="left" if name else "right", no_wrap=not name, overflow="fold"
+        )
     return table
