@@ -2,6 +2,7 @@ import datetime as dt
 
 import pytest
 from cryptography import x509
+from cryptography.x509 import verification
 
 from app.certificates.authority import CertificateError, expiry, issue, open_authority
 
@@ -19,6 +20,16 @@ def test_an_authority_is_made_once_and_signs(tmp_path):
     assert [str(a) for a in names.get_values_for_type(x509.IPAddress)] == ["10.0.0.2", "::1"]
     assert certificate.subject.rfc4514_string() == "CN=robot"
     assert expiry(pem) == NOW + dt.timedelta(days=5)
+
+
+def test_a_strict_reader_accepts_a_certificate(tmp_path):
+    """As Python from 3.13 on: key identifiers are there, as RFC 5280 demands."""
+    authority = open_authority(tmp_path, NOW)
+    pem, _ = issue(authority, "navigator", ("robot.local",), 5, NOW)
+    store = verification.Store([authority.certificate])
+    policy = verification.PolicyBuilder().store(store).time(NOW)
+    verifier = policy.build_server_verifier(x509.DNSName("robot.local"))
+    assert len(verifier.verify(x509.load_pem_x509_certificate(pem), [])) == 2
 
 
 def test_half_an_authority_is_refused(tmp_path):
