@@ -81,6 +81,14 @@ def test_a_long_name_of_a_folder_costs_no_figure(results, tmp_path, capsys, monk
     assert max(len(line) for line in out.splitlines() if "report.html" not in line) <= 80
 
 
+@pytest.mark.parametrize("as_json", [False, True])
+def test_figures_of_a_folder_that_cannot_be_written_are_shown(results, capsys, as_json):
+    (results.path / "report.html").mkdir()
+    with pytest.raises(UsageError, match="cannot write to"):
+        run_eval_report(EvalReport(folder=results.path, json=as_json))
+    assert "oracle" in capsys.readouterr().out
+
+
 def test_the_page_is_whole_and_needs_nothing_from_elsewhere(results, capsys):
     run_eval_report(EvalReport(folder=results.path))
     page = (results.path / "report.html").read_text()
