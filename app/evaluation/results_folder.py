@@ -83,9 +83,10 @@ class EvaluationFolder:
         odd = [k for k in sorted(set(before) | set(now)) if before.get(k) != now.get(k)]
         if odd:
             listed = ", ".join(f"{k} {before.get(k)!r} (now {now.get(k)!r})" for k in odd)
+            how = "holds results of" if self.has_rows() else "was begun, without results yet, with"
             raise EvaluationError(
-                f"{self.path} holds results of another setup: {listed}; use another folder for "
-                "--out, or the same options"
+                f"{self.path} {how} another setup: {listed}; use another folder for --out, or the "
+                "same options"
             )
         kept = old.get("configurations", {})
         for method, configuration in new.get("configurations", {}).items():

@@ -68,8 +68,11 @@ def test_what_a_killed_writer_left_is_no_row(folder, make_row):
     assert len(folder.rows()) == 1
 
 
-def test_other_settings_need_another_folder(folder):
+def test_other_settings_need_another_folder(folder, make_row):
     other = {"fixed": {"seed": 1, "robot": "zed"}, "version": "1"}
+    with pytest.raises(UsageError, match="was begun, without results yet, with another setup"):
+        folder.open_for(other)
+    folder.write(make_row())
     with pytest.raises(UsageError, match=r"another setup: seed 0 \(now 1\); use another folder"):
         folder.open_for(other)
     folder.open_for({**_SETTINGS, "version": "2"})
