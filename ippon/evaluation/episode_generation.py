@@ -56,6 +56,8 @@ class EpisodeGenerationConfig:
                 f"min_shortest_path_m must be finite and at least {SUCCESS_DISTANCE_M}, where a "
                 f"search would have ended at its start; got {self.min_shortest_path_m}"
             )
+        if self.seed < 0:
+            raise ValueError(f"a seed is a whole number from 0; got {self.seed}")
         if not self.goals or self.starts_per_goal < 1 or self.small_per_home < 0:
             raise ValueError(
                 "episodes need goals, starts_per_goal of at least 1 and small_per_home of at "
@@ -297,11 +299,12 @@ def goals_of(kinds: Sequence[str]) -> tuple[str, ...]:
 def draw_episodes(episodes: Sequence[EpisodeSpec], limit: int | None) -> list[EpisodeSpec]:
     """Draw a number of episodes, mixing homes and objects; a larger limit only adds episodes.
 
-    The versions with and without a context are drawn together, so that they can be compared.
+    The versions with and without a context are drawn together, so that they can be compared: the
+    last is left out where its other version is beyond the limit.
 
     Args:
         episodes: Of any homes.
-        limit: Maximum number; None for all.
+        limit: Maximum number, at least 1; None for all.
 
     Returns:
         The drawn episodes, in their original order.
@@ -309,5 +312,8 @@ def draw_episodes(episodes: Sequence[EpisodeSpec], limit: int | None) -> list[Ep
     if limit is None or limit >= len(episodes):
         return list(episodes)
     order = sorted(episodes, key=lambda e: (zlib.crc32(e.id_without_context.encode()), e.context))
+    names = [e.id_without_context for e in order]
+    if limit > 1 and names[limit - 1] == names[limit] != names[limit - 2]:
+        limit -= 1
     chosen = {e.episode_id for e in order[:limit]}
     return [e for e in episodes if e.episode_id in chosen]
