@@ -234,19 +234,6 @@ def test_a_second_object_that_the_map_shows_is_driven_to_at_once(searcher, room)
     assert robot.world.path_length_m() - driven < 5.0, "straight there"
 
 
-def test_a_robot_whose_wheels_do_not_turn_for_a_while_recovers(searcher, room):
-    robot = searcher([*room(8.0, 4.0), toilet(7.4, 1.8)], 1.0, 2.0)
-    robot.ask("toilet")
-    robot.search(40.0, lambda r: r.command.linear_m_s > 0.3 and robot.at[0] > 2.0)
-    held = []
-    for _ in range(30):
-        held.append(robot.mission.step(robot.world.observe()))
-        robot.world.step(None, 0.2)
-    assert events(held, "contact"), "it notices without a bumper"
-    robot.search(90.0)
-    assert robot.last.state is MissionState.FOUND
-
-
 @pytest.mark.parametrize("sweep", [True, False])
 def test_the_camera_sweeps_while_the_robot_explores(searcher, room, sweep):
     config = MissionConfig(travel_pitch=TravelPitchConfig(sweep=sweep))
@@ -265,7 +252,7 @@ def test_the_camera_sweeps_while_the_robot_explores(searcher, room, sweep):
 
 @pytest.mark.parametrize("held_still", [False, True])
 def test_commands_stay_within_the_robots_limits(searcher, room, held_still):
-    """Neither the look around, a pause on the way, nor the way back from an obstacle."""
+    """Neither the look around, a pause, wheels that do not turn, nor the way back from there."""
     robot = searcher([*room(8.0, 4.0), toilet(7.4, 1.8)], 1.0, 2.0)
     robot.ask("toilet")
     robot.search(40.0, lambda r: r.command.linear_m_s > 0.5)
@@ -273,7 +260,7 @@ def test_commands_stay_within_the_robots_limits(searcher, room, held_still):
         for _ in range(30):
             robot.results.append(robot.mission.step(robot.world.observe()))
             robot.world.step(None, 0.2)
-        assert events(robot.results, "contact")
+        assert events(robot.results, "contact"), "it notices without a bumper"
     else:
         robot.mission.operator.pause()
         robot.results.append(robot.mission.step(robot.world.observe()))
@@ -296,21 +283,16 @@ def test_commands_stay_within_the_robots_limits(searcher, room, held_still):
         assert faster.max() <= 0.2 * most + 1e-9
 
 
-def test_a_robot_that_was_kept_from_driving_starts_from_rest(searcher, room):
-    robot = searcher([*room(8.0, 4.0), toilet(7.4, 1.8)], 1.0, 2.0)
-    robot.ask("toilet")
-    robot.search(40.0, lambda r: r.command.linear_m_s > 0.5)
-    robot.mission.motion.resume_from(Command())
-    robot.world.step(None, 0.2)
-    command = robot.mission.step(robot.world.observe()).command
-    assert 0.0 < command.linear_m_s <= 0.2 * ZED.max_linear_acceleration_m_s2 + 1e-9
-
-
-def test_the_planner_goes_on_from_what_the_hand_commanded(searcher, room):
+def test_the_planner_goes_on_from_rest_or_from_what_the_hand_commanded(searcher, room):
     robot = searcher([*room(8.0, 4.0), toilet(7.4, 1.8)], 1.0, 2.0)
     robot.ask("toilet")
     robot.search(40.0, lambda r: r.command.linear_m_s > 0.5)
     before = robot.results[-1].command
+    # Kept from driving, it starts from rest.
+    robot.mission.motion.resume_from(Command())
+    robot.world.step(None, 0.2)
+    command = robot.mission.step(robot.world.observe()).command
+    assert 0.0 < command.linear_m_s <= 0.2 * ZED.max_linear_acceleration_m_s2 + 1e-9
     robot.mission.motion.resume_from(Command())
     robot.mission.motion.resume_from(before, manual=True)
     robot.world.step(before, 0.2)
