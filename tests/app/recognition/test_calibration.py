@@ -29,7 +29,7 @@ def test_a_table_fitted_to_half_of_a_real_kitchen_explains_the_other_half_better
     pytest.importorskip("ncnn")
     out = tmp_path / "table.json"
     ran = calibrate(
-        every_nth_image(tmp_path, 2), "--out", out,
+        every_nth_image(tmp_path, 4), "--out", out,
         "--segmentation.backend", "detector", "--segmentation.model", MODEL,
     )  # fmt: skip
     assert ran.returncode == 0, ran.stderr

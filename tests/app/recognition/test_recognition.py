@@ -99,7 +99,7 @@ def test_a_real_kitchen_holds_what_is_in_it_and_nothing_that_is_not(tmp_path):
     pytest.importorskip("ncnn")
     kinds = ("cup", "tv", "chair", "table", "book", "bottle", *ABSENT, "hat")
     ran = recognise(
-        str(every_nth_image(tmp_path, 2)), "--find", ",".join(kinds), "--json",
+        str(every_nth_image(tmp_path, 3)), "--find", ",".join(kinds), "--json",
         "--page", str(tmp_path / "page.html"),
         "--segmentation.backend", "detector", "--segmentation.model", str(MODEL),
     )  # fmt: skip
