@@ -8,6 +8,7 @@ the demo.
 import atexit
 import functools
 import gc
+import importlib
 import json
 import os
 import select
@@ -172,11 +173,9 @@ def _prepare() -> None:
 
     prevent_spinning()
     use_kernel_cache()
-    import app.__main__
-    import app.cli.nodes.console
-    import app.cli.nodes.navigate
-    import app.cli.nodes.sim
-    import app.nodes.robot_sim  # noqa: F401
+    nodes = "cli.nodes.console", "cli.nodes.navigate", "cli.nodes.sim", "nodes.robot_sim"
+    for name in ("__main__", *nodes):
+        importlib.import_module(f"app.{name}")
     from app.nodes.navigator.config import NavigatorConfig
     from app.nodes.navigator.warm_up import warm_up
 
