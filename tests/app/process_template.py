@@ -176,10 +176,14 @@ def _prepare() -> None:
     nodes = "cli.nodes.console", "cli.nodes.navigate", "cli.nodes.sim", "nodes.robot_sim"
     for name in ("__main__", *nodes):
         importlib.import_module(f"app.{name}")
+    from app.nodes.console.web import assets
     from app.nodes.navigator.config import NavigatorConfig
     from app.nodes.navigator.warm_up import warm_up
 
     warm_up(NavigatorConfig(), lambda _: None)
+    # What viser's client unpacks to is the same for all consoles.
+    assets.unpack_client = functools.cache(assets.unpack_client)
+    assets.Assets()
     # Only the thread that copies is in the copy.
     assert psutil.Process().num_threads() == 1
     gc.collect()
