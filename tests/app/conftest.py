@@ -15,6 +15,7 @@ import zenoh
 from app.links.network.session import open_client, open_router
 from ippon.simulation.scene import Scene
 from ippon.simulation.scene_writer import save_scene
+from tests.app.process_template import COMMANDS, Copy
 from tests.boxes import boxes_scene
 from tests.evaluation_rows import make_row
 from tests.locations import ROOT
@@ -48,11 +49,15 @@ class Process:
 
     def __init__(self, arguments: Sequence[str], log: Path, environment: Mapping[str, str]) -> None:
         self._log = log
+        environment = {**os.environ, **environment}
         with log.open("wb") as stream:
+            if arguments[0] in COMMANDS:
+                self.child = Copy(arguments, subprocess.PIPE, stream.fileno(), environment)
+                return
             self.child = subprocess.Popen(
                 [sys.executable, "-m", "app", *arguments],
                 cwd=ROOT,
-                env={**os.environ, **environment},
+                env=environment,
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=stream,
