@@ -248,7 +248,10 @@ class SearchPanel:
         self._next = _next_names(status, self._words)
         self._now.content = markup.now(status, self._words)
         self._goals.content = markup.goals(
-            [*status.tour, *status.queue], status.history, self._words
+            [*status.tour, *status.queue],
+            status.history,
+            self._words,
+            recorded=self._actions.recorded,
         )
         has_search = status.goal is not None and status.state != "exhausted"
         is_steered = has_search and not self._actions.recorded

@@ -187,6 +187,13 @@ def test_nothing_yet_is_said_in_words():
     assert markup.goals([], [], ENGLISH) == ""
 
 
+def test_goals_of_a_recording_are_not_offered_to_be_changed():
+    goal = GoalStatus(goal_id=1, object="hat", outcome="cancelled")
+    hint = markup.escape(ENGLISH("panel.goals.hint"))
+    assert hint in markup.goals([], [goal], ENGLISH)
+    assert hint not in markup.goals([], [goal], ENGLISH, recorded=True)
+
+
 def test_a_find_that_no_way_leads_to_says_so(stage):
     goal = GoalStatus(goal_id=1, object="hat", outcome="out_of_reach")
     find = FindReport(
