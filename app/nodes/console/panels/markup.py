@@ -108,7 +108,8 @@ def understood(reading: SentenceReading, say: Words) -> str:
     told += reading.notes
     if reading.note:
         told.append(say("panel.understood.rules", note=reading.note))
-    lines += [muted(escape(text)) for text in told]
+    asked = reading.because.casefold() if reading.doubtful else ""
+    lines += [muted(escape(text)) for text in told if text.casefold() not in asked]
     if reading.doubtful:
         lines.append(f'<p class="ip-answer ip-bad">{escape(reading.because)}</p>')
     return "".join(lines)
