@@ -142,7 +142,7 @@ def wider(entry: Entry, knowledge: Knowledge) -> list[str]:
 
 
 def _noun_phrase(text: str) -> list[str]:
-    if not _FOREIGN.search(text):
+    if not _FOREIGN.search(plain(text)):
         raise ValueError(f"no object in {text[:40]!r}: name what to look for, such as 'hat'")
     tokens = tokenize(plain(text).replace("_", " "))
     words = [token.word for token in tokens if token.word not in DETERMINERS]
