@@ -13,6 +13,7 @@ from ippon.evaluation.metrics import SUCCESS_DISTANCE_M, Judge
 from ippon.evaluation.supports import context_sentence, room_sentence
 from ippon.guidance.language.naming import resolve_object
 from ippon.robot import RobotProfile
+from ippon.simulation.camera.line_of_sight import LineOfSight
 from ippon.simulation.robot.navigation_grid import robot_grid
 from ippon.simulation.scene import Scene, StartPose
 from ippon.vocabulary import HABITAT_GOALS, MATTERPORT_40, canonical_label
@@ -140,13 +141,13 @@ def list_episodes(
     Returns:
         The episodes, and the searches that were excluded.
     """
-    grid = robot_grid(scene, robot)
+    grid, sight = robot_grid(scene, robot), LineOfSight(scene)
     episodes: list[EpisodeSpec] = []
     dropped: list[ExcludedEpisode] = []
     goals = _drawn_goals(scene, home, config, dropped)
     for goal, colour in _with_colours(scene, home, goals, config, dropped):
         then = _next_goal(home, goal, goals, config) if config.second_object else ""
-        judge = Judge(scene, robot, goal, colour=colour, grid=grid)
+        judge = Judge(scene, robot, goal, colour=colour, grid=grid, sight=sight)
         rng = _rng(config.seed, home_name(home), *filter(None, (colour, goal)))
         taken = 0
         for index in rng.permutation(len(scene.start_poses)).tolist():

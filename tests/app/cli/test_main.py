@@ -7,8 +7,10 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from pathlib import Path
 
+import psutil
 import pytest
 
 from app.cli.main import run
@@ -203,6 +205,10 @@ def test_help_is_quick_and_complete():
 @pytest.mark.process
 def test_ctrl_c_while_waiting_says_nothing_odd(launch, free_endpoint):
     robot = launch("sim", "--connect", free_endpoint, "--home", "3")
+    # zenoh's threads look for the navigator.
+    while psutil.Process(robot.child.pid).num_threads() == 1:
+        assert robot.child.poll() is None, robot.log()
+        time.sleep(0.02)
     robot.child.send_signal(signal.SIGINT)
     robot.finish()
     assert "Exception ignored" not in robot.log()
