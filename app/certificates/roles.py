@@ -67,18 +67,7 @@ def write_roles(
         ValueError: A prefix is none.
         OSError: The folder cannot be written.
     """
-    if not robots:
-        raise CertificateError("the access rules are about at least one robot; none is named")
-    for robot in robots:
-        check_prefix(robot)
-    if not 1 <= days <= 3650:
-        raise CertificateError(f"certificates are valid for 1 to 3650 days; got {days}")
-    for host in hosts:
-        if not _is_host(host):
-            raise CertificateError(
-                f"{host!r} is neither a host's name nor an address, such as robot.local, "
-                "192.168.1.20 or fd00::20; a port is not part of it"
-            )
+    _check(robots, hosts, days)
     folder = folder.absolute()
     if set('"\\') & set(str(folder)):
         raise CertificateError(f"zenoh's profiles cannot name {folder}: take a plain path")
@@ -100,15 +89,33 @@ def write_roles(
             expires, named = expiry(certificate.read_bytes()), host_names(certificate.read_bytes())
         except ValueError as error:
             raise CertificateError(f"{certificate} is no certificate: {error}") from error
-        lacks: list[str] = []
-        if role == NAVIGATOR:
-            rules = profile.read_text("utf-8")
-            lacks += (host for host in hosts if _spelled(host) not in named)
-            lacks += (robot for robot in robots if f'"{robot}/' not in rules)
-        written.append(
-            RoleFiles(role=role, profile=profile, expires=expires, new=new, lacks=tuple(lacks))
-        )
+        lacks = _lacking(profile, named, robots, hosts) if role == NAVIGATOR else ()
+        written.append(RoleFiles(role=role, profile=profile, expires=expires, new=new, lacks=lacks))
     return written
+
+
+def _check(robots: Sequence[str], hosts: Sequence[str], days: int) -> None:
+    if not robots:
+        raise CertificateError("the access rules are about at least one robot; none is named")
+    for robot in robots:
+        check_prefix(robot)
+    if not 1 <= days <= 3650:
+        raise CertificateError(f"certificates are valid for 1 to 3650 days; got {days}")
+    for host in hosts:
+        if not _is_host(host):
+            raise CertificateError(
+                f"{host!r} is neither a host's name nor an address, such as robot.local, "
+                "192.168.1.20 or fd00::20; a port is not part of it"
+            )
+
+
+def _lacking(
+    profile: Path, named: Sequence[str], robots: Sequence[str], hosts: Sequence[str]
+) -> tuple[str, ...]:
+    """Return the hosts that are not named, and the robots that the rules of a profile leave out."""
+    rules = profile.read_text("utf-8")
+    unnamed = [host for host in hosts if _spelled(host) not in named]
+    return (*unnamed, *(robot for robot in robots if f'"{robot}/' not in rules))
 
 
 def _is_host(text: str) -> bool:

@@ -50,17 +50,24 @@ def mean_interval(values: ArrayLike, clusters: ArrayLike, *, seed: int = 0) -> t
     return float(low), float(high)
 
 
-def share_interval(count: int, of: int) -> tuple[float, float]:
+def share_interval(hits: ArrayLike, clusters: ArrayLike) -> tuple[float, float]:
     """Return the 95 % interval of a share by Wilson's formula (JASA 1927).
 
-    Unlike a bootstrap, it has a width where all or none succeed. Episodes of one home count as
-    independent.
+    Unlike a bootstrap, it has a width where all or none succeed. Where episodes of one home are
+    alike, they count as fewer: as many as have the variance of the share between homes (Kish's
+    design effect).
 
     Args:
-        count: Successes.
-        of: Episodes, at least 1.
+        hits: (N,) whether each episode succeeded, N of at least 1.
+        clusters: (N,) identifier of each home.
     """
-    p, z2 = count / of, _NORMAL_97_5**2 / of
+    sums, counts = _by_cluster(hits, clusters)
+    total = float(counts.sum())
+    p = float(sums.sum()) / total
+    alone = p * (1.0 - p) * total
+    together = float(np.square(sums - p * counts).sum())
+    effective = total / max(1.0, together / alone) if alone > 0.0 else total
+    z2 = _NORMAL_97_5**2 / effective
     middle = (p + 0.5 * z2) / (1.0 + z2)
     half = math.sqrt(z2 * (p * (1.0 - p) + 0.25 * z2)) / (1.0 + z2)
     return max(0.0, middle - half), min(1.0, middle + half)

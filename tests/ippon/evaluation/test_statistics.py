@@ -132,7 +132,15 @@ def test_episodes_of_one_home_are_no_independent_evidence():
 @pytest.mark.parametrize(("count", "of"), [(0, 1), (20, 20), (188, 200), (11, 14), (1, 3)])
 def test_the_interval_of_a_success_rate_is_wilson_s(count, of):
     expected = stats.binomtest(count, of).proportion_ci(method="wilson")
-    assert share_interval(count, of) == pytest.approx((expected.low, expected.high))
+    hits = [1.0] * count + [0.0] * (of - count)
+    for homes in (["a"] * of, range(of)):
+        assert share_interval(hits, homes) == pytest.approx((expected.low, expected.high))
+
+
+def test_episodes_of_a_home_that_are_all_alike_count_as_one():
+    homes = [1.0, 0.0, 1.0, 1.0, 0.0, 1.0] * 20
+    once = share_interval(homes, range(120))
+    assert share_interval(np.repeat(homes, 5), np.repeat(range(120), 5)) == pytest.approx(once)
 
 
 def test_mcnemar_is_the_binomial_test():
