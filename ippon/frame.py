@@ -13,6 +13,8 @@ from ippon.observation import Heatmap
 
 NANOSECONDS: Final = 1_000_000_000
 """Nanoseconds per second, for `stamp_ns`."""
+FLOORS_APART_M: Final = 1.0
+"""Difference of height from which a robot stands on another floor."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,6 +9,8 @@ from ippon.mapping.blocks import BYTES_PER_VOXEL
 SURFACE_VOXELS_PER_BLOCK: Final = 64
 """Surface voxels per block, on average, that fit within the memory limit."""
 BYTES_PER_SURFACE_VOXEL: Final = 76
+MOST_MEMORY_MB: Final = 50_000.0
+"""Of a map whose voxels are numbered by 32 bits."""
 
 Fusion = Literal["places", "paper", "max"]
 
@@ -111,6 +113,10 @@ class MapConfig:
                 "evidence must satisfy 1 <= hit <= max <= 100 and 1 <= miss <= -min <= 100; got "
                 f"{self.hit_evidence}, {self.max_evidence}, {self.miss_evidence}, "
                 f"{self.min_evidence}"
+            )
+        if not 0.0 < self.memory_limit_mb <= MOST_MEMORY_MB:
+            raise ValueError(
+                f"memory_limit_mb lies in 0 to {MOST_MEMORY_MB:.0f}; got {self.memory_limit_mb}"
             )
         need = int(1.5 * (self.max_range_m / (BLOCK_EDGE * self.voxel_size_m) + 2.0) ** 3)
         if self.max_blocks < need:

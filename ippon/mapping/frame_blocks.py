@@ -1,6 +1,6 @@
 """The blocks that a frame sees, and room for them within the map's memory limit."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 
@@ -80,31 +80,12 @@ class BlockSelector:
         Raises:
             FrameRejectedError: The view alone exceeds the memory limit.
         """
-        cfg, camera = self._config, frame.camera
+        cfg = self._config
         low, high = box
         most = int(np.prod(high - low))
         rows, kinds = np.empty(most, np.int32), np.empty(most, np.int8)
         is_new, place = np.empty(most, np.uint8), np.empty(most + 1, np.int32)
-        list_blocks = partial(
-            select_kernel,
-            low,
-            high,
-            invert_transform(frame.T_world_camera),
-            cfg.voxel_size_m,
-            self._depth_range(),
-            (camera.fx, camera.fy, camera.cx, camera.cy),
-            (camera.width, camera.height),
-            image.tiles,
-            self._directory.origin,
-            self._directory.rows,
-            self._pools,
-            np.uint16(self._farthest),
-            revision,
-            rows,
-            kinds,
-            is_new,
-            place,
-        )
+        list_blocks = self._lister(frame, image, box, revision, (rows, kinds, is_new, place))
         dropped: list[NDArray[np.int64]] = []
         while True:
             n = list_blocks(True)
@@ -123,6 +104,33 @@ class BlockSelector:
             dropped.append(gone)
         return VisibleBlocks(
             rows[:n], kinds[:n], is_new[:n], box_bounds(low, high - low), place, dropped
+        )
+
+    def _lister(
+        self,
+        frame: Frame,
+        image: DepthImage,
+        box: tuple[NDArray[np.int64], NDArray[np.int64]],
+        revision: int,
+        lists: tuple[NDArray[np.int32], NDArray[np.int8], NDArray[np.uint8], NDArray[np.int32]],
+    ) -> Callable[[bool], int]:
+        """Return `select_kernel` for an image; its argument is `makes_rows`."""
+        camera = frame.camera
+        return partial(
+            select_kernel,
+            *box,
+            invert_transform(frame.T_world_camera),
+            self._config.voxel_size_m,
+            self._depth_range(),
+            (camera.fx, camera.fy, camera.cx, camera.cy),
+            (camera.width, camera.height),
+            image.tiles,
+            self._directory.origin,
+            self._directory.rows,
+            self._pools,
+            np.uint16(self._farthest),
+            revision,
+            *lists,
         )
 
     def _depth_range(self) -> tuple[float, float, float, float]:

@@ -18,12 +18,20 @@ def _voxels_at(
         raise ValueError(f"points are finite; point {at} of {len(points)} is {points[at]}")
     # Farther than any map, whole numbers would overflow.
     far = 1e12
-    voxel = np.floor(np.clip(points / arrays.voxel_size, -far, far)).astype(np.int64)
-    block = (voxel >> 3) - arrays.origin_block
+    return places_of(
+        arrays, np.floor(np.clip(points / arrays.voxel_size, -far, far)).astype(np.int64)
+    )
+
+
+def places_of(
+    arrays: MapArrays, voxels: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return (M,) pool rows of (M, 3) voxels, -1 outside all blocks, and columns within them."""
+    block = (voxels >> 3) - arrays.origin_block
     inside = ((block >= 0) & (block < arrays.directory.shape)).all(axis=1)
-    row = np.full(len(voxel), -1)
+    row = np.full(len(voxels), -1, np.int64)
     row[inside] = arrays.directory[tuple(block[inside].T)]
-    x, y, z = (voxel & 7).T
+    x, y, z = (voxels & 7).T
     return row, (x << 6) | (y << 3) | z
 
 

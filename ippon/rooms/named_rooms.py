@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from scipy import ndimage
 
+from ippon.frame import FLOORS_APART_M
 from ippon.guidance.rating import words
 from ippon.rooms.room_inference import NO_ROOM, Rooms
 
@@ -14,8 +15,6 @@ LEAST_M2: Final = 1.0
 """Floor area from which a part counts as a room."""
 OUTSIDE_M: Final = 1.0
 """Distance from a room up to which a name belongs to it, because the map is inferred anew."""
-FLOORS_APART_M: Final = 1.0
-"""Difference of height from which a name is of another floor."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

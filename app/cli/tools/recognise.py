@@ -91,6 +91,12 @@ def run_recognise(command: Recognise) -> int:
             print(f"ippon: {command.page} shows the evidence", file=sys.stderr)
     except (DatasetError, SegmentationError, ObservationModelError, ValueError, OSError) as error:
         raise UsageError(str(error)) from error
+    _report_frames(recognition, left_out)
+    return 0
+
+
+def _report_frames(recognition: Recognition, left_out: str) -> None:
+    """Print what a user should know of the frames."""
     if left_out:
         print(f"ippon: {left_out}", file=sys.stderr)
     if recognition.refused:
@@ -107,7 +113,6 @@ def run_recognise(command: Recognise) -> int:
             "search for fewer objects per run, or use --voxel-size-m 0.1",
             file=sys.stderr,
         )
-    return 0
 
 
 def _write_page(path: Path, page: str) -> None:

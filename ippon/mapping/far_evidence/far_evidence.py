@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ippon.frame import Frame
+from ippon.frame import FLOORS_APART_M, Frame
 from ippon.geometry import Float64Array
 from ippon.mapping.far_evidence.evidence_grid import SIDE, EvidenceGrid, corner_around
 from ippon.mapping.far_evidence.image_columns import read_columns
@@ -27,8 +27,6 @@ MIN_CHANGE_NAT: Final = 0.25
 """Change of a cell after which viewpoints are evaluated against the grid again."""
 MAX_AGE_NS: Final = 2_000_000_000
 """Time after which fading evidence is published again."""
-FLOORS_APART_M: Final = 1.0
-"""Difference of height from which the robot stands on another floor, where evidence begins anew."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

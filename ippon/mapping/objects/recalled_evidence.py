@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, FREE, NOT_MAPPED, OCCUPIED, MapArrays
 from ippon.mapping.blocks import NO_SLAB
 from ippon.mapping.objects.posterior_arithmetic import ooi_code
+from ippon.mapping.queries import places_of
 from ippon.mapping.voxel_map import VoxelMap
 
 _HALF_VOXEL = 0.5
@@ -82,7 +83,7 @@ def recall_evidence(
 def withdraw_evidence(voxel_map: VoxelMap, recalled: RecalledEvidence) -> None:
     """Take back what memory has added to voxels that no image has shown since."""
     pools, surface = voxel_map._pools, voxel_map.surface  # noqa: SLF001 - one package
-    rows, column = _places(voxel_map.arrays(), recalled.voxels)
+    rows, column = places_of(voxel_map.arrays(), recalled.voxels)
     slabs = pools.slab[rows]
     slots = np.where((rows >= 0) & (slabs != NO_SLAB), pools.slot[slabs, column], 0)
     kept = (slots != 0) & (surface.log_odds[slots] == recalled.log_odds)
@@ -98,7 +99,7 @@ def withdraw_evidence(voxel_map: VoxelMap, recalled: RecalledEvidence) -> None:
 
 def posterior_of(arrays: MapArrays, voxels: NDArray[np.int64]) -> NDArray[np.float64]:
     """Return (M,) p(v in O) of (M, 3) voxels; 0 where there is no surface or no evidence."""
-    rows, column = _places(arrays, voxels)
+    rows, column = places_of(arrays, voxels)
     codes = arrays.ooi[arrays.slab[rows], column]
     there = (rows >= 0) & (arrays.state[rows, column] == OCCUPIED) & (codes != NOT_MAPPED)
     return np.where(there, codes / 254.0, 0.0)
@@ -107,19 +108,6 @@ def posterior_of(arrays: MapArrays, voxels: NDArray[np.int64]) -> NDArray[np.flo
 def _beside_free(arrays: MapArrays, voxels: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Return (M,) whether one of the six neighbours of (M, 3) voxels is free."""
     around = (voxels[:, None] + _BESIDE).reshape(-1, 3)
-    rows, column = _places(arrays, around)
+    rows, column = places_of(arrays, around)
     free = (rows >= 0) & (arrays.state[rows, column] == FREE)
     return free.reshape(-1, len(_BESIDE)).any(axis=1)
-
-
-def _places(
-    arrays: MapArrays, voxels: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return (M,) pool rows of (M, 3) voxels, -1 outside all blocks, and columns within them."""
-    block = (voxels >> 3) - arrays.origin_block
-    inside = ((block >= 0) & (block < arrays.directory.shape)).all(axis=1)
-    rows = np.full(len(voxels), -1, np.int64)
-    x, y, z = block[inside].T
-    rows[inside] = arrays.directory[x, y, z]
-    i, j, k = (voxels & 7).T
-    return rows, (i << 6) | (j << 3) | k

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.command import Command
+from ippon.frame import FLOORS_APART_M
 from ippon.geometry import Float64Array, yaw_of
 from ippon.planning.array_overlap import copy_overlap
 from ippon.planning.terrain.floor_grid import OBSTACLE, FloorGrid
@@ -26,8 +27,6 @@ _AGAIN_M: Final = 0.3
 """Distance within which a second contact that closes nothing is the same contact again."""
 _UNREACHABLE_M: Final = 0.1
 """Radius that is closed around a point that could not be reached."""
-_FLOORS_APART_M: Final = 1.0
-"""Difference of height from which the robot stands on another floor, which has its own marks."""
 _BLIND_MAX_M: Final = 1.5
 """Farthest nearest visible floor for which the blind floor before the robot counts as free."""
 
@@ -82,11 +81,11 @@ class TraversalRecord:
         self._stood_z_m = floor_z_m
         if here is None:
             self._floor_z_m = floor_z_m
-        elif abs(floor_z_m - here) > _FLOORS_APART_M:
+        elif abs(floor_z_m - here) > FLOORS_APART_M:
             self._others.append((here, self.cells))
-            was_taken = before is not None and abs(floor_z_m - before) > _FLOORS_APART_M
+            was_taken = before is not None and abs(floor_z_m - before) > FLOORS_APART_M
             new = (floor_z_m, np.zeros_like(self.cells))
-            known = [one for one in self._others if abs(one[0] - floor_z_m) <= _FLOORS_APART_M]
+            known = [one for one in self._others if abs(one[0] - floor_z_m) <= FLOORS_APART_M]
             self._floor_z_m, self.cells = min(
                 known, key=lambda one: abs(one[0] - floor_z_m), default=new
             )

@@ -10,7 +10,7 @@ from scipy.ndimage import distance_transform_edt
 
 from ippon.camera import PinholeCamera
 from ippon.errors import FrameRejectedError
-from ippon.mapping.arrays import FREE, OCCUPIED
+from ippon.mapping.arrays import BLOCK_VOLUME, FREE, OCCUPIED
 from ippon.mapping.blocks import N_FREE, N_ROWS, N_SLABS
 from ippon.mapping.config import MapConfig
 from ippon.mapping.objects.surface_voxels import N_USED
@@ -294,6 +294,12 @@ def test_an_invalid_config_says_what_would_work():
         MapConfig(endpoint_depth_voxels=2.0)
     with pytest.raises(ValueError, match=r"raise it, or use larger voxels"):
         MapConfig(voxel_size_m=0.02, memory_limit_mb=100.0)
+    for limit in (60_000.0, np.inf, np.nan, 0.0):
+        # Of 60 GB the voxels of the last blocks have no number that fits.
+        with pytest.raises(ValueError, match=f"memory_limit_mb lies in 0 to 50000; got {limit}"):
+            MapConfig(memory_limit_mb=limit)
+    largest = MapConfig(memory_limit_mb=50_000.0)
+    assert largest.max_blocks * BLOCK_VOLUME < np.iinfo(np.int32).max
     with pytest.raises(ValueError, match="evidence must satisfy"):
         MapConfig(hit_evidence=50)
     with pytest.raises(ValueError, match="1 to 255 different labels"):
