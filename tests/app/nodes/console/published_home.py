@@ -156,10 +156,11 @@ class PublishedHome:
             return cloud_rows(cloud, rows)
 
     def tick(self):
-        if self._moving_ticks is None or self.ticks < self._moving_ticks:
-            self._move()
-        else:
+        with self._lock:
+            self.ticks += 1
             self.stamp_ns += int(1e9 / self.hz)
+            if self._moving_ticks is None or self.ticks <= self._moving_ticks:
+                self._move()
         frame = "camera_color_optical_frame"
         camera = PinholeCamera.from_horizontal_fov(400, 250, 1.29)
         self.put(keys.CAMERA_INFO, encode_camera(camera, self.stamp_ns, frame))
@@ -167,16 +168,13 @@ class PublishedHome:
         self.put(keys.STATUS, encode(self.status()))
 
     def _move(self):
-        with self._lock:
-            self.ticks += 1
-            self.stamp_ns += int(1e9 / self.hz)
-            cloud = cloud_of(self._indices, self._labels, self.stamp_ns, hat=self.ticks > 20)
-            more = min(self._shown + 600, len(self._order))
-            rows = self._order[self._shown : more]
-            if self.ticks % 10 == 0:
-                rows = self._order[:more]
-            self._shown = more
-            self.put(keys.MAP_VOXELS, encode_voxels(cloud_rows(cloud, rows)))
+        cloud = cloud_of(self._indices, self._labels, self.stamp_ns, hat=self.ticks > 20)
+        more = min(self._shown + 600, len(self._order))
+        rows = self._order[self._shown : more]
+        if self.ticks % 10 == 0:
+            rows = self._order[:more]
+        self._shown = more
+        self.put(keys.MAP_VOXELS, encode_voxels(cloud_rows(cloud, rows)))
         T_world_base, T_base_camera = robot_pose(self.ticks)
         frame = "camera_color_optical_frame"
         self.put(
