@@ -7,8 +7,8 @@ import { sumOf } from "/review/outcomes.js";
 
 // In the order of the legend; review.css has their colours.
 const KINDS = [
-  "query", "levels", "detection", "found", "confirmed", "rejected", "exhausted", "contact", "takeover", "stopped",
-  "lost", "error", "note",
+  "query", "levels", "detection", "found", "confirmed", "rejected", "exhausted", "cancelled", "contact", "takeover",
+  "stopped", "lost", "error", "note",
 ];
 const SHOWN_AFTER_S = 0.3;
 const PICTURE_PX = 104;

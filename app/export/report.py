@@ -43,8 +43,9 @@ REVIEW_URL: Final = "http://127.0.0.1:8080/"
 """Address of `ippon review` with its default port."""
 MAP_PX: Final = 900
 MOST_PICTURES: Final = 10
-_PICTURED: Final = ("found", "rejected", "confirmed", "detection", "contact")
-"""Marks that pictures are shown for, the most important first."""
+_PICTURED: Final = ("found", "rejected", "detection", "contact")
+"""Marks that pictures are shown for, the most important first. When a find of a tour is confirmed
+the camera may look at something else."""
 _PLOTS: Final = (
     (1, "report.best", "", hex_of(GREEN)),
     (2, "report.explored", "m²", hex_of(SKY)),

@@ -30,7 +30,7 @@ _MAX_BYTES: Final = 1 << 28
 
 MarkKind = Literal[
     "query", "levels", "detection", "found", "rejected", "confirmed", "takeover", "contact",
-    "stopped", "lost", "exhausted", "error",
+    "stopped", "lost", "exhausted", "cancelled", "error",
 ]  # fmt: skip
 MARKS: Final[dict[str, MarkKind]] = {
     "goal_set": "query",
@@ -42,7 +42,7 @@ MARKS: Final[dict[str, MarkKind]] = {
     "reconsidered": "detection",
     "confirmed": "confirmed",
     "exhausted": "exhausted",
-    "cancelled": "exhausted",
+    "cancelled": "cancelled",
     "contact": "contact",
     "drive": "takeover",
     "stopped": "stopped",

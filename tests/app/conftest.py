@@ -13,6 +13,7 @@ import pytest
 import zenoh
 
 from app.links.network.session import open_client, open_router
+from ippon.simulation.scene import Scene
 from ippon.simulation.scene_writer import save_scene
 from tests.app.process_template import COMMANDS, Copy
 from tests.boxes import boxes_scene
@@ -137,11 +138,16 @@ _BOXES = (
 _STARTS = ((0.8, 0.8), (1.6, 2.4), (2.6, 0.7), (3.2, 4.2))
 
 
+def room_scene() -> Scene:
+    """Return a home of one room: an armchair in one corner, a hat on a table in another."""
+    return boxes_scene(_BOXES, _STARTS, name="room")
+
+
 @pytest.fixture
 def room(tmp_path):
-    """A folder with a home: an armchair in one corner, a hat on a table in another."""
+    """A folder with the home of one room."""
     folder = tmp_path / "room"
-    save_scene(boxes_scene(_BOXES, _STARTS, name="room"), folder)
+    save_scene(room_scene(), folder)
     return folder
 
 

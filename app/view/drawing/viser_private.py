@@ -3,6 +3,7 @@
 Each of them has a test.
 """
 
+import asyncio
 import threading
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -13,6 +14,8 @@ from typing import Any, Final
 import viser
 import websockets.asyncio.server as websocket_server
 from viser._messages import ShareUrlDisconnect, ShareUrlRequest
+from viser.infra import _infra
+from viser.infra._async_message_buffer import AsyncMessageBuffer
 from websockets import Headers
 from websockets.http11 import Request, Response
 
@@ -34,6 +37,39 @@ def show_jpeg_in_panel(image: Any, jpeg: bytes) -> None:
     """Show a received JPEG in an image of a panel."""
     image._format = "jpeg"  # noqa: SLF001
     image._data = jpeg  # noqa: SLF001
+
+
+class _WokenInLoop(asyncio.Event):
+    """An event that only its loop sets.
+
+    viser's `push` sets it in the pushing thread and once more through the loop; the first changes
+    what the loop iterates over, which fails when a browser connects at that moment.
+    """
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        super().__init__()
+        self._home = loop
+
+    def set(self) -> None:
+        try:
+            is_home = asyncio.get_running_loop() is self._home
+        except RuntimeError:
+            return
+        if is_home:
+            super().set()
+
+
+class ThreadSafeBuffer(AsyncMessageBuffer):
+    """A buffer of messages that any thread may push to while browsers come and go."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.message_event = _WokenInLoop(self.event_loop)
+
+
+def push_from_any_thread() -> None:
+    """Give viser servers that are created afterwards buffers that any thread may push to."""
+    _infra.AsyncMessageBuffer = ThreadSafeBuffer  # pyright: ignore[reportPrivateImportUsage]
 
 
 def disable_sharing(server: viser.ViserServer) -> None:

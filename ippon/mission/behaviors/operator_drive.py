@@ -24,7 +24,7 @@ class ManualDrive:
         """See `Behavior.act`."""
         if not self._operator.drives or self._operator.waypoint is not None:
             return None
-        return Action(step.hold, why="you drive; the map goes on growing")
+        return Action(step.hold, why="driven by hand; the map goes on growing")
 
 
 class GoToPoint:

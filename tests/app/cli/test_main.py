@@ -8,6 +8,7 @@ import socket
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import psutil
 import pytest
@@ -233,3 +234,16 @@ def test_a_reader_that_has_read_enough_is_no_error(arguments):
             check=False,
         )
     assert (process.returncode, process.stderr) == (141, b"")
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["profile"]])
+def test_output_to_a_full_disk_fails_in_a_sentence(arguments):
+    with Path("/dev/full").open("wb") as full:
+        process = subprocess.run(
+            [sys.executable, "-m", "app", *arguments],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            check=False,
+        )
+    said = b"ippon: no space is left on the disk that it writes to\n"
+    assert (process.returncode, process.stderr) == (3, said)

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from app.messages import keys
+from app.messages.control import encode
 from app.messages.motion import StampedTransform, encode_transforms
+from app.messages.status import Event
 from app.recording.errors import RecordingError
 from app.recording.timeline import SessionTimeline, pack_timeline, unpack_timeline
 
@@ -29,6 +31,13 @@ def test_a_robot_that_drives_by_odometry_under_localisation_leaves_a_trail():
     assert (timeline.trail[0].x, timeline.trail[-1].time_ns) == (1.0, 10 * S)
     stored = unpack_timeline(pack_timeline(timeline))
     assert stored.trail == timeline.trail
+
+
+def test_a_search_that_was_cancelled_is_not_marked_as_without_a_find():
+    timeline = SessionTimeline()
+    for kind in ("cancelled", "exhausted"):
+        timeline.take(keys.EVENT, encode(Event(stamp_ns=1, kind=kind, text="the hat")), S)
+    assert [mark.kind for mark in timeline.marks] == ["cancelled", "exhausted"]
 
 
 def test_a_timeline_that_states_a_terabyte_is_refused():

@@ -173,6 +173,11 @@ def _used():
     return named, begun
 
 
+def test_a_page_without_its_console_names_another_way_to_stop():
+    for say in (ENGLISH, Words("de")):
+        assert "ippon control stop" in say("veil.disconnected.hint")
+
+
 def test_every_key_is_used():
     named, begun = _used()
     begun |= {"reply.looking", *(f"{key}." for key in ("calls.permission", "webhook"))}

@@ -16,6 +16,8 @@ STUCK_S: Final = 60.0
 """So many times in this time the robot touched something or did not get on."""
 
 
+_FINDS: Final[frozenset[CallKind]] = frozenset({"found", "perhaps", "out_of_reach"})
+
 _Key = tuple[CallKind, object]
 
 
@@ -54,7 +56,8 @@ class CallDetection:
             for one, key, after_s in self._conditions(status, recordings, silence_s, now_s)
         }
         self._began_s = {key: self._began_s.get(key, now_s) for key in present}
-        self._told &= set(present)
+        # A find that waits while another one is judged has been called for.
+        self._told = {key for key in self._told if key in present or key[0] in _FINDS}
         due: list[_Key] = [
             key
             for key, (_, after_s) in present.items()

@@ -62,6 +62,7 @@ class DrivePanel:
     def __init__(self, gui: Any, actions: Actions) -> None:
         self._actions = actions
         self._drive = DriveStatus()
+        self._is_stopped = False
         say = self._words = actions.say
         modes: dict[str, DriveModeName] = {say(f"panel.drive.{mode}"): mode for mode in MODES}
         self._mode = gui.add_button_group(say("panel.drive.mode"), tuple(modes))
@@ -87,12 +88,12 @@ class DrivePanel:
         self._limit.on_update(self._move_limit)
         self._cancel.on_click(lambda _: self.attempt(actions.cancel_go_to))
         self._undo.on_click(lambda event: self._unpaint(event.target.value))
-        self._show(DriveStatus())
+        self._show(DriveStatus(), is_stopped=False)
 
     def update(self, model: SceneModel, changed: frozenset[Part]) -> None:
         """Show what changed."""
         if "status" in changed and model.status is not None:
-            self._show(model.status.drive)
+            self._show(model.status.drive, is_stopped=model.status.state == "stopped")
         if "painted" in changed:
             self._list_painted(model)
 
@@ -119,16 +120,17 @@ class DrivePanel:
         undo = word == self._words("panel.drive.undo")
         self.attempt(lambda: self._actions.paint("undo" if undo else "clear", (), 0.5))
 
-    def _show(self, drive: DriveStatus) -> None:
-        if drive == self._drive and self._mode_text.content:
+    def _show(self, drive: DriveStatus, *, is_stopped: bool) -> None:
+        if (drive, is_stopped) == (self._drive, self._is_stopped) and self._mode_text.content:
             return
         if drive.mode != self._drive.mode:
             # What was answered about another mode holds no more.
             self._answer.content = ""
         if drive.speed_limit != self._drive.speed_limit:
             self._limit.value = _shown_limit(drive)
-        self._drive = drive
-        mode_text = self._words(f"panel.drive.{drive.mode}.text")
+        self._drive, self._is_stopped = drive, is_stopped
+        does = "stopped" if is_stopped else drive.mode
+        mode_text = self._words(f"panel.drive.{does}.text")
         self._mode_text.content = markup.choice(drive.mode, mode_text)
         self._filter.content = intervention(drive, self._words)
         self._cancel.visible = drive.waypoint is not None

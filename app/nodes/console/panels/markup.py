@@ -108,7 +108,8 @@ def understood(reading: SentenceReading, say: Words) -> str:
     told += reading.notes
     if reading.note:
         told.append(say("panel.understood.rules", note=reading.note))
-    lines += [muted(escape(text)) for text in told]
+    asked = reading.because.casefold() if reading.doubtful else ""
+    lines += [muted(escape(text)) for text in told if text.casefold() not in asked]
     if reading.doubtful:
         lines.append(f'<p class="ip-answer ip-bad">{escape(reading.because)}</p>')
     return "".join(lines)
@@ -138,8 +139,21 @@ def choice(chosen: str, text: str) -> str:
     return f'<p class="ip-choice" data-choice="{escape(chosen)}">{escape(text)}</p>'
 
 
-def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus], say: Words) -> str:
-    """List the goals of a tour and the waiting ones, and the last four finished ones."""
+def goals(
+    queue: Iterable[GoalStatus],
+    history: Iterable[GoalStatus],
+    say: Words,
+    *,
+    recorded: bool = False,
+) -> str:
+    """List the goals of a tour and the waiting ones, and the last four finished ones.
+
+    Args:
+        queue: The goals of the tour and the waiting ones.
+        history: The finished ones.
+        say: The words.
+        recorded: Nothing can be changed about them.
+    """
     rows = [
         f"<li><b>{escape(say.goal(goal))}</b> <span>{escape(outcome)}</span></li>"
         for goal in (*queue, *list(history)[::-1][:4])
@@ -147,7 +161,7 @@ def goals(queue: Iterable[GoalStatus], history: Iterable[GoalStatus], say: Words
     ]
     if not rows:
         return ""
-    hint = muted(escape(say("panel.goals.hint")))
+    hint = "" if recorded else muted(escape(say("panel.goals.hint")))
     return f'<ul class="ip-goals">{"".join(rows)}</ul>{hint}'
 
 

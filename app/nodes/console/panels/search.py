@@ -15,9 +15,9 @@ from app.nodes.console.panels import markup
 from app.nodes.console.panels.candidates import CandidatesPanel
 from app.nodes.console.panels.counted_finds import CountedFindsPanel, find_name
 from app.nodes.console.panels.find_card import find_card
+from app.nodes.console.panels.find_pictures import FindPictures
 from app.nodes.console.panels.last_question import LastQuestion, Question
 from app.nodes.console.panels.proximity import ProximityPanel
-from app.nodes.console.scene.find_picture import outlined
 from app.view.colors import QUIET
 from app.view.drawing.viser_private import show_jpeg_in_panel
 from app.view.model.scene_model import Part, SceneModel
@@ -43,6 +43,7 @@ class SearchPanel:
         self._actions = actions
         say = self._words = actions.say
         self._find: FindReport | None = None
+        self._pictures = FindPictures()
         self._find_waits = False
         """Whether the find that is shown waits for a verdict."""
         self._verdict: tuple[Any, ...] = ()
@@ -247,7 +248,10 @@ class SearchPanel:
         self._next = _next_names(status, self._words)
         self._now.content = markup.now(status, self._words)
         self._goals.content = markup.goals(
-            [*status.tour, *status.queue], status.history, self._words
+            [*status.tour, *status.queue],
+            status.history,
+            self._words,
+            recorded=self._actions.recorded,
         )
         has_search = status.goal is not None and status.state != "exhausted"
         is_steered = has_search and not self._actions.recorded
@@ -266,8 +270,10 @@ class SearchPanel:
         if (find, waits) == (self._find, self._find_waits):
             return
         if find is not None and find != self._find and model.image is not None:
-            # Later images no longer show what its box outlines.
-            show_jpeg_in_panel(self._crop, outlined(model.image.encoded, find.box_px))
+            picture = self._pictures.picture_of(find, status, model.image.encoded)
+            self._crop.visible = picture is not None
+            if picture is not None:
+                show_jpeg_in_panel(self._crop, picture)
         self._find, self._find_waits = find, waits
         self._judged = (None, None) if find is None else (find.goal_id, find.number or None)
         name = "" if find is None else find_name(find, status, self._words)

@@ -16,6 +16,7 @@ from app.view.drawing.viser_private import (
     SECRET_HEADER,
     disable_sharing,
     propagate_context,
+    push_from_any_thread,
     require_secret,
 )
 
@@ -55,6 +56,7 @@ def start_viser(browsers: Browsers) -> LoopbackViserServer:
     def admit(headers: Headers) -> None:
         set_acting_browser(browsers.find(headers.get(BROWSER_HEADER, "")))
 
+    push_from_any_thread()
     with require_secret(secret, admit), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host="127.0.0.1", port=0, label="IPPON", verbose=False)
     disable_sharing(server)

@@ -95,6 +95,8 @@ class Reading:
     """What stands where an object should, and is none."""
     list_start: int = 0
     """Index of the first draft of the latest list."""
+    asked_for: bool = False
+    """The latest list was asked for by a verb with "for": "look for"."""
     order: Order | None = None
     """How the next object follows, where that was said."""
     before: list[str] = field(default_factory=list)

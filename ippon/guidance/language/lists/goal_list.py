@@ -16,7 +16,7 @@ from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_ph
 from ippon.guidance.language.grammar.phrases import PRONOUNS
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import read_relation, relation_to
-from ippon.guidance.language.grammar.utterance import Utterance
+from ippon.guidance.language.grammar.utterance import Utterance, named_words
 from ippon.guidance.language.lists.left_out import is_left_out
 from ippon.guidance.language.lists.list_item import take_item
 from ippon.guidance.language.lists.list_order import is_named_first, read_packages
@@ -69,6 +69,8 @@ def separator(reading: Reading, index: int) -> tuple[Order, int, NounPhrase] | N
     if said.word(start) in ("then", "also", "maybe", "please", "either", "perhaps"):
         order = "then" if said.word(start) == "then" else order
         start += 1
+    if length and _asks_again(reading, start):
+        start += 1
     if start < len(said) and reading.match(phrases.DECLINED, start) > start:
         return None
     if start < len(said) and reading.match(phrases.ASKED, start) > start:
@@ -83,6 +85,16 @@ def separator(reading: Reading, index: int) -> tuple[Order, int, NounPhrase] | N
     if is_left_out(said, phrase) or is_named_first(reading, phrase):
         return None
     return order, start, phrase
+
+
+def _asks_again(reading: Reading, index: int) -> bool:
+    """Tell whether "look" holds for one more object: "look for the cup, then for the book"."""
+    said = reading.said
+    if not reading.asked_for or said.word(index) != "for" or said.breaks(index + 1):
+        return False
+    # "A cushion for the sofa and for the armchair" is one object.
+    goals = reading.drafts[reading.list_start :]
+    return not any(one.value.startswith("for ") for goal in goals for one in goal.attributes)
 
 
 def _is_item(reading: Reading, start: int, phrase: NounPhrase, *, lone: bool) -> bool:
@@ -100,6 +112,10 @@ def _is_item(reading: Reading, start: int, phrase: NounPhrase, *, lone: bool) ->
         relation = read_relation(said, phrase.end)
         if relation is None:
             return False
+    last = said.word(phrase.end - 1)
+    acts = last.endswith("s") and " " in phrase.head and last.removesuffix("s") not in named_words()
+    if acts and not phrase.known and not said.breaks(phrase.end):
+        return False  # "The family arrives at six".
     if lone:
         # "Hat, pepper, and oil": what stands within a list belongs to it.
         within = said.word(phrase.end) in ("and", "or") and phrase.end - start <= 2
@@ -134,6 +150,7 @@ def read_goals(reading: Reading, start: int, asked: str) -> int:
     if phrase is None:
         return start
     reading.list_start = len(reading.drafts)
+    reading.asked_for = said.word(start - 1) == "for"
     apposed, commas = False, True
     while True:
         take_item(reading, phrase, order, asked, apposed=apposed)
@@ -213,7 +230,10 @@ def _listed_next(reading: Reading, index: int) -> bool:
     """Tell whether the next object of a list begins: "and the blue one"."""
     if tells_of_part(reading.said, index, reading.drafts[-1]):
         return False
-    return reading.said.word(index) in ("and", "or") and separator(reading, index) is not None
+    said = reading.said
+    listed = said.word(index) in ("and", "or")
+    listed = listed or (reading.asked_for and said.starts(index, phrases.SEPARATORS["then"]) > 0)
+    return listed and separator(reading, index) is not None
 
 
 def _bare_room(reading: Reading, index: int) -> int:

@@ -120,3 +120,15 @@ def test_of_two_recorders_the_one_in_danger_calls_once(watch):
     assert watch(status_of(), several=(full, fine)) == []
     near = msgspec.structs.replace(fine, warning="2.4 GB are free on the disk")
     assert watch(status_of(), several=(full, near)) == [("disk", "2.4 GB are free on the disk")]
+
+
+def test_a_find_of_a_tour_calls_once_though_another_one_was_judged_in_between(watch):
+    tv = GoalStatus(goal_id=1, object="tv", outcome="found", tour=1)
+    chair = GoalStatus(goal_id=2, object="chair", outcome="found", tour=1)
+    first = status_of("found", goal=chair, tour=[tv, chair], find=FIND)
+    second = msgspec.structs.replace(FIND, goal_id=2, position_world=(4.0, 2.0, 0.5))
+    assert watch(first) == [("found", "tv: confirm or reject it")]
+    assert watch(msgspec.structs.replace(first, find=second)) == [
+        ("found", "chair: confirm or reject it")
+    ]
+    assert watch(first) == []

@@ -23,8 +23,8 @@ def panel():
     return DrivePanel(gui, MagicMock(say=ENGLISH))
 
 
-def _show(panel, **drive):
-    status = SimpleNamespace(drive=DriveStatus(**drive))
+def _show(panel, state="searching", **drive):
+    status = SimpleNamespace(drive=DriveStatus(**drive), state=state)
     panel.update(SimpleNamespace(status=status), frozenset({"status"}))
 
 
@@ -46,3 +46,10 @@ def test_a_limit_that_was_refused_does_not_stay_on_the_slider(panel):
     panel._actions.set_drive.side_effect = CommandError("another browser has control")
     panel._move_limit(OPERATOR)
     assert panel._limit.value == 40
+
+
+def test_a_stopped_robot_is_not_said_to_drive_by_itself(panel):
+    _show(panel, state="stopped")
+    assert ENGLISH("panel.drive.stopped.text") in panel._mode_text.content
+    _show(panel)
+    assert ENGLISH("panel.drive.auto.text") in panel._mode_text.content

@@ -122,6 +122,14 @@ def test_what_was_understood_is_shown_with_what_is_not_used():
     assert "Read by rules: no answer within 8 s" in words
 
 
+def test_what_was_not_understood_is_said_once():
+    because = "“At night” was not understood"
+    goals = (Goal(object="cup", display="cup"),)
+    request = Request(goals=goals, doubtful=True, because=because, unused=("at night",))
+    answer = SentenceAnswer(request, RULES, "", "", "")
+    assert markup.understood(as_reading(answer, 1.0), ENGLISH).count("not understood") == 1
+
+
 @pytest.mark.parametrize("text", ATTACKS)
 def test_no_text_of_a_sentence_becomes_markup(text):
     goal = Goal(
@@ -187,6 +195,13 @@ def test_nothing_yet_is_said_in_words():
     assert markup.goals([], [], ENGLISH) == ""
 
 
+def test_goals_of_a_recording_are_not_offered_to_be_changed():
+    goal = GoalStatus(goal_id=1, object="hat", outcome="cancelled")
+    hint = markup.escape(ENGLISH("panel.goals.hint"))
+    assert hint in markup.goals([], [goal], ENGLISH)
+    assert hint not in markup.goals([], [goal], ENGLISH, recorded=True)
+
+
 def test_a_find_that_no_way_leads_to_says_so(stage):
     goal = GoalStatus(goal_id=1, object="hat", outcome="out_of_reach")
     find = FindReport(
@@ -214,7 +229,7 @@ def test_a_place_says_how_likely_where_when_and_what_else_it_may_be():
     )
     seen = replace(PLACE, picture=VoxelPicture(picture=picture, u=5, v=5, depth_m=1.84))
     html = candidate(2, seen, b"jpeg", "coffee_table", 10_000_000_000, ENGLISH)
-    for said in ("41% likely", "classified as: coffee table", "at (2.4, 5.2) m, 0.6 m high"):
+    for said in ("41% by the map", "most images show: coffee table", "at (2.4, 5.2) m, 0.6 m high"):
         assert said in html
     assert "seen at 0:42 from 1.8 m" in html
     assert "data:image/jpeg;base64,anBlZw==" in html

@@ -129,7 +129,7 @@ def _a_search_that_ends_without_a_find_lists_places(home, page):
         "The robot has searched everything that it can reach"
     )
     expect(view.get_by_text("Most likely places")).to_be_visible()
-    expect(view.get_by_text("classified as: sofa").first).to_be_visible()
+    expect(view.get_by_text("most images show: sofa").first).to_be_visible()
     view.get_by_role("button", name="Look again").first.click()
     expect_state(page, "Searching")
     expect(view.get_by_role("button", name="Look again").first).to_be_hidden()

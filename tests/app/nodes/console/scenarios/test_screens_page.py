@@ -292,6 +292,15 @@ def test_every_state_is_whole_named_and_readable(at_first, parts, stage, theme, 
     assert page.evaluate(f"({WATCHED})() ?? ({LOW_CONTRAST})(document)") == []
 
 
+def test_a_notice_leaves_the_tabs_free_where_the_page_is_enlarged(at_first, parts, stage):
+    page, home = parts
+    page.set_viewport_size({"width": 720, "height": 450})
+    next(_states(home, stage))
+    notice = box_at_rest(page.locator("#notice"))
+    panel = box_at_rest(page.frame_locator("#view").locator("[data-dock-region='right']"))
+    assert notice["x"] + notice["width"] <= panel["x"]
+
+
 FOCUSED = """() => {
   let [doc, e] = [document, document.activeElement];
   if (e.tagName === "IFRAME") [doc, e] = [e.contentDocument, e.contentDocument.activeElement];
