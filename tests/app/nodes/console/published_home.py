@@ -56,11 +56,17 @@ from tests.app.nodes.console.drawn_home import (
 class PublishedHome:
     """A robot and a navigator as the network shows them: real zenoh, real bytes, a drawn home.
 
-    The map grows with every tick. Requests are answered, and change what the status says.
+    The map grows with every tick, the robot drives, and the plan changes; after `moving_ticks` all
+    of that stays as it is, and images and status alone are published: a scene that changes costs a
+    third of a core to draw. Requests are answered, and change what the status says.
     """
 
-    def __init__(self, port, lease_clock=time.monotonic, robot="ippon", hz=5.0, most_voxels=None):
+    def __init__(
+        self, port, lease_clock=time.monotonic, robot="ippon", hz=5.0, most_voxels=None,
+        moving_ticks=None,
+    ):  # fmt: skip
         self.robot, self.hz = robot, hz
+        self._moving_ticks = moving_ticks
         self.ticks = 0
         self.begin_again()
         self.stamp_ns = 10_000_000_000
@@ -153,27 +159,32 @@ class PublishedHome:
         with self._lock:
             self.ticks += 1
             self.stamp_ns += int(1e9 / self.hz)
-            cloud = cloud_of(self._indices, self._labels, self.stamp_ns, hat=self.ticks > 20)
-            more = min(self._shown + 600, len(self._order))
-            rows = self._order[self._shown : more]
-            if self.ticks % 10 == 0:
-                rows = self._order[:more]
-            self._shown = more
-            self.put(keys.MAP_VOXELS, encode_voxels(cloud_rows(cloud, rows)))
+            if self._moving_ticks is None or self.ticks <= self._moving_ticks:
+                self._move()
+        frame = "camera_color_optical_frame"
+        camera = PinholeCamera.from_horizontal_fov(400, 250, 1.29)
+        self.put(keys.CAMERA_INFO, encode_camera(camera, self.stamp_ns, frame))
+        self.put(keys.COLOR, camera_image(self.ticks, stamp_ns=self.stamp_ns))
+        self.put(keys.STATUS, encode(self.status()))
+
+    def _move(self):
+        cloud = cloud_of(self._indices, self._labels, self.stamp_ns, hat=self.ticks > 20)
+        more = min(self._shown + 600, len(self._order))
+        rows = self._order[self._shown : more]
+        if self.ticks % 10 == 0:
+            rows = self._order[:more]
+        self._shown = more
+        self.put(keys.MAP_VOXELS, encode_voxels(cloud_rows(cloud, rows)))
         T_world_base, T_base_camera = robot_pose(self.ticks)
         frame = "camera_color_optical_frame"
         self.put(
             keys.TF,
             encode_transforms(robot_transforms(self.stamp_ns, T_world_base, T_base_camera, frame)),
         )
-        camera = PinholeCamera.from_horizontal_fov(400, 250, 1.29)
-        self.put(keys.CAMERA_INFO, encode_camera(camera, self.stamp_ns, frame))
-        self.put(keys.COLOR, camera_image(self.ticks, stamp_ns=self.stamp_ns))
         tree = tree_of(np.random.default_rng(3), 20 + min(self.ticks, 40))
         self.put(keys.PLAN_TREE, encode_tree(tree, self.stamp_ns))
         path = np.stack([T_world_base[:3, 3], [2.3, 4.4, 0.0]])
         self.put(keys.PLAN_PATH, encode_path(StampedPath(stamp_ns=1, points_world=path)))
-        self.put(keys.STATUS, encode(self.status()))
 
     def _run(self):
         while not self._stop.wait(1.0 / self.hz):

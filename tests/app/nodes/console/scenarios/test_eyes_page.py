@@ -27,6 +27,7 @@ from app.messages.memory import MemoryNoteRequest
 from app.messages.perception.heatmaps import encode_heatmap
 from app.messages.status import CountedFind, FindReport, GoalStatus
 from ippon.observation import Heatmap
+from tests.app.nodes.console.opened_page import WHOLE_MAP_TICKS
 from tests.chromium import KEEP_PICTURES, PATIENCE_MS, box_at_rest, new_window
 
 pytestmark = pytest.mark.browser
@@ -72,7 +73,7 @@ class _Home:
 @pytest.fixture(scope="module")
 def parts(stage, browser):
     zenoh_port, port = stage.free_port(), stage.free_port()
-    home = stage.PublishedHome(zenoh_port, most_voxels=12_000)
+    home = stage.PublishedHome(zenoh_port, most_voxels=12_000, moving_ticks=WHOLE_MAP_TICKS)
     noted = _Home(home)
     console = stage.ConsoleProcess(zenoh_port, port)
     window = new_window(browser)

@@ -4,7 +4,13 @@ import pytest
 from playwright.sync_api import expect
 
 from app.messages.driving import DriveStatus
-from tests.app.nodes.console.opened_page import PageParts, expect_state, open_tab, panels
+from tests.app.nodes.console.opened_page import (
+    WHOLE_MAP_TICKS,
+    PageParts,
+    expect_state,
+    open_tab,
+    panels,
+)
 from tests.chromium import box_at_rest
 
 pytestmark = pytest.mark.browser
@@ -12,7 +18,7 @@ pytestmark = pytest.mark.browser
 
 @pytest.fixture(scope="module")
 def parts(stage, browser):
-    parts = PageParts(stage, browser, most_voxels=2_000)
+    parts = PageParts(stage, browser, most_voxels=2_000, moving_ticks=WHOLE_MAP_TICKS)
     yield parts
     parts.close()
 

@@ -7,9 +7,11 @@ import pytest
 from playwright.sync_api import expect
 
 from app.messages import keys
+from tests.app.nodes.console.drawn_home import camera_image
 from tests.app.nodes.console.opened_page import (
     PageParts,
     expect_state,
+    leave_out_scene,
     open_tab,
     panels,
     text_field,
@@ -197,7 +199,6 @@ def test_a_line_that_goes_dead_is_left_within_seconds_and_a_stop_gets_through(sh
     page.add_init_script("localStorage.setItem('ippon-camera', 'corner')")
     page.goto(f"http://127.0.0.1:{relay.port}")
     expect_state(page, "Searching")
-    home.frozen = False
     camera = page.locator("#camera[data-state=live]")
     _until_seen(camera, home)
     page.keyboard.press("t")
@@ -214,11 +215,12 @@ def test_a_line_that_goes_dead_is_left_within_seconds_and_a_stop_gets_through(sh
 
 
 def _until_seen(part, home, timeout_s=30.0):
-    """Publish images until a part of the page is there."""
+    """Publish images, and nothing that is drawn, until a part of the page is there."""
     deadline = time.monotonic() + timeout_s
     while not part.is_visible():
         assert time.monotonic() < deadline
-        home.tick()
+        home.stamp_ns += 100_000_000
+        home.put(keys.COLOR, camera_image(stamp_ns=home.stamp_ns))
         time.sleep(0.1)
 
 
@@ -317,6 +319,7 @@ def test_a_first_visit_is_introduced_and_the_next_one_is_not(shared, browser, ho
     expect(panels(page).get_by_role("tab", name="Search")).to_have_attribute(
         "aria-selected", "true"
     )
+    leave_out_scene(page)
     page.reload()
     expect(page.locator("#state")).not_to_have_text("Connecting")
     expect(card).to_be_hidden()
@@ -335,10 +338,24 @@ def test_the_rectangle_of_an_area_can_be_drawn_over_the_scene(page):
     assert scene.evaluate(over), "no other context took the canvas"
 
 
-def test_frames_for_messages_are_spaced_until_somebody_uses_the_page(shared):
+@pytest.fixture(scope="module")
+def blank(shared):
     page = shared.window.new_page()
-    page.goto(f"{shared.console.url}/assets/draw_rate.js")
-    page.add_script_tag(url="draw_rate.js")
+    yield page
+    page.close()
+
+
+@pytest.fixture
+def draw_rate(blank, shared):
+    """A page with nothing but what decides when the scene is drawn, loaded anew."""
+    blank.goto(f"{shared.console.url}/assets/draw_rate.js")
+    blank.add_script_tag(url="draw_rate.js")
+    yield blank
+    blank.mouse.up()
+
+
+def test_frames_for_messages_are_spaced_until_somebody_uses_the_page(draw_rate):
+    page = draw_rate
     frames = """async (isUsed) => {
         let frames = 0, due = false;
         const draw = () => { due = true; };
@@ -357,13 +374,10 @@ def test_frames_for_messages_are_spaced_until_somebody_uses_the_page(shared):
     }"""
     assert 1 <= page.evaluate(frames, False) <= 4, "every 400 ms"
     assert page.evaluate(frames, True) > 10
-    page.close()
 
 
-def test_a_change_that_a_person_asked_for_is_in_the_first_frame(shared):
-    page = shared.window.new_page()
-    page.goto(f"{shared.console.url}/assets/draw_rate.js")
-    page.add_script_tag(url="draw_rate.js")
+def test_a_change_that_a_person_asked_for_is_in_the_first_frame(draw_rate):
+    page = draw_rate
     page.evaluate("""() => {
         window.steps = [];
         const step = (name) => () => steps.push(name);
@@ -386,13 +400,10 @@ def test_a_change_that_a_person_asked_for_is_in_the_first_frame(shared):
     assert page.evaluate(beat) == 4, "no other frame delays that of an answer"
     page.evaluate("ipponDrawRate.usedUntil = 0")
     assert page.evaluate(beat) == 5
-    page.close()
 
 
-def test_lines_are_smoothed_with_a_gpu_only(shared):
-    page = shared.window.new_page()
-    page.goto(f"{shared.console.url}/assets/draw_rate.js")
-    page.add_script_tag(url="draw_rate.js")
+def test_lines_are_smoothed_with_a_gpu_only(draw_rate):
+    page = draw_rate
     assert page.evaluate("ipponDrawRate.smooths()") is (GPU in os.environ)
     page.evaluate("""() => {
         ipponDrawRate.isSmooth = null;
@@ -402,13 +413,10 @@ def test_lines_are_smoothed_with_a_gpu_only(shared):
         });
     }""")
     assert page.evaluate("ipponDrawRate.smooths()") is True
-    page.close()
 
 
-def test_a_scene_that_takes_long_to_draw_has_fewer_pixels(shared):
-    page = shared.window.new_page()
-    page.goto(f"{shared.console.url}/assets/draw_rate.js")
-    page.add_script_tag(url="draw_rate.js")
+def test_a_scene_that_takes_long_to_draw_has_fewer_pixels(draw_rate):
+    page = draw_rate
     ratios = """(frames_ms) => {
         const ratios = [];
         // The page's own share, which fewer pixels leave as it is.
@@ -426,13 +434,10 @@ def test_a_scene_that_takes_long_to_draw_has_fewer_pixels(shared):
     assert page.evaluate(ratios, [120, 80, 80]) == [0.75, 0.5], "no lower than a half"
     assert page.evaluate(ratios, [20, 14, 40]) == [], "more pixels would be slow again"
     assert page.evaluate(ratios, [12, 12]) == [0.75, 1]
-    page.close()
 
 
-def test_the_share_of_the_gpu_in_a_frame_is_its_own_figure_where_there_is_one(shared):
-    page = shared.window.new_page()
-    page.goto(f"{shared.console.url}/assets/draw_rate.js")
-    page.add_script_tag(url="draw_rate.js")
+def test_the_share_of_the_gpu_in_a_frame_is_its_own_figure_where_there_is_one(draw_rate):
+    page = draw_rate
     shares = """async ([hasTimer, isKnown]) => {
         const nothing = () => ({});
         const doneAt = performance.now() + 150;
@@ -459,4 +464,3 @@ def test_the_share_of_the_gpu_in_a_frame_is_its_own_figure_where_there_is_one(sh
             assert pixels_ms == pytest.approx(2.0)
         else:
             assert 2.0 < pixels_ms < frame_ms - 45.0, "without the page's own share"
-    page.close()

@@ -15,7 +15,7 @@ from app.messages.control import Bid
 from app.messages.lease import LeaseStatus
 from ippon.robot import ZED, CollisionSphere
 from tests.app.nodes.console.light_navigators import LightNavigator
-from tests.app.nodes.console.opened_page import leave_out_scene
+from tests.app.nodes.console.opened_page import WHOLE_MAP_TICKS, leave_out_scene
 from tests.chromium import KEEP_PICTURES, new_window
 
 pytestmark = pytest.mark.browser
@@ -55,7 +55,7 @@ THINGS = ("hat", "keys", "red mug", "remote", "plant", "phone")
 def parts(stage, browser):
     """A console of a robot at home, with twenty more on its router."""
     zenoh_port = stage.free_port()
-    home = stage.PublishedHome(zenoh_port, most_voxels=6_000)
+    home = stage.PublishedHome(zenoh_port, most_voxels=6_000, moving_ticks=WHOLE_MAP_TICKS)
     console = stage.ConsoleProcess(zenoh_port, stage.free_port())
     window = new_window(browser)
     console.wait_until_up()
@@ -174,7 +174,7 @@ def test_a_goal_goes_to_the_nearest_free_robot_with_the_keyboard_alone(parts):
 def test_in_german_and_if_nobody_is_free(parts, stage):
     browser = parts[0].context.browser
     port = stage.free_port()
-    home = stage.PublishedHome(port, most_voxels=2_000)
+    home = stage.PublishedHome(port, most_voxels=2_000, moving_ticks=WHOLE_MAP_TICKS)
     second = LightNavigator(port, "lager", bid=BIDS[2])
     console = stage.ConsoleProcess(port, stage.free_port(), language="de")
     window = new_window(browser)

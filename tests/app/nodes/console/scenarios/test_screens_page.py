@@ -16,6 +16,7 @@ from app.messages import keys
 from app.messages.control import encode
 from app.messages.driving import DriveStatus
 from app.messages.status import Event
+from tests.app.nodes.console.opened_page import WHOLE_MAP_TICKS
 from tests.app.nodes.console.page_checks import (
     CUT_OFF,
     LOW_CONTRAST,
@@ -36,7 +37,7 @@ WORDS = Path(__file__).parents[5] / "web_assets/words"
 def parts(stage, browser):
     """The page of a console in German, and what it shows."""
     zenoh_port = stage.free_port()
-    home = stage.PublishedHome(zenoh_port, most_voxels=2_000)
+    home = stage.PublishedHome(zenoh_port, most_voxels=2_000, moving_ticks=WHOLE_MAP_TICKS)
     console = stage.ConsoleProcess(zenoh_port, stage.free_port(), language="de")
     window = new_window(browser)
     console.wait_until_up()
