@@ -19,6 +19,8 @@ class Occasion(msgspec.Struct, frozen=True, kw_only=True):
     object: str = ""
     position_world: tuple[float, float, float] | None = None
     """Where a find is, metres."""
+    find: int | None = None
+    """Number of the find among those of its goal."""
 
 
 class Call(msgspec.Struct, frozen=True, kw_only=True):
@@ -31,5 +33,7 @@ class Call(msgspec.Struct, frozen=True, kw_only=True):
     """Clock of the console's machine, nanoseconds since 1970."""
     count: int = 1
     """Occasions of this kind since the last call for it."""
+    judged: Literal["", "confirmed", "rejected"] = ""
+    """What the operator said of the find."""
     webhook: str = ""
     """What became of it at the webhook; empty without one."""

@@ -8,6 +8,7 @@ from typing import Final
 
 import msgspec
 
+from app.messages.status import Event
 from app.nodes.console.calls.call import KINDS, Call, CallKind, Occasion
 from app.view.words import ENGLISH, Words
 
@@ -70,6 +71,19 @@ class CallLog:
                 self._called_s[kind] = now_s
                 self._call(one, count, wall_ns)
 
+    def hear(self, event: Event) -> None:
+        """Take an event of the navigator: of a find that is judged nobody needs to be told."""
+        if event.kind not in ("confirmed", "rejected"):
+            return
+        judged = event.kind
+        for kind, (one, _) in list(self._held.items()):
+            if _is_of(one, event):
+                del self._held[kind]
+        with self._lock:
+            for place, call in enumerate(self._calls):
+                if _is_of(call.occasion, event):
+                    self._calls[place] = msgspec.structs.replace(call, judged=judged)
+
     def note(self, number: int, webhook: str) -> None:
         """Note what became of a call at the webhook."""
         with self._lock:
@@ -98,3 +112,9 @@ class CallLog:
             self._calls.append(call)
         if self._send is not None:
             self._send(call)
+
+
+def _is_of(one: Occasion, event: Event) -> bool:
+    """Tell whether an occasion is the find that an event judges."""
+    same_goal = one.position_world is not None and one.goal_id == event.goal_id
+    return same_goal and event.find in (None, one.find)

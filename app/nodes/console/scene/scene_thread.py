@@ -153,6 +153,8 @@ class SceneThread:
         is_read = self.reader.feed(key, payload)
         if is_read and key == keys.EVENT:
             self._detection.hear(self.model.events[-1], time.monotonic())
+            if self._calls is not None:
+                self._calls.hear(self.model.events[-1])
         if key == keys.RECORDING:
             self._recorder_heard_s = time.monotonic()
         if key == keys.STATUS:

@@ -1,3 +1,4 @@
+from app.messages.status import Event
 from app.nodes.console.calls.call import KINDS, Occasion
 from app.nodes.console.calls.call_log import EVERY_S, KEPT, CallLog
 
@@ -41,3 +42,20 @@ def test_what_became_of_a_call_is_noted_and_old_calls_are_dropped():
         log.step([occasion(str(k))], EVERY_S * k, 1)
     assert len(told(log)) == KEPT
     assert told(log)[0][1] == str(2 * KEPT - 1)
+
+
+def test_a_find_that_was_judged_says_so_and_is_not_called_for_any_more():
+    def find(number):
+        return Occasion(
+            kind="found", text="hat", goal_id=1, position_world=(1.0, 2.0, 0.5), find=number
+        )
+
+    log = CallLog()
+    log.step([find(1)], 0.0, 1)
+    log.step([find(2)], 10.0, 2)
+    log.hear(Event(stamp_ns=1, kind="rejected", text="not the hat", goal_id=1, find=1))
+    assert [one.judged for one in log.shown().calls] == ["rejected"]
+    log.hear(Event(stamp_ns=1, kind="confirmed", text="hat", goal_id=2, find=2))
+    log.hear(Event(stamp_ns=1, kind="confirmed", text="hat", goal_id=1, find=2))
+    log.step([], 2 * EVERY_S, 3)
+    assert [one.judged for one in log.shown().calls] == ["rejected"]
