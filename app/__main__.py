@@ -1,9 +1,11 @@
 """`ippon`, also `python -m app`."""
 
+import errno
 import os
 import select
 import sys
 
+from app.cli.exit_status import EXIT_FAILED
 from app.cli.main import run
 
 EXIT_PIPE_CLOSED = 141
@@ -20,10 +22,21 @@ def main() -> None:
     except BrokenPipeError:
         if not _reader_is_gone():
             raise
-        # The reader has closed the pipe (`ippon ... | head`); Python's last flush must not fail.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        # The reader has closed the pipe (`ippon ... | head`).
+        _discard_output()
         status = EXIT_PIPE_CLOSED
+    except OSError as error:
+        if error.errno != errno.ENOSPC:
+            raise
+        _discard_output()
+        sys.stderr.write("ippon: no space is left on the disk that it writes to\n")
+        status = EXIT_FAILED
     sys.exit(status)
+
+
+def _discard_output() -> None:
+    """Let Python's last flush of standard output succeed."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _reader_is_gone() -> bool:

@@ -90,7 +90,9 @@ def expand_homes(homes: Sequence[str]) -> tuple[str, ...]:
         lowest, highest = _number(first), _number(last)
         if lowest is None or highest is None:
             check_home(part)
-            out.append(part)
+            seed = _seed_of(part)
+            # Not 7 and 007 as two homes.
+            out.append(part if seed is None else f"{kind}{seed}")
             continue
         if not lowest <= highest <= _MAX_SEED or highest - lowest >= _MAX_HOMES:
             raise UsageError(f"homes go from a smaller seed to a larger one; got {part}")

@@ -1,6 +1,8 @@
 """Atomic replacement of files, and renaming of those that must not be replaced."""
 
+import contextlib
 import os
+import re
 import threading
 from pathlib import Path
 
@@ -16,7 +18,7 @@ def replace_file(path: Path, content: bytes, *, mode: int = 0o666) -> None:
     Raises:
         OSError: The file cannot be written; the old file remains, without temporary files.
     """
-    partial = path.with_name(f"{path.name[:99]}.{threading.get_native_id()}.partial")
+    partial = path.with_name(f"{_stem(path)}.{threading.get_native_id()}.partial")
     descriptor = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, mode)
     try:
         with os.fdopen(descriptor, "wb") as file:
@@ -27,6 +29,19 @@ def replace_file(path: Path, content: bytes, *, mode: int = 0o666) -> None:
     except BaseException:
         partial.unlink(missing_ok=True)
         raise
+
+
+def remove_partial_files(path: Path) -> None:
+    """Remove what writers of a file left behind that were killed; none may write it now."""
+    left_behind = re.compile(re.escape(_stem(path)) + r"\.\d+\.partial")
+    with contextlib.suppress(OSError):
+        for one in path.parent.iterdir():
+            if left_behind.fullmatch(one.name):
+                one.unlink(missing_ok=True)
+
+
+def _stem(path: Path) -> str:
+    return path.name[:99]
 
 
 def aside_name(path: Path) -> Path:

@@ -37,7 +37,8 @@ def open_authority(folder: Path, now: dt.datetime) -> Authority:
         now: The present time, with its time zone.
 
     Raises:
-        CertificateError: One of its two files is missing, damaged, or of another authority.
+        CertificateError: One of its two files is missing, damaged, or of another authority, or the
+            authority has expired.
         OSError: They cannot be read or written.
     """
     certificate_file, key_file = folder / "ca.pem", folder / "ca.key"
@@ -61,6 +62,11 @@ def open_authority(folder: Path, now: dt.datetime) -> Authority:
         or key.public_key() != certificate.public_key()
     ):
         raise CertificateError(f"{key_file} is not the key of {certificate_file}")
+    if certificate.not_valid_after_utc <= now:
+        raise CertificateError(
+            f"the authority in {folder} expired on {certificate.not_valid_after_utc:%Y-%m-%d}, and "
+            "all that it signed with it: take another folder, and new certificates everywhere"
+        )
     return Authority(certificate=certificate, key=key)
 
 
@@ -73,16 +79,19 @@ def issue(
         authority: Signs.
         name: Common name: what access control tells it by.
         hosts: Names and addresses under which it may be reached.
-        days: How long it is valid.
+        days: How long it is valid, at most as long as the authority.
         now: The present time, with its time zone.
     """
+    until = min(now + dt.timedelta(days=days), authority.certificate.not_valid_after_utc)
     key = ec.generate_private_key(ec.SECP256R1())
+    signer = x509.AuthorityKeyIdentifier.from_issuer_public_key(authority.key.public_key())
     usages = [ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH]
     certificate = (
-        _builder(name, authority.certificate.subject, key.public_key(), now, days)
+        _builder(name, authority.certificate.subject, key.public_key(), now, until)
         .add_extension(x509.SubjectAlternativeName([_host(host) for host in hosts]), critical=False)
         .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
         .add_extension(x509.ExtendedKeyUsage(usages), critical=False)
+        .add_extension(signer, critical=False)
         .sign(authority.key, hashes.SHA256())
     )
     return certificate.public_bytes(serialization.Encoding.PEM), _pem(key)
@@ -91,6 +100,16 @@ def issue(
 def expiry(certificate_pem: bytes) -> dt.datetime:
     """Return the end of a certificate's validity; raises ValueError if it is not a certificate."""
     return x509.load_pem_x509_certificate(certificate_pem).not_valid_after_utc
+
+
+def host_names(certificate_pem: bytes) -> tuple[str, ...]:
+    """Return names and addresses of a certificate; raises ValueError if it is not a certificate."""
+    extensions = x509.load_pem_x509_certificate(certificate_pem).extensions
+    try:
+        names = extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+    except x509.ExtensionNotFound:
+        return ()
+    return tuple(str(one.value) for one in names)
 
 
 def common_name(certificate_pem: bytes) -> str:
@@ -114,8 +133,9 @@ def _make_authority(now: dt.datetime) -> Authority:
         key_encipherment=False, data_encipherment=False, key_agreement=False,
         encipher_only=False, decipher_only=False,
     )  # fmt: skip
+    until = now + dt.timedelta(days=365 * CA_YEARS)
     certificate = (
-        _builder("IPPON certificate authority", subject, key.public_key(), now, 365 * CA_YEARS)
+        _builder("IPPON certificate authority", subject, key.public_key(), now, until)
         .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
         .add_extension(usage, critical=True)
         .sign(key, hashes.SHA256())
@@ -128,7 +148,7 @@ def _builder(
     issuer: x509.Name,
     public_key: ec.EllipticCurvePublicKey,
     now: dt.datetime,
-    days: int,
+    until: dt.datetime,
 ) -> x509.CertificateBuilder:
     return (
         x509.CertificateBuilder()
@@ -137,7 +157,8 @@ def _builder(
         .public_key(public_key)
         .serial_number(x509.random_serial_number())
         .not_valid_before(now - _BACKDATED)
-        .not_valid_after(now + dt.timedelta(days=days))
+        .not_valid_after(until)
+        .add_extension(x509.SubjectKeyIdentifier.from_public_key(public_key), critical=False)
     )
 
 

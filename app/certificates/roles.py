@@ -1,6 +1,7 @@
 """Certificates of all processes of a robot, with the zenoh profiles that name them."""
 
 import datetime as dt
+import ipaddress
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ from typing import Final
 from app.certificates.authority import (
     CertificateError,
     expiry,
+    host_names,
     issue,
     open_authority,
     write_private,
@@ -22,7 +24,10 @@ ROLES: Final = (NAVIGATOR, "robot", "console", "requester", "recorder")
 TEMPLATE_FOLDER: Final = "/etc/ippon/tls"
 _KEY: Final = re.compile(r'"ippon/([^"]+)"')
 """A key of the template's robot."""
-_HOST: Final = re.compile(r"[A-Za-z0-9]([A-Za-z0-9.:-]{0,252}[A-Za-z0-9])?")
+_LABEL: Final = r"[A-Za-z0-9_]([A-Za-z0-9_-]{0,61}[A-Za-z0-9_])?"
+_HOST: Final = re.compile(rf"({_LABEL}\.)*(?!\d+$){_LABEL}")
+"""Name of a host; its last part is no number: that would be a wrong address."""
+_LONGEST_HOST: Final = 253
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,6 +40,8 @@ class RoleFiles:
     expires: dt.datetime
     new: bool
     """Written now; else it was there."""
+    lacks: tuple[str, ...] = ()
+    """Hosts and robots that are wanted and that its files, which were there, do not name."""
 
 
 def write_roles(
@@ -67,8 +74,11 @@ def write_roles(
     if not 1 <= days <= 3650:
         raise CertificateError(f"certificates are valid for 1 to 3650 days; got {days}")
     for host in hosts:
-        if _HOST.fullmatch(host) is None:
-            raise CertificateError(f"{host!r} is neither a host's name nor an address")
+        if not _is_host(host):
+            raise CertificateError(
+                f"{host!r} is neither a host's name nor an address, such as robot.local, "
+                "192.168.1.20 or fd00::20; a port is not part of it"
+            )
     folder = folder.absolute()
     if set('"\\') & set(str(folder)):
         raise CertificateError(f"zenoh's profiles cannot name {folder}: take a plain path")
@@ -87,11 +97,34 @@ def write_roles(
         if not profile.exists():
             profile.write_text(profile_of(role, folder, robots), encoding="utf-8")
         try:
-            expires = expiry(certificate.read_bytes())
+            expires, named = expiry(certificate.read_bytes()), host_names(certificate.read_bytes())
         except ValueError as error:
             raise CertificateError(f"{certificate} is no certificate: {error}") from error
-        written.append(RoleFiles(role=role, profile=profile, expires=expires, new=new))
+        lacks: list[str] = []
+        if role == NAVIGATOR:
+            rules = profile.read_text("utf-8")
+            lacks += (host for host in hosts if _spelled(host) not in named)
+            lacks += (robot for robot in robots if f'"{robot}/' not in rules)
+        written.append(
+            RoleFiles(role=role, profile=profile, expires=expires, new=new, lacks=tuple(lacks))
+        )
     return written
+
+
+def _is_host(text: str) -> bool:
+    try:
+        # An address with a zone, such as fe80::1%eth0, means another machine elsewhere.
+        return "%" not in str(ipaddress.ip_address(text))
+    except ValueError:
+        return len(text) <= _LONGEST_HOST and _HOST.fullmatch(text) is not None
+
+
+def _spelled(host: str) -> str:
+    """Return an address as a certificate spells it, a name unchanged."""
+    try:
+        return str(ipaddress.ip_address(host))
+    except ValueError:
+        return host
 
 
 def profile_of(role: str, folder: Path, robots: Sequence[str]) -> str:

@@ -47,7 +47,8 @@ def search_data_set(
     agent = IpponAgent(segmenter, lambda resolved, labels: prior.levels(resolved, "", labels))
     try:
         with RemoteEnv(python, str(config), overrides) as env:
-            yield from run_episodes(env, agent, count or env.episode_count)
+            # habitat begins again after its last episode.
+            yield from run_episodes(env, agent, min(count or env.episode_count, env.episode_count))
     except HabitatProcessError as error:
         raise EvaluationError(str(error)) from error
 

@@ -83,9 +83,10 @@ class EvaluationFolder:
         odd = [k for k in sorted(set(before) | set(now)) if before.get(k) != now.get(k)]
         if odd:
             listed = ", ".join(f"{k} {before.get(k)!r} (now {now.get(k)!r})" for k in odd)
+            how = "holds results of" if self.has_rows() else "was begun, without results yet, with"
             raise EvaluationError(
-                f"{self.path} holds results of another setup: {listed}; use another folder for "
-                "--out, or the same options"
+                f"{self.path} {how} another setup: {listed}; use another folder for --out, or the "
+                "same options"
             )
         kept = old.get("configurations", {})
         for method, configuration in new.get("configurations", {}).items():
@@ -118,13 +119,17 @@ class EvaluationFolder:
         return True
 
     def write(self, row: EpisodeRow) -> None:
-        """Add a row, and remove an earlier error of the same episode."""
-        replace_file(self._row_file(row.episode_id, row.method), _line(row).encode())
+        """Add a row, and remove an earlier error of the same episode.
+
+        Raises:
+            EvaluationError: The row cannot be written; those that are there stay.
+        """
+        self._replace(self._row_file(row.episode_id, row.method), _line(row))
         self.forget_error(f"{row.episode_id}.{row.method}")
 
     def write_error(self, name: str, text: str) -> None:
-        """Store the error of an episode or a home."""
-        replace_file(self._errors / f"{_fit_for_a_file(name)}.txt", text.encode())
+        """Store the error of an episode or a home; raises EvaluationError if it cannot."""
+        self._replace(self._errors / f"{_fit_for_a_file(name)}.txt", text)
 
     def forget_error(self, name: str) -> None:
         """Remove the error of an episode or a home."""
@@ -184,8 +189,17 @@ class EvaluationFolder:
         """Write all rows into one file, a line each; return their number."""
         rows = self.rows()
         lines = (f"{_line(row)}\n" for row in rows)
-        replace_file(self.path / TABLE_FILE, "".join(lines).encode())
+        self._replace(self.path / TABLE_FILE, "".join(lines))
         return len(rows)
+
+    def _replace(self, path: Path, text: str) -> None:
+        try:
+            replace_file(path, text.encode())
+        except OSError as error:
+            raise EvaluationError(
+                f"cannot write {path}: {error.strerror}; finished episodes are kept: start again "
+                f"with --out {self.path}"
+            ) from error
 
     def _rows_by_file(self) -> tuple[EpisodeRow, ...]:
         files = sorted(self._rows.glob("*.json")) if self._rows.is_dir() else []

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from app.export.session_data import SessionData, need_map
 from app.view.model.attribute_colors import AttributeColor, attribute_colors
 
+_Y_UP: Final = trimesh.transformations.rotation_matrix(-0.5 * np.pi, (1.0, 0.0, 0.0))
 # For each of the six sides: outward direction, and corners counter-clockwise from outside.
 _SIDES: Final = (
     ((1, 0, 0), ((1, 0, 0), (1, 1, 0), (1, 1, 1), (1, 0, 1))),
@@ -34,13 +35,14 @@ def write_points(session: SessionData, path: Path, mode: AttributeColor) -> None
 
 
 def write_faces(session: SessionData, path: Path, mode: AttributeColor) -> None:
-    """Write the outer faces of the surface voxels as a GLB.
+    """Write the outer faces of the surface voxels as a GLB, y up, as glTF demands.
 
     Raises:
         RecordingError: There is no map.
     """
-    mesh = voxel_faces(session, mode)
-    path.write_bytes(mesh.export(file_type="glb"))
+    scene: Any = trimesh.Scene()
+    scene.add_geometry(voxel_faces(session, mode), node_name="map", transform=_Y_UP)
+    path.write_bytes(scene.export(file_type="glb"))
 
 
 def voxel_faces(session: SessionData, mode: AttributeColor) -> Any:

@@ -74,8 +74,10 @@ class RobotSimConfig:
     """Pixels; the height follows from the robot's camera."""
 
     def __post_init__(self) -> None:
-        """Refuse cameras that cannot be simulated."""
+        """Refuse cameras that cannot be simulated, and a negative seed."""
         keys.check_prefix(self.robot)
+        if self.seed < 0:
+            raise ValueError(f"a seed is a whole number from 0; got {self.seed}")
         if not 0.5 <= self.rate_hz <= PHYSICS_HZ:
             raise ValueError(
                 f"the camera takes 0.5 to {PHYSICS_HZ:g} frames a second; got {self.rate_hz:g}"

@@ -29,6 +29,7 @@ from ippon.planning.surface_scale import surface_scale
 from ippon.segmentation.detectors.vocabulary import closed_vocabulary
 from ippon.segmentation.instance_heatmap import heatmap_of_instances
 from ippon.segmentation.segmenter import Segmenter
+from ippon.tracking.upright import UprightCheck
 from ippon.vocabulary import MATTERPORT_40
 
 VOXEL_SIZE_M: Final = 0.05
@@ -102,6 +103,10 @@ class Recognition:
         """Number of frames received."""
         self.refused = 0
         """Number of refused frames."""
+        self.refusal = ""
+        """Why the last of them was refused."""
+        self.upright = UprightCheck()
+        """Whether the images are upside down."""
         self.dropped = 0
         """Number of map blocks dropped for lack of memory."""
 
@@ -134,9 +139,11 @@ class Recognition:
         try:
             with ThreadPoolExecutor(os.cpu_count()) as pool:
                 updates = list(pool.map(lambda one: one.integrate(seen), self._maps))
-        except FrameRejectedError:
+        except FrameRejectedError as error:
             self.refused += 1
+            self.refusal = str(error)
             return
+        self.upright.add(frame)
         self.dropped += sum(update.blocks_dropped for update in updates)
         self._last = frame
         self.views.append(View.of(number, frame, observation))

@@ -116,7 +116,7 @@ class Template:
     def values(self, text: str, work: _Work) -> Iterator[tuple[str, ...]]:
         """Yield the values of the fields for each way in which the template matches a text."""
         first = self.literals[0]
-        if self.longest in text and text.startswith(first) and text.endswith(self.literals[-1]):
+        if text.startswith(first) and text.endswith(self.literals[-1]):
             yield from self._rest(text, len(first), 0, (), work)
 
     def _rest(
@@ -217,6 +217,8 @@ class Sayings:
             return _Told(exact, len(text))
         best: _Told | None = None
         for template in self._templates:
+            if template.longest not in text:
+                continue
             for values in template.values(text, work):
                 told = self._filled(template, values, work, depth)
                 if told is not None and (best is None or told.rank > best.rank):

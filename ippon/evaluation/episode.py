@@ -1,5 +1,6 @@
 """Loop over one search in a simulated home: world and mission, step by step."""
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -24,11 +25,25 @@ class EpisodeLimits:
 
     def __post_init__(self) -> None:
         """Reject values out of range."""
-        if not (self.time_step_s > 0.0 and self.steps_per_frame >= 1 and self.max_time_s > 0.0):
+        if not (
+            0.0 < self.time_step_s < math.inf
+            and self.steps_per_frame >= 1
+            and 0.0 < self.max_time_s < math.inf
+        ):
             raise ValueError(
                 "time_step_s and max_time_s must be positive and steps_per_frame at least 1; got "
                 f"{self.time_step_s}, {self.max_time_s}, {self.steps_per_frame}"
             )
+        if self.frames < 1:
+            raise ValueError(
+                f"max_time_s of {self.max_time_s} is less than the time between two images, "
+                f"{self.time_step_s * self.steps_per_frame:g} s"
+            )
+
+    @property
+    def frames(self) -> int:
+        """Most images of an episode."""
+        return round(self.max_time_s / self.time_step_s / self.steps_per_frame)
 
 
 def run_episode(
@@ -51,7 +66,7 @@ def run_episode(
         raise ValueError("an episode needs a goal: call mission.goals.set_goal first")
     first, *others = mission.goals.asked
     world.set_labels(mission.voxel_map.labels, first, others)
-    for _ in range(round(limits.max_time_s / limits.time_step_s / limits.steps_per_frame)):
+    for _ in range(limits.frames):
         frame = world.observe()
         if watch is not None:
             watch(frame)

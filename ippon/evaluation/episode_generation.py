@@ -13,6 +13,7 @@ from ippon.evaluation.metrics import SUCCESS_DISTANCE_M, Judge
 from ippon.evaluation.supports import context_sentence, room_sentence
 from ippon.guidance.language.naming import resolve_object
 from ippon.robot import RobotProfile
+from ippon.simulation.camera.line_of_sight import LineOfSight
 from ippon.simulation.robot.navigation_grid import robot_grid
 from ippon.simulation.scene import Scene, StartPose
 from ippon.vocabulary import HABITAT_GOALS, MATTERPORT_40, canonical_label
@@ -56,6 +57,8 @@ class EpisodeGenerationConfig:
                 f"min_shortest_path_m must be finite and at least {SUCCESS_DISTANCE_M}, where a "
                 f"search would have ended at its start; got {self.min_shortest_path_m}"
             )
+        if self.seed < 0:
+            raise ValueError(f"a seed is a whole number from 0; got {self.seed}")
         if not self.goals or self.starts_per_goal < 1 or self.small_per_home < 0:
             raise ValueError(
                 "episodes need goals, starts_per_goal of at least 1 and small_per_home of at "
@@ -138,13 +141,13 @@ def list_episodes(
     Returns:
         The episodes, and the searches that were excluded.
     """
-    grid = robot_grid(scene, robot)
+    grid, sight = robot_grid(scene, robot), LineOfSight(scene)
     episodes: list[EpisodeSpec] = []
     dropped: list[ExcludedEpisode] = []
     goals = _drawn_goals(scene, home, config, dropped)
     for goal, colour in _with_colours(scene, home, goals, config, dropped):
         then = _next_goal(home, goal, goals, config) if config.second_object else ""
-        judge = Judge(scene, robot, goal, colour=colour, grid=grid)
+        judge = Judge(scene, robot, goal, colour=colour, grid=grid, sight=sight)
         rng = _rng(config.seed, home_name(home), *filter(None, (colour, goal)))
         taken = 0
         for index in rng.permutation(len(scene.start_poses)).tolist():
@@ -297,11 +300,12 @@ def goals_of(kinds: Sequence[str]) -> tuple[str, ...]:
 def draw_episodes(episodes: Sequence[EpisodeSpec], limit: int | None) -> list[EpisodeSpec]:
     """Draw a number of episodes, mixing homes and objects; a larger limit only adds episodes.
 
-    The versions with and without a context are drawn together, so that they can be compared.
+    The versions with and without a context are drawn together, so that they can be compared: the
+    last is left out where its other version is beyond the limit.
 
     Args:
         episodes: Of any homes.
-        limit: Maximum number; None for all.
+        limit: Maximum number, at least 1; None for all.
 
     Returns:
         The drawn episodes, in their original order.
@@ -309,5 +313,8 @@ def draw_episodes(episodes: Sequence[EpisodeSpec], limit: int | None) -> list[Ep
     if limit is None or limit >= len(episodes):
         return list(episodes)
     order = sorted(episodes, key=lambda e: (zlib.crc32(e.id_without_context.encode()), e.context))
+    names = [e.id_without_context for e in order]
+    if limit > 1 and names[limit - 1] == names[limit] != names[limit - 2]:
+        limit -= 1
     chosen = {e.episode_id for e in order[:limit]}
     return [e for e in episodes if e.episode_id in chosen]

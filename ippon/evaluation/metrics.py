@@ -79,6 +79,7 @@ class Judge:
         *,
         colour: str = "",
         grid: NavigationGrid | None = None,
+        sight: LineOfSight | None = None,
     ) -> None:
         """Find the goal's instances, their viewpoints, and the paths to them.
 
@@ -88,9 +89,10 @@ class Judge:
             goal: Label or category; see `matching_instances`.
             colour: Colour of the instances that count; empty for all.
             grid: Navigation grid of this home and robot, if already computed.
+            sight: Line-of-sight tests in this home, if already prepared.
         """
         grid = robot_grid(scene, robot) if grid is None else grid
-        sight = LineOfSight(scene)
+        sight = LineOfSight(scene) if sight is None else sight
         alike = matching_instances(scene, goal)
         self.colour = colour
         self.instances = tuple(k for k in alike if not colour or has_colour(scene, k, colour))

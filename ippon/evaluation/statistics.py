@@ -1,6 +1,7 @@
 """Confidence intervals and tests for searches that are clustered by home."""
 
 import itertools
+import math
 from dataclasses import dataclass
 from typing import Final
 
@@ -9,6 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import bdtr
 
 _RESAMPLES: Final = 10_000
+_NORMAL_97_5: Final = 1.959963984540054
+"""97.5th percentile of the normal distribution."""
 _EXACT_CLUSTERS: Final = 12
 """Number of homes up to which all sign patterns are tested; beyond, 10,000 random ones."""
 
@@ -45,6 +48,22 @@ def mean_interval(values: ArrayLike, clusters: ArrayLike, *, seed: int = 0) -> t
     means = sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1)
     low, high = np.percentile(means, [2.5, 97.5])
     return float(low), float(high)
+
+
+def share_interval(count: int, of: int) -> tuple[float, float]:
+    """Return the 95 % interval of a share by Wilson's formula (JASA 1927).
+
+    Unlike a bootstrap, it has a width where all or none succeed. Episodes of one home count as
+    independent.
+
+    Args:
+        count: Successes.
+        of: Episodes, at least 1.
+    """
+    p, z2 = count / of, _NORMAL_97_5**2 / of
+    middle = (p + 0.5 * z2) / (1.0 + z2)
+    half = math.sqrt(z2 * (p * (1.0 - p) + 0.25 * z2)) / (1.0 + z2)
+    return max(0.0, middle - half), min(1.0, middle + half)
 
 
 def paired_difference(

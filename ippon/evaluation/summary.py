@@ -17,6 +17,7 @@ from ippon.evaluation.statistics import (
     mcnemar_p,
     mean_interval,
     paired_difference,
+    share_interval,
 )
 from ippon.vocabulary import HABITAT_GOALS
 
@@ -31,7 +32,10 @@ LEAST_WAY_M: Final = 1.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MethodSummary:
-    """One line of the table: means over episodes, with 95 % intervals over homes."""
+    """One line of the table: means over episodes, with 95 % intervals over homes.
+
+    The interval of success is Wilson's.
+    """
 
     method: str
     episodes: int
@@ -294,7 +298,7 @@ def spl_by_goal(rows: Sequence[EpisodeRow]) -> dict[str, dict[str, tuple[float, 
 
 def _summary(name: str, rows: list[EpisodeRow]) -> MethodSummary:
     homes = [home_name(row.home) for row in rows]
-    success = [float(row.success) for row in rows]
+    found = sum(row.success for row in rows)
     spl, soft = [row.spl for row in rows], [row.soft_spl for row in rows]
     frames = np.array([row.frames for row in rows], np.float64)
     causes = Counter(row.failure for row in rows)
@@ -302,8 +306,8 @@ def _summary(name: str, rows: list[EpisodeRow]) -> MethodSummary:
         method=name,
         episodes=len(rows),
         homes=len(set(homes)),
-        success=float(np.mean(success)),
-        success_ci95=mean_interval(success, homes),
+        success=found / len(rows),
+        success_ci95=share_interval(found, len(rows)),
         spl=float(np.mean(spl)),
         spl_ci95=mean_interval(spl, homes),
         soft_spl=float(np.mean(soft)),

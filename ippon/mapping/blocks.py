@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ippon.mapping.arrays import BLOCK_VOLUME, INNER, NOT_MAPPED
+from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, FREE, INNER, NOT_MAPPED
 
 GROWTH_MARGIN: Final = 8
 """Blocks by which the directory grows beyond what is needed, so that it grows rarely."""
@@ -110,6 +110,17 @@ def make_pools(max_blocks: int) -> Pools:
     pools.ooi[NO_SLAB] = pools.level[NO_SLAB] = NOT_MAPPED
     pools.tally[N_SLABS] = NO_SLAB + 1
     return pools
+
+
+def count_layer(pools: Pools, layer: int) -> None:
+    """Count the free voxels of a layer along z anew, in place of those of another layer."""
+    n = int(pools.tally[N_ROWS])
+    here = (pools.used[:n] == 1) & (pools.coord[:n, 2] == layer // BLOCK_EDGE)
+    rows = np.flatnonzero(here)
+    states = pools.state[rows].reshape(-1, BLOCK_EDGE**2, BLOCK_EDGE)[:, :, layer % BLOCK_EDGE]
+    pools.layer_free[:n] = 0
+    pools.layer_free[rows] = np.count_nonzero(states == FREE, axis=1)
+    pools.tally[N_LAYER_FREE] = int(pools.layer_free[:n].sum())
 
 
 class BlockDirectory:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,39 +85,45 @@ class BlockSelector:
         most = int(np.prod(high - low))
         rows, kinds = np.empty(most, np.int32), np.empty(most, np.int8)
         is_new, place = np.empty(most, np.uint8), np.empty(most + 1, np.int32)
+        list_blocks = partial(
+            select_kernel,
+            low,
+            high,
+            invert_transform(frame.T_world_camera),
+            cfg.voxel_size_m,
+            self._depth_range(),
+            (camera.fx, camera.fy, camera.cx, camera.cy),
+            (camera.width, camera.height),
+            image.tiles,
+            self._directory.origin,
+            self._directory.rows,
+            self._pools,
+            np.uint16(self._farthest),
+            revision,
+            rows,
+            kinds,
+            is_new,
+            place,
+        )
         dropped: list[NDArray[np.int64]] = []
         while True:
-            n = select_kernel(
-                low,
-                high,
-                invert_transform(frame.T_world_camera),
-                cfg.voxel_size_m,
-                self._depth_range(),
-                (camera.fx, camera.fy, camera.cx, camera.cy),
-                (camera.width, camera.height),
-                image.tiles,
-                self._directory.origin,
-                self._directory.rows,
-                self._pools,
-                np.uint16(self._farthest),
-                revision,
-                rows,
-                kinds,
-                is_new,
-                place,
-            )
+            n = list_blocks(True)
             if n != OVER_BOUND and layers.has_room_for(n):
-                return VisibleBlocks(
-                    rows[:n], kinds[:n], is_new[:n], box_bounds(low, high - low), place, dropped
-                )
-            gone = self._drop_blocks(layers, frame.T_world_camera[:3, 3], revision)
-            dropped.append(gone)
-            if len(gone) == 0:
+                break
+            if not dropped and list_blocks(False) > cfg.max_blocks:
                 self._release_blocks_of(layers, revision)
                 raise FrameRejectedError(
                     f"one view needs more than the {cfg.max_blocks} blocks of "
                     f"memory_limit_mb {cfg.memory_limit_mb}; raise it"
                 )
+            gone = self._drop_blocks(layers, frame.T_world_camera[:3, 3], revision)
+            if len(gone) == 0:
+                assert n != OVER_BOUND, "the view alone fits"
+                break
+            dropped.append(gone)
+        return VisibleBlocks(
+            rows[:n], kinds[:n], is_new[:n], box_bounds(low, high - low), place, dropped
+        )
 
     def _depth_range(self) -> tuple[float, float, float, float]:
         """Return `depth_range` of `classify_block`, metres."""

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,7 @@ from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
 from ippon.geometry import invert_transform
 from ippon.mapping.arrays import OCCUPIED, read_only
-from ippon.mapping.blocks import BlockDirectory, Pools
+from ippon.mapping.blocks import BlockDirectory, Pools, count_layer
 from ippon.mapping.config import MapConfig
 from ippon.mapping.depth_image import DepthImage, prepare_depth
 from ippon.mapping.frame_blocks import BlockSelector, VisibleBlocks, box_bounds
@@ -28,6 +29,13 @@ from ippon.mapping.occupancy.ray_endpoints import (
     n_samples,
     sample_strides,
 )
+
+MOST_FROM_ORIGIN_M: Final = 10_000.0
+"""Distance from the world's origin up to which the float32 coordinates of messages and drawings
+tell one voxel from the next, and indices fit their 21 bits."""
+
+FLOOR_MOVED_M: Final = 0.2
+"""Difference of height, beyond a voxel, from which the explored floor is that of another layer."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,7 +69,7 @@ class FrameIntegrator:
         self._endpoints = make_endpoint_counts(0)
         self._last_pose: tuple[int, NDArray[np.float64]] | None = None
         self.layer: int | None = None
-        """Voxel layer at body height; None before the first frame."""
+        """Voxel layer at body height over the floor; None before the first frame."""
         self.floor_z_m = 0.0
         """Height of the floor that the robot stood on last."""
 
@@ -76,12 +84,10 @@ class FrameIntegrator:
                 f"camera at {_text(frame.T_world_camera[:3, 3])} m is too far from the map to hold "
                 f"both in {cfg.directory_max_cells} blocks; raise MapConfig.directory_max_cells"
             )
-        self.floor_z_m = float(frame.T_world_base[2, 3])
-        if self.layer is None:
-            self.layer = math.floor((self.floor_z_m + cfg.body_height_m) / cfg.voxel_size_m)
-        self._last_pose = (frame.stamp_ns, frame.T_world_camera[:3, 3].copy())
         self._directory.cover(low, high)
         seen = self._blocks.select(frame, image, layers, (low, high), revision)
+        self._stand_on(float(frame.T_world_base[2, 3]))
+        self._last_pose = (frame.stamp_ns, frame.T_world_camera[:3, 3].copy())
         return self._update(frame, image, seen, layers, revision)
 
     def integrate_heatmap(self, frame: Frame, layers: ObjectLayers, revision: int) -> int:
@@ -184,9 +190,27 @@ class FrameIntegrator:
             image, strides, self._view(frame), self._rules(), box, place, self._endpoints
         )
 
+    def _stand_on(self, floor_z_m: float) -> None:
+        """Take up the floor at a height; on another one its free voxels are counted anew."""
+        size = self._config.voxel_size_m
+        self.floor_z_m = floor_z_m
+        layer = math.floor((floor_z_m + self._config.body_height_m) / size)
+        if self.layer is None:
+            self.layer = layer
+        elif abs(layer - self.layer) * size > FLOOR_MOVED_M + size:
+            self.layer = layer
+            count_layer(self._pools, layer)
+
     def _check(self, frame: Frame) -> None:
-        if not np.isfinite(frame.depth).any():
+        # Row by row: the first ones nearly always tell.
+        if not any(np.isfinite(row).any() for row in frame.depth):
             raise FrameRejectedError("depth has no finite value: NaN or infinite everywhere")
+        if float(np.abs(frame.T_world_camera[:3, 3]).max()) > MOST_FROM_ORIGIN_M:
+            raise FrameRejectedError(
+                f"camera at {_text(frame.T_world_camera[:3, 3])} m is more than "
+                f"{MOST_FROM_ORIGIN_M / 1000.0:.0f} km from the origin of its world frame: use a "
+                "frame with its origin on the site, none of geographic coordinates such as UTM"
+            )
         if self._last_pose is None:
             return
         jump = float(np.linalg.norm(frame.T_world_camera[:3, 3] - self._last_pose[1]))

@@ -23,6 +23,8 @@ from ippon.errors import MapFileError
 MAGIC: Final = b"IPPONMAP"
 VERSION: Final = 2
 DIGEST_BYTES: Final = 32
+MOST_BYTES: Final = 1 << 32
+"""Bound on the arrays of a file, unless more is asked for."""
 DTYPES: Final = ("|u1", "|i1", "<u2", "<i2", "<i4", "<i8", "<f4", "<f8")
 _PREFIX = struct.Struct("<8sII")
 
@@ -49,7 +51,7 @@ def encode(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> byt
     return content + _digest(content)
 
 
-def decode(content: bytes, max_bytes: int = 1 << 32) -> tuple[dict[str, Any], Arrays]:
+def decode(content: bytes, max_bytes: int = MOST_BYTES) -> tuple[dict[str, Any], Arrays]:
     """Read what `encode` wrote.
 
     Args:
@@ -98,9 +100,9 @@ def write(path: Path, header: Mapping[str, Any], arrays: Mapping[str, NDArray[An
     replace_file(path, encode(header, arrays))
 
 
-def read(path: Path) -> tuple[dict[str, Any], Arrays]:
-    """Read a file; raises as `decode`, and OSError."""
-    return decode(path.read_bytes())
+def read(path: Path, max_bytes: int = MOST_BYTES) -> tuple[dict[str, Any], Arrays]:
+    """Read a file; see `decode`, raises as it does, and OSError."""
+    return decode(path.read_bytes(), max_bytes)
 
 
 def _digest(content: bytes) -> bytes:

@@ -236,7 +236,7 @@ class VoxelMap:
         return float(self._pools.best_ooi[:n].max()) / 254.0 if n else 0.0
 
     def explored_m2(self) -> float:
-        """Return the floor area that was seen free at `MapConfig.body_height_m`."""
+        """Return the area that was seen free at `MapConfig.body_height_m` over the last floor."""
         return float(self._pools.tally[N_LAYER_FREE]) * self.config.voxel_size_m**2
 
     def save(self, path: Path) -> None:
@@ -276,7 +276,9 @@ class VoxelMap:
             MapFileError: The file is damaged, of another version, or not a map; or `config` does
                 not fit it.
         """
-        header, arrays = map_file.read(path)
+        # A map within its memory limit can be read again; many labels take more than it counts on.
+        limit = 0 if config is None else 4 * int(1e6 * config.memory_limit_mb)
+        header, arrays = map_file.read(path, max(map_file.MOST_BYTES, limit))
         try:
             saved = MapConfig(**_known_fusion(header["config"]))
             voxel_map = cls(config or saved, header["labels"])

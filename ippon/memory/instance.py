@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ippon.geometry import Float64Array
+from ippon.guidance.knowledge import WITHIN_REACH_M
+from ippon.mapping.objects.object_layers import UNDERFOOT_M
 
 Source = Literal["map", "search"]
 
@@ -84,6 +86,12 @@ def box_overlap(one: Sighting, other: Sighting) -> float:
         common *= reach
         smaller *= min(a, b)
     return common / smaller
+
+
+def is_on_floor(one: Sighting, floor_z_m: float) -> bool:
+    """Return whether a thing stands on a floor or hangs within reach above it."""
+    height_m = one.position_world[2] - floor_z_m
+    return height_m > -UNDERFOOT_M and height_m - 0.5 * one.size_m[2] < WITHIN_REACH_M
 
 
 def box_of(low: Float64Array, high: Float64Array) -> tuple[Point, Point]:

@@ -8,7 +8,7 @@ from typing import Final
 
 from ippon.guidance.language.naming import same_object
 from ippon.memory.config import MemoryConfig
-from ippon.memory.instance import Instance, Point, Sighting, Source, box_overlap
+from ippon.memory.instance import Instance, Point, Sighting, Source, box_overlap, is_on_floor
 from ippon.memory.map_clusters import ClusterChanges
 
 _CELL_M: Final = 2.0
@@ -157,15 +157,18 @@ class InstanceMemory:
         self._changes.removed.add(instance_id)
         self._shown = None
 
-    def set_rooms(self, name_at: Callable[[tuple[float, float]], str]) -> None:
-        """Name the rooms of all things that are there.
+    def set_rooms(self, name_at: Callable[[tuple[float, float]], str], floor_z_m: float) -> None:
+        """Name the rooms of all things that are there, on one floor.
 
         Args:
             name_at: Returns the room at a world position, empty where it is not clear.
+            floor_z_m: Height of the floor whose rooms these are.
         """
         for instance in self.instances():
+            if instance.is_gone or not is_on_floor(instance, floor_z_m):
+                continue
             room = name_at(instance.position_world[:2])
-            if room and room != instance.room and not instance.is_gone:
+            if room and room != instance.room:
                 self._put(dataclasses.replace(instance, room=room))
 
     def set_view_score(self, instance_id: int, score: float) -> None:
@@ -203,7 +206,7 @@ class InstanceMemory:
     def _show(self, known: Instance, sighting: Sighting, now_ns: int) -> None:
         """Update a thing by what its cluster shows now."""
         shrunk = sighting.voxels < self._config.shrink_share * known.voxels
-        settling = now_ns - known.last_seen_ns < self._config.settle_s * 1e9
+        settling = self._is_recent(known.last_seen_ns, now_ns)
         if shrunk and settling and not known.is_gone and known.label == sighting.label:
             self._shrunk.add(known.instance_id)
             return
@@ -223,7 +226,7 @@ class InstanceMemory:
         if known is None or known.instance_id in self._shrunk:
             return
         # Once in ten seconds is exact enough, and writes less.
-        if now_ns - known.last_seen_ns > 10_000_000_000:
+        if not 0 <= now_ns - known.last_seen_ns <= 10_000_000_000:
             self._put(dataclasses.replace(known, last_seen_ns=now_ns))
 
     def _without_cluster(
@@ -245,7 +248,9 @@ class InstanceMemory:
             unchecked = instance_id not in freed and checked > _UNSEEN_PER_UPDATE
             if unchecked or share_observed(known) < self._config.gone_share:
                 unseen.append(instance_id)
-            elif self._is_absorbed(known) or (self._is_fresh(known, now_ns) and not _noted(known)):
+            elif self._is_absorbed(known) or (
+                self._is_recent(known.first_seen_ns, now_ns) and not _noted(known)
+            ):
                 self.remove(instance_id)
             else:
                 gone.append(self._put(dataclasses.replace(known, gone_ns=now_ns)))
@@ -269,8 +274,9 @@ class InstanceMemory:
                 return True
         return False
 
-    def _is_fresh(self, known: Instance, now_ns: int) -> bool:
-        return now_ns - known.first_seen_ns < self._config.settle_s * 1e9
+    def _is_recent(self, at_ns: int, now_ns: int) -> bool:
+        # A time ahead is of before the clock was set back.
+        return 0 <= now_ns - at_ns < self._config.settle_s * 1e9
 
     # -- bookkeeping -------------------------------------------------------------------------
 

@@ -137,8 +137,10 @@ def register(
                 f"{config.highest_m} m above the floor; {_LEAST_POINTS} are needed"
             )
     height = map_floor_z_m - floor_z_m
+    source, target = _cloud_of(points), _cloud_of(surface)
+    target.estimate_normals(_open3d().geometry.KDTreeSearchParamHybrid(_NORMAL_RADIUS_M, 30))
     places = [
-        _refined(points, surface, _upright(yaw, (x, y, height)), config)
+        _refined(source, target, _upright(yaw, (x, y, height)), config)
         for yaw, x, y in _coarse_places(points, surface, config)
     ]
     places.sort(key=lambda place: -place.fitness)
@@ -233,14 +235,17 @@ class _Place:
     rmse_m: float
 
 
-def _refined(
-    points: Float64Array, surface: Float64Array, start: Float64Array, config: RegistrationConfig
-) -> _Place:
-    """Return a place after ICP with ever smaller reach; only yaw and position change."""
-    o3d = _open3d()
-    registration = o3d.pipelines.registration
-    source, target = _cloud_of(points), _cloud_of(surface)
-    target.estimate_normals(o3d.geometry.KDTreeSearchParamHybrid(_NORMAL_RADIUS_M, 30))
+def _refined(source: Any, target: Any, start: Float64Array, config: RegistrationConfig) -> _Place:
+    """Return a place after ICP with ever smaller reach; only yaw and position change.
+
+    Args:
+        source: Cloud of the points in view.
+        target: Cloud of the map, with normals.
+        start: T_map_world to begin with.
+        config: Reach.
+    """
+    registration = _open3d().pipelines.registration
+    points = np.asarray(source.points)
     estimation = registration.TransformationEstimationPointToPlane()
     steps = registration.ICPConvergenceCriteria(max_iteration=_ICP_STEPS)
     T = start

@@ -14,6 +14,8 @@ LEAST_M2: Final = 1.0
 """Floor area from which a part counts as a room."""
 OUTSIDE_M: Final = 1.0
 """Distance from a room up to which a name belongs to it, because the map is inferred anew."""
+FLOORS_APART_M: Final = 1.0
+"""Difference of height from which a name is of another floor."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,6 +25,8 @@ class RoomName:
     x_m: float
     y_m: float
     name: str
+    floor_z_m: float | None = None
+    """Height of the floor; None, as in files of earlier versions, for any floor."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,15 +94,23 @@ def renamed(
     part = _nearest_part(rooms, x_m, y_m)
     if part == 0:
         raise ValueError(f"there is no room at ({x_m:.1f}, {y_m:.1f})")
-    kept = [one for one in names if _nearest_part(rooms, one.x_m, one.y_m) != part]
-    return (*kept, *([RoomName(x_m=x_m, y_m=y_m, name=name)] if name else []))
+    kept = [one for one in names if _part_of(rooms, one) != part]
+    added = RoomName(x_m=x_m, y_m=y_m, name=name, floor_z_m=rooms.floor_z_m)
+    return (*kept, *([added] if name else []))
 
 
 def names_by_part(rooms: Rooms, names: Iterable[RoomName]) -> dict[int, str]:
     """Return the names of rooms by number of the part; of several in one room the last applies."""
-    called = {_nearest_part(rooms, one.x_m, one.y_m): one.name for one in names}
+    called = {_part_of(rooms, one): one.name for one in names}
     called.pop(0, None)
     return called
+
+
+def _part_of(rooms: Rooms, one: RoomName) -> int:
+    """Return the part that a name belongs to; 0 for none, and for one of another floor."""
+    if one.floor_z_m is not None and abs(one.floor_z_m - rooms.floor_z_m) > FLOORS_APART_M:
+        return 0
+    return _nearest_part(rooms, one.x_m, one.y_m)
 
 
 def _part_at(rooms: Rooms, x_m: float, y_m: float) -> int:

@@ -82,6 +82,8 @@ class Rooms:
     """(P + 1,) index into `types` of each part, `NO_ROOM` if unclear."""
     probability: Float64Array
     """(P + 1, R) probability of each type."""
+    floor_z_m: float = 0.0
+    """Height of the floor that the rooms are on, world frame."""
 
     def at(self, xy: Float64Array) -> NDArray[np.int64]:
         """Return (M,) index into `types` for (M, 2) world positions, `NO_ROOM` if unclear."""
@@ -155,6 +157,8 @@ class RoomEvidence:
     """(M, 2) world positions of labelled surface, metres."""
     label: NDArray[np.int64]
     """(M,) index into `labels`."""
+    floor_z_m: float
+    """Height of the floor, world frame."""
 
 
 def room_evidence(voxel_map: VoxelMap, config: RoomConfig, floor_z_m: float = 0.0) -> RoomEvidence:
@@ -176,6 +180,7 @@ def room_evidence(voxel_map: VoxelMap, config: RoomConfig, floor_z_m: float = 0.
         is_open=is_open,
         positions_xy=xy,
         label=label,
+        floor_z_m=floor_z_m,
     )
 
 
@@ -199,7 +204,13 @@ def infer_rooms(evidence: RoomEvidence, config: RoomConfig) -> Rooms:
     clear = (share >= config.min_share) & (kinds >= config.min_kinds)
     room = np.where(clear, probability.argmax(axis=1), NO_ROOM)
     return Rooms(
-        types=types, cell_m=cell_m, origin=origin, part=part, room=room, probability=probability
+        types=types,
+        cell_m=cell_m,
+        origin=origin,
+        part=part,
+        room=room,
+        probability=probability,
+        floor_z_m=evidence.floor_z_m,
     )
 
 

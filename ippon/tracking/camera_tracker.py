@@ -199,7 +199,13 @@ class CameraTracker:
         pose, fit = start, 0.0
         for reach_m in reaches_m:
             result = registration.registration_icp(source, target, reach_m, pose, estimation, steps)
+            if not result.fitness:
+                # A floor and one wall leave a direction open, along which the solution of a
+                # singular system may be tens of metres away.
+                result = registration.evaluate_registration(source, target, reach_m, pose)
             pose, fit = _rigid(result.transformation), float(result.fitness)
+            if not fit:
+                break
         return pose, fit
 
     def _accept(

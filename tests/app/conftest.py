@@ -13,7 +13,9 @@ import pytest
 import zenoh
 
 from app.links.network.session import open_client, open_router
+from ippon.simulation.scene import Scene
 from ippon.simulation.scene_writer import save_scene
+from tests.app.process_template import COMMANDS, Copy
 from tests.boxes import boxes_scene
 from tests.evaluation_rows import make_row
 from tests.locations import ROOT
@@ -47,11 +49,15 @@ class Process:
 
     def __init__(self, arguments: Sequence[str], log: Path, environment: Mapping[str, str]) -> None:
         self._log = log
+        environment = {**os.environ, **environment}
         with log.open("wb") as stream:
+            if arguments[0] in COMMANDS:
+                self.child = Copy(arguments, subprocess.PIPE, stream.fileno(), environment)
+                return
             self.child = subprocess.Popen(
                 [sys.executable, "-m", "app", *arguments],
                 cwd=ROOT,
-                env={**os.environ, **environment},
+                env=environment,
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=stream,
@@ -132,11 +138,16 @@ _BOXES = (
 _STARTS = ((0.8, 0.8), (1.6, 2.4), (2.6, 0.7), (3.2, 4.2))
 
 
+def room_scene() -> Scene:
+    """Return a home of one room: an armchair in one corner, a hat on a table in another."""
+    return boxes_scene(_BOXES, _STARTS, name="room")
+
+
 @pytest.fixture
 def room(tmp_path):
-    """A folder with a home: an armchair in one corner, a hat on a table in another."""
+    """A folder with the home of one room."""
     folder = tmp_path / "room"
-    save_scene(boxes_scene(_BOXES, _STARTS, name="room"), folder)
+    save_scene(room_scene(), folder)
     return folder
 
 

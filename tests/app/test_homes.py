@@ -9,6 +9,7 @@ def test_ranges_of_homes_hold_their_last(room):
         "1001", "1002", "1003", "7", "9", str(room),
     )  # fmt: skip
     assert expand_homes(["floor:2:3,floor:9"]) == ("floor:2", "floor:3", "floor:9")
+    assert expand_homes(["7", "007", "007:008", "floor:01"]) == ("7", "8", "floor:1")
 
 
 def test_a_home_that_is_written_in_two_ways_is_searched_once(room):

@@ -62,7 +62,8 @@ def test_packages_are_short():
 def test_a_method_and_a_source_of_scenes_are_evaluated_together(run, tmp_path):
     out = tmp_path / "results"
     run("-m", "app", "eval", "run", "--methods", "farthest_frontier", "--homes", "studio:6",
-        "--objects", "plant", "--workers", "1", "--out", str(out))  # fmt: skip
+        "--objects", "plant", "--robot", "zed", "--image-width", "96", "--max-time-s", "60",
+        "--workers", "1", "--out", str(out))  # fmt: skip
     (row,) = [json.loads(path.read_text()) for path in out.glob("rows/*.json")]
     assert (row["method"], row["home"], row["success"]) == ("farthest_frontier", "studio:6", True)
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import ippon
-from tests.app.recognition.test_recognition import MODEL, SEQUENCE, every_second_image
+from tests.app.recognition.test_recognition import MODEL, SEQUENCE, every_nth_image
 from tests.locations import ROOT
 
 
@@ -19,7 +19,7 @@ from tests.locations import ROOT
     not (SEQUENCE.exists() and MODEL.exists()), reason="no recording and detector in ../shared"
 )
 def test_the_cups_of_the_kitchen_are_found(tmp_path):
-    recording = every_second_image(tmp_path)
+    recording = every_nth_image(tmp_path, 4)
     done = subprocess.run(
         [sys.executable, "examples/where_is_the_cup.py", str(recording), str(MODEL)],
         cwd=ROOT, env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True,

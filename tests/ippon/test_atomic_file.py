@@ -3,11 +3,13 @@
 import errno
 import os
 import stat
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from ippon.atomic_file import replace_file, set_aside
+from ippon.atomic_file import remove_partial_files, replace_file, set_aside
 
 
 def test_an_existing_file_is_replaced(tmp_path):
@@ -41,6 +43,28 @@ def test_a_full_disk_leaves_the_old_file_only(tmp_path, monkeypatch):
         replace_file(path, b"another")
     assert path.read_bytes() == b"one"
     assert list(tmp_path.iterdir()) == [path]
+
+
+KILLED = """
+import os, sys
+from pathlib import Path
+from ippon.atomic_file import replace_file
+os.fsync = lambda _: os.kill(os.getpid(), 9)
+replace_file(Path(sys.argv[1]), b"another")
+"""
+
+
+def test_what_a_killed_writer_left_is_removed(tmp_path):
+    path, other = tmp_path / "home.map", tmp_path / "home.map.json.7.partial"
+    replace_file(path, b"one")
+    other.write_bytes(b"")
+    for _ in range(2):
+        subprocess.run([sys.executable, "-c", KILLED, str(path)], check=False)
+    assert path.read_bytes() == b"one"
+    assert len(list(tmp_path.iterdir())) == 4
+    remove_partial_files(path)
+    assert sorted(tmp_path.iterdir()) == [path, other]
+    remove_partial_files(tmp_path / "no" / "a")
 
 
 def test_a_missing_folder_is_an_error(tmp_path):

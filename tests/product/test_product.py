@@ -34,7 +34,7 @@ def page(launch: Callable[..., Any], port: int):
     demo.wait_for_log(f"simulated robot in home-{HOME}", timeout_s=300.0)
     assert httpx.get(f"http://127.0.0.1:{port}/health").is_success
     with open_browser() as browser:
-        page = new_page(browser, is_drawn=True)
+        page = new_page(browser)
         page.goto(f"http://127.0.0.1:{port}")
         yield page
 

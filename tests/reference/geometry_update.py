@@ -1,5 +1,6 @@
 """One image into the geometry, voxel by voxel and pixel by pixel, in float64."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -76,16 +77,15 @@ class PlainGeometry:
         T_camera_world = invert_transform(T_world_camera)
         rules = self.rules
         area = camera.fx * camera.fy * rules.voxel_size**2 / (strides[0] * strides[1])
-        for voxel in voxels:
-            center = (np.array(voxel) + 0.5) * rules.voxel_size
-            x, y, z = transform_points(T_camera_world, center[None])[0]
+        centers = transform_points(T_camera_world, (np.array(voxels) + 0.5) * rules.voxel_size)
+        for voxel, (x, y, z) in zip(voxels, centers.tolist(), strict=True):
             if not self.near_m < z <= self.far_m:
                 self._apply(voxel, None, endpoints.get(voxel, 0) * z * z >= rules.hit_share * area)
                 continue
             u, v = camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy
-            if min(abs(q + 0.5 - np.rint(q + 0.5)) for q in (u, v)) < 1e-3:
+            if min(abs(q + 0.5 - round(q + 0.5)) for q in (u, v)) < 1e-3:
                 self.doubtful.add(voxel)
-            u, v = int(np.floor(u + 0.5)), int(np.floor(v + 0.5))
+            u, v = math.floor(u + 0.5), math.floor(v + 0.5)
             signed = None
             if 0 <= u < camera.width and 0 <= v < camera.height and depth[v, u] > 0:
                 signed = (float(depth[v, u]) - z) * slope[v // cell, u // cell]
@@ -141,4 +141,4 @@ class PlainGeometry:
         is_miss = signed is not None and signed > rules.clear and not is_hit
         if is_hit or is_miss:
             e = self.evidence.get(voxel, 0) + rules.hit * is_hit - rules.miss * is_miss
-            self.evidence[voxel] = int(np.clip(e, rules.evidence_min, rules.evidence_max))
+            self.evidence[voxel] = min(max(e, rules.evidence_min), rules.evidence_max)

@@ -7,6 +7,7 @@ from pathlib import Path
 from app.cli.options.evaluation import EvalHabitat
 from app.errors import UsageError
 from app.evaluation.habitat_episodes import mean_measures, search_data_set
+from ippon.atomic_file import set_aside
 
 
 def run_eval_habitat(command: EvalHabitat) -> int:
@@ -35,8 +36,10 @@ def run_eval_habitat(command: EvalHabitat) -> int:
 
 
 def _write(path: Path, line: str, *, begin: bool) -> None:
-    """Write a line; the first replaces an earlier file, which a search that never began keeps."""
+    """Write a line; with the first an earlier file gets another name."""
     try:
+        if begin and path.is_file() and path.stat().st_size > 0:
+            print(f"ippon: the earlier {path} is now {set_aside(path)}", file=sys.stderr)
         with path.open("w" if begin else "a", encoding="utf-8") as out:
             out.write(f"{line}\n")
     except OSError as error:

@@ -19,7 +19,6 @@ from ippon.evaluation.summary import Effect, MethodSummary
 def run_eval_report(command: EvalReport) -> int:
     """Print the table; write report.html and report.json beside the rows."""
     data = read_report_data(command.folder, command.reference, command.against, command.pool)
-    page = write_report(data)
     if command.json:
         print(json.dumps([json_line(s) for s in data.summaries], indent=1))
     else:
@@ -29,11 +28,14 @@ def run_eval_report(command: EvalReport) -> int:
             _print_detail(screen, data)
         _print_effects(screen, "a correct sentence (with, without)", data.contexts)
         _print_effects(screen, "a known home (second object with and without map)", data.seconds)
-        print(f"\n{page}")
     for difference in data.other_settings:
         print(f"ippon: other settings: {difference}", file=sys.stderr)
     for name in data.errors:
         print(f"ippon: {name} ended with an error and is not counted", file=sys.stderr)
+    # Last, so that the figures are shown of a folder that cannot be written.
+    page = write_report(data)
+    if not command.json:
+        print(f"\n{page}")
     return 0
 
 
@@ -152,5 +154,9 @@ def _ratio(value: float | None) -> str:
 def _table(title: str, heads: Sequence[str]) -> Table:
     table = Table(title=title, box=SIMPLE_HEAD, pad_edge=False)
     for head in heads:
-        table.add_column(head, justify="left" if head == "method" else "right", no_wrap=True)
+        # A long name is broken over lines, so that no figure is cut.
+        name = head == "method"
+        table.add_column(
+            head, justify="left" if name else "right", no_wrap=not name, overflow="fold"
+        )
     return table

@@ -96,6 +96,8 @@ def _check(command: Demo, context: str) -> "RobotProfile":
         raise UsageError(
             "--exit-when-done ends with the search, but --no-search starts none; remove one"
         )
+    if command.seed < 0:
+        raise UsageError(f"a seed is a whole number from 0; got {command.seed}")
     if command.port is not None and not 1 <= command.port <= 65535:
         raise UsageError(f"a port lies in 1 to 65535; got {command.port}")
     if command.port is not None and not command.headless and not port_is_free(command.port):

@@ -67,7 +67,7 @@ class EvalHabitat:
     python: Path
     """Python interpreter of the environment with habitat-sim and habitat-lab."""
     out: Path = Path("habitat.jsonl")
-    """File for one JSON object per episode."""
+    """File for one JSON object per episode; one that is there gets another name."""
     segmentation: Literal["san", "clipseg", "owlv2"] = "san"
     """Segmentation network."""
     checkpoints: Path = Path("checkpoints")

@@ -237,7 +237,8 @@ class Doctor:
     """
 
     recording: Positional[Path | None] = None
-    """A recording, or the folder of a session; it is repaired if it was cut off."""
+    """A recording, or the folder of a session; it is repaired if it was cut off. A damaged one is
+    kept beside the repaired one."""
     segmentation: bool = False
     """Measure a segmentation network: images per second."""
     network: Segmentation = field(default_factory=Segmentation)

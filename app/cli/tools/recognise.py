@@ -35,6 +35,7 @@ from ippon.observation_model import (
 from ippon.segmentation.detectors.vocabulary import unsupported_reason
 from ippon.segmentation.errors import SegmentationError
 from ippon.segmentation.segmenter import Segmenter
+from ippon.tracking.upright import UPSIDE_DOWN
 from ippon.vocabulary import canonical_label
 
 NOTHING_TOLD: Final = 2
@@ -93,7 +94,13 @@ def run_recognise(command: Recognise) -> int:
     if left_out:
         print(f"ippon: {left_out}", file=sys.stderr)
     if recognition.refused:
-        print(f"ippon: {recognition.refused} frames were refused", file=sys.stderr)
+        print(
+            f"ippon: {recognition.refused} of {recognition.frames} frames were refused; the last "
+            f"one: {recognition.refusal}",
+            file=sys.stderr,
+        )
+    if recognition.upright.is_upside_down:
+        print(f"ippon: {UPSIDE_DOWN}", file=sys.stderr)
     if recognition.dropped:
         print(
             "ippon: the recording exceeds the maps' memory and the oldest parts were dropped: "

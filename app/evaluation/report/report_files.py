@@ -11,6 +11,7 @@ from app.evaluation.errors import EvaluationError
 from app.evaluation.report.report_data import ReportData
 from app.evaluation.report.report_page import report_page
 from app.evaluation.results_folder import EvaluationFolder
+from ippon.atomic_file import replace_file
 from ippon.evaluation.row import EpisodeRow
 from ippon.evaluation.summary import (
     REFERENCE,
@@ -124,8 +125,8 @@ def write_report(data: ReportData) -> Path:
     """
     page, table = data.folder / "report.html", data.folder / "report.json"
     try:
-        page.write_text(report_page(data), encoding="utf-8")
-        table.write_text(json.dumps(_as_json(data), indent=1), encoding="utf-8")
+        replace_file(page, report_page(data).encode())
+        replace_file(table, json.dumps(_as_json(data), indent=1).encode())
     except OSError as error:
         raise EvaluationError(f"cannot write to {data.folder}: {error}") from error
     return page

@@ -160,7 +160,8 @@ def _methods_table(summaries: Sequence[MethodSummary]) -> str:
     ]
     names = "; ".join(f"{s.method}: {_summary_of(s.method)}" for s in summaries)
     return _table(head, body) + (
-        '<p class="dim">Brackets: 95 % bootstrap intervals over homes. "Find" is the median time '
+        '<p class="dim">Brackets: 95 % intervals, of success by Wilson\'s formula, else by a '
+        'bootstrap over homes. "Find" is the median time '
         "to the find, a search without success counting as endless; it and the mean time are "
         f"simulated. The planner's is processor time of one core. {escape(names)}.</p>"
     )

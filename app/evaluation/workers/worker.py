@@ -23,7 +23,7 @@ from ippon.guidance.prior import EmbeddedPrior
 from ippon.simulation.scene import Scene
 
 WARM_UP_S: Final = 16.0
-"""Simulated time of the search that loads the kernels: one turn, then a drive."""
+"""Longest simulated time of the search that loads the kernels: one turn, then a drive."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,7 +91,8 @@ def _load_kernels(spec: EpisodeSpec) -> None:
     global _kernels_are_loaded  # noqa: PLW0603 - state of this process
     if not _kernels_are_loaded:
         setup = _given()
-        limits = dataclasses.replace(setup.trial.limits, max_time_s=WARM_UP_S)
+        limits = setup.trial.limits
+        limits = dataclasses.replace(limits, max_time_s=min(WARM_UP_S, limits.max_time_s))
         trial = dataclasses.replace(setup.trial, limits=limits)
         clocks = Clocks(wall=time.perf_counter, cpu=time.process_time)
         Trial(trial, _scene(spec.home), setup.version, clocks, _prior()).run(

@@ -61,5 +61,7 @@ class NavigatorConfig:
     """File of the saved searches; empty keeps them only while the process runs."""
 
     def __post_init__(self) -> None:
-        """Refuse an invalid prefix."""
+        """Refuse an invalid prefix and a negative seed."""
         check_prefix(self.robot)
+        if self.seed < 0:
+            raise ValueError(f"a seed is a whole number from 0; got {self.seed}")

@@ -145,7 +145,8 @@ class MemoryKeeper:
             self._rooms_at = now
             config = RoomConfig()
             evidence = room_evidence(self._map, config, floor_z_m)
-            memory.set_rooms(name_lookup(infer_rooms(evidence, config), self._room_names()))
+            names = name_lookup(infer_rooms(evidence, config), self._room_names())
+            memory.set_rooms(names, floor_z_m)
         self.instances, self.labels = memory.instances(), self._map.labels
         if self._path is not None and now - self._saved_at >= SAVE_EVERY_S:
             self._saved_at = now

@@ -16,6 +16,7 @@ import numpy as np
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, invert_transform
 from ippon.robot import RobotProfile
+from ippon.tracking.upright import UPSIDE_DOWN, UprightCheck
 
 logger = logging.getLogger(__name__)
 
@@ -26,6 +27,7 @@ ANGLE_DEG: Final = 10.0
 STEEP_DEG: Final = 80.0
 """With a steeper camera, up or down, roll and yaw are not compared."""
 OPTICAL: Final = "does camera_info name the optical frame (z ahead, x to the right)?"
+_LOOKS_UP: Final = math.sin(math.radians(5.0))
 SHARE: Final = 0.1
 """Relative difference of field of view and aspect ratio that is accepted."""
 _UNITS: Final = (10, 100, 1000)
@@ -48,6 +50,7 @@ class ProfileCheck:
         self._report_event = report_event
         self._mismatches: tuple[str, ...] = ()
         self._checked_at = -math.inf
+        self._upright = UprightCheck()
 
     def check(self, frame: Frame) -> None:
         """Compare a frame with the profile, at most once in `CHECK_EVERY_S`."""
@@ -58,6 +61,11 @@ class ProfileCheck:
         # A measured value varies a little: texts that differ in digits alone are the same.
         reported = {_DIGITS.sub("", text) for text in self._mismatches}
         self._mismatches = profile_mismatches(self._profile, frame)
+        # A camera that looks up sees ceilings in place of floor.
+        if frame.T_world_camera[2, 2] < _LOOKS_UP:
+            self._upright.add(frame)
+        if self._upright.is_upside_down:
+            self._mismatches = (*self._mismatches, UPSIDE_DOWN)
         for text in self._mismatches:
             if _DIGITS.sub("", text) not in reported:
                 logger.warning("profile %s: %s", self._profile.name, text)

@@ -64,6 +64,11 @@ class FoxgloveConfig:
     ceiling_m: float = CEILING_M
     """Height above which no voxel is served."""
 
+    def __post_init__(self) -> None:
+        """Refuse a port that is none."""
+        if not 0 <= self.port <= 65535:
+            raise ValueError(f"a port lies in 0 to 65535; got {self.port}")
+
 
 class FoxgloveServer(ServerListener):
     """A viewer that any number of Foxglove clients connect to; it takes no commands."""

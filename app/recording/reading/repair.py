@@ -22,12 +22,15 @@ from app.recording.reading.recording import Recording
 from app.recording.timeline import TIMELINE_ATTACHMENT, pack_timeline, timeline_of
 from app.recording.writing.bag_metadata import write_bag_metadata
 from app.recording.writing.session import CONFIGURATION, SUMMARY, THUMBNAIL, summary_of, thumbnail
-from app.recording.writing.writer import PROFILE, register
+from app.recording.writing.writer import CHUNK_BYTES, PROFILE, register
+from ippon.atomic_file import set_aside
 
 _CAMERA: Final = (POSES, COLORS, DEPTHS, (keys.CAMERA_INFO,))
 """Topics that a map needs, each with the one that may stand for it."""
 _SESSION: Final = ((keys.STATUS,), *_CAMERA, (keys.MAP_VOXELS,), (keys.MAP_KEYFRAME,))
 """Topics of a complete session of ours."""
+MOST_CUT_BYTES: Final = 2 * CHUNK_BYTES
+"""What a file that was cut off has at its end without being damaged: its last chunk."""
 
 NOT_OURS: Final = (
     "it was not written by ippon and stays as it is: what there is of it is read, and "
@@ -48,6 +51,8 @@ class RecordingCheck:
     problems: tuple[str, ...]
     missing: tuple[str, ...]
     """Expected topics that it lacks."""
+    kept: str = ""
+    """Name of the file as it was, where more of it was unreadable than the end of a cut one."""
 
 
 def check(
@@ -60,8 +65,9 @@ def check(
 ) -> RecordingCheck:
     """Check a recording, and rewrite it if it was not ended.
 
-    The new file replaces the old one only when it is complete, so that a crash loses nothing. A
-    file that is still being recorded, and one of another program, stays as it is.
+    The new file replaces the old one only when it is complete, so that a crash loses nothing. The
+    old one is kept where parts of it are damaged: another program may read more. A file that is
+    still being recorded, and one of another program, stays as it is.
 
     Args:
         path: The file, or a session's folder.
@@ -96,8 +102,7 @@ def check(
         mend = repair and not recording.index.complete and not live and ours
         if not ours and not recording.index.complete and not live:
             problems.append(NOT_OURS)
-        if mend:
-            _rewrite(recording)
+        kept = _rewrite(recording) if mend else None
         return RecordingCheck(
             messages=count,
             duration_s=recording.duration_s,
@@ -105,6 +110,7 @@ def check(
             repaired=mend,
             problems=tuple(problems),
             missing=missing,
+            kept="" if kept is None else kept.name,
         )
     finally:
         recording.close()
@@ -144,18 +150,22 @@ def _pose_problem(recording: Recording, tree: FrameTree, colors: list[int], *, m
     )
 
 
-def _rewrite(recording: Recording) -> None:
-    path = recording.path
+def _rewrite(recording: Recording) -> Path | None:
+    """Replace a file; return the new name of the old one, None where it is gone."""
+    path, kept = recording.path, None
     versions = recording.index.metadata["ippon/versions"]
     partial = path.with_name(path.name + ".partial")
     try:
         counts = _copy(recording, partial, versions)
+        if recording.damaged or path.stat().st_size - recording.index.end > MOST_CUT_BYTES:
+            kept = set_aside(path)
         partial.replace(path)
         write_bag_metadata(path.parent, path.name, counts, recording.start_ns, recording.end_ns)
     except OSError as error:
         with suppress(OSError):
             partial.unlink(missing_ok=True)
         raise RecordingError(f"the repaired {path} cannot be written: {error.strerror}") from error
+    return kept
 
 
 def _copy(recording: Recording, target: Path, versions: dict[str, str]) -> Counter[Topic]:

@@ -117,7 +117,7 @@ def singular_candidates(word: str) -> tuple[str, ...]:
         found.insert(0, word[:-3] + "y")
     elif word.endswith(("shes", "ches", "xes", "sses")):
         found.insert(0, word[:-2])
-    elif word.endswith("es"):
+    elif word.endswith(("oes", "ses", "zes")):
         found.append(word[:-2])
     if word.endswith("ves"):
         found += [word[:-3] + "f", word[:-3] + "fe"]

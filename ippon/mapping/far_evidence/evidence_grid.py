@@ -29,7 +29,7 @@ SIDE: Final = 512
 
 
 class EvidenceGrid:
-    """The grid, centred on the camera at the first image; row and column follow world x and y.
+    """The grid, at first centred on the camera; row and column follow world x and y.
 
     A cell that has been in view within the map's range `images_near` times is left to the map.
     """
@@ -60,6 +60,23 @@ class EvidenceGrid:
         self._best = np.zeros((SIDE, SIDE), np.float32)
         self._stamp = np.zeros((SIDE, SIDE), np.int32)
         self._images = 0
+
+    def covers(self, xy: Float64Array, reach_m: float) -> bool:
+        """Return whether all cells within a distance of a position (2,) lie in the grid."""
+        low = xy - self.corner
+        return bool((low >= reach_m).all() and (low <= SIDE * self._cell_m - reach_m).all())
+
+    def centre_on(self, xy: Float64Array) -> None:
+        """Move the grid; cells that it still covers keep their evidence."""
+        corner = corner_around(xy, self._cell_m)
+        i, j = np.rint((corner - self.corner) / self._cell_m).astype(np.int64).tolist()
+        self.corner = corner
+        for cells in (self.near, self._log, self._published, self._spread):
+            moved = np.zeros_like(cells)
+            kept = cells[max(0, i) : max(0, SIDE + i), max(0, j) : max(0, SIDE + j)]
+            x, y = max(0, -i), max(0, -j)
+            moved[x : x + kept.shape[0], y : y + kept.shape[1]] = kept[: SIDE - x, : SIDE - y]
+            cells[:] = moved
 
     def fade(self, factor: float) -> None:
         """Multiply the evidence of every cell."""

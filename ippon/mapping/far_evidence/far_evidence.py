@@ -27,6 +27,8 @@ MIN_CHANGE_NAT: Final = 0.25
 """Change of a cell after which viewpoints are evaluated against the grid again."""
 MAX_AGE_NS: Final = 2_000_000_000
 """Time after which fading evidence is published again."""
+FLOORS_APART_M: Final = 1.0
+"""Difference of height from which the robot stands on another floor, where evidence begins anew."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,6 +114,8 @@ class FarEvidence:
         self._cues: FarEvidence | None = None
         self._near_m, self._max_valid_m = near_m, max_valid_m
         self._grid: EvidenceGrid | None = None
+        self._floor_z_m = 0.0
+        """Height of the floor of the grid."""
         self._images = 0
         self._stamp_ns = self._published_ns = 0
         self._places = np.zeros((0, 3), np.float32)
@@ -139,10 +143,13 @@ class FarEvidence:
             reach = (self._near_m, self._max_valid_m)
             self._cues = FarEvidence(config, self._ooi, *reach, wanted)
             if self._grid is not None:
-                self._cues._begin(self._grid.corner, self._grid.near.copy())  # noqa: SLF001
+                near = self._grid.near.copy()
+                self._cues._begin(self._grid.corner, near, self._floor_z_m)  # noqa: SLF001
 
-    def _begin(self, corner: Float64Array, near: NDArray[np.uint8]) -> EvidenceGrid:
-        config = self._config
+    def _begin(
+        self, corner: Float64Array, near: NDArray[np.uint8], floor_z_m: float
+    ) -> EvidenceGrid:
+        config, self._floor_z_m = self._config, floor_z_m
         self._grid = EvidenceGrid(
             cell_m=config.cell_m,
             images_near=config.images_near,
@@ -164,10 +171,7 @@ class FarEvidence:
         heatmap, config = frame.heatmap, self._config
         if heatmap is None or heatmap.channel_of(self._ooi) is None or not config.enabled:
             return
-        grid = self._grid
-        if grid is None:
-            corner = corner_around(frame.T_world_camera[:2, 3], config.cell_m)
-            grid = self._begin(corner, np.zeros((SIDE, SIDE), np.uint8))
+        grid = self._grid_at(frame)
         self._images += 1
         self._fade(grid, frame.stamp_ns)
         heat = self._heat(heatmap)
@@ -185,6 +189,21 @@ class FarEvidence:
             self._published += 1
             grid.publish(config.least_nat)
             self._revision += 1
+
+    def _grid_at(self, frame: Frame) -> EvidenceGrid:
+        """Return the grid of the floor that the robot stands on, which covers what is in reach."""
+        grid, xy = self._grid, frame.T_world_camera[:2, 3]
+        floor_z_m = float(frame.T_world_base[2, 3])
+        if grid is not None and abs(floor_z_m - self._floor_z_m) <= FLOORS_APART_M:
+            if not grid.covers(xy, self._config.reach_m):
+                grid.centre_on(xy)
+                self._revision += 1
+            return grid
+        if grid is not None:
+            self._published += 1
+            self._revision += 1
+        near = np.zeros((SIDE, SIDE), np.uint8)
+        return self._begin(corner_around(xy, self._config.cell_m), near, floor_z_m)
 
     def _heat(self, heatmap: Heatmap) -> NDArray[np.uint8]:
         """Return the (h, w) probability of the labels in units of 1/255, subsampled if large."""

@@ -145,8 +145,11 @@ def select_kernel(
     kinds,
     is_new,
     place,
+    makes_rows,
 ):
     """List the rows of the blocks of [low, high) that the image sees, making those that lack one.
+
+    Without `makes_rows` blocks that lack one are only counted.
 
     Returns:
         Length of the list in `rows`, `kinds` and `is_new`; `OVER_BOUND` when there was no row left.
@@ -183,6 +186,9 @@ def select_kernel(
                     continue
                 ix, iy, iz = bx - origin[0], by - origin[1], bz - origin[2]
                 row = directory[ix, iy, iz]
+                if row < 0 and not makes_rows:
+                    n += 1
+                    continue
                 if row < 0:
                     row = allocate_block(pools, bx, by, bz, farthest, revision)
                     if row < 0:

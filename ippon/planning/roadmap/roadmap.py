@@ -276,6 +276,8 @@ def path_time(
 
 def turning_time(points: Float64Array, turn_rate: float) -> float:
     """Return the seconds that the turns at the inner points of a (K, 2) polyline take."""
+    if len(points) < 3:
+        return 0.0
     step = np.diff(points, axis=0)
     heading = np.arctan2(step[:, 1], step[:, 0])
     turn = np.abs((np.diff(heading) + math.pi) % (2.0 * math.pi) - math.pi)

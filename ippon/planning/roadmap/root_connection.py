@@ -1,6 +1,7 @@
 """Connecting the robot, the root of the tree, to the roadmap, and points that are no nodes."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -181,7 +182,7 @@ class RootConnector:
 
 def _direction(path: Float64Array, at: int, yaw: float) -> float:
     """Return the heading at the start (0) or end (-2) of a path; `yaw` if the path is a point."""
-    if np.linalg.norm(np.diff(path, axis=0), axis=1).sum() < AT_NODE_M:
+    if sum(math.dist(a, b) for a, b in pairwise(path.tolist())) < AT_NODE_M:
         return yaw
     step = path[at + 1] - path[at] if at >= 0 else path[-1] - path[-2]
     return math.atan2(step[1], step[0])

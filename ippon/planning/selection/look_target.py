@@ -2,8 +2,12 @@
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
+
+_STOREY_M: Final = 2.0
+"""Difference in height from which things lie on different floors of a building."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,4 +89,5 @@ def stands_facing(
 
 def is_same_cluster(config: LookConfig, one: Float64Array, other: Float64Array) -> bool:
     """Return whether two (3,) centres may belong to clusters of the same object."""
-    return math.dist(one[:2], other[:2]) <= config.same_cluster_m
+    same_storey = abs(one[2] - other[2]) < _STOREY_M
+    return bool(same_storey and math.dist(one[:2], other[:2]) <= config.same_cluster_m)

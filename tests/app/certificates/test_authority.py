@@ -2,6 +2,7 @@ import datetime as dt
 
 import pytest
 from cryptography import x509
+from cryptography.x509 import verification
 
 from app.certificates.authority import CertificateError, expiry, issue, open_authority
 
@@ -21,6 +22,16 @@ def test_an_authority_is_made_once_and_signs(tmp_path):
     assert expiry(pem) == NOW + dt.timedelta(days=5)
 
 
+def test_a_strict_reader_accepts_a_certificate(tmp_path):
+    """As Python from 3.13 on: key identifiers are there, as RFC 5280 demands."""
+    authority = open_authority(tmp_path, NOW)
+    pem, _ = issue(authority, "navigator", ("robot.local",), 5, NOW)
+    store = verification.Store([authority.certificate])
+    policy = verification.PolicyBuilder().store(store).time(NOW)
+    verifier = policy.build_server_verifier(x509.DNSName("robot.local"))
+    assert len(verifier.verify(x509.load_pem_x509_certificate(pem), [])) == 2
+
+
 def test_half_an_authority_is_refused(tmp_path):
     open_authority(tmp_path, NOW)
     (tmp_path / "ca.key").unlink()
@@ -38,3 +49,13 @@ def test_a_damaged_or_foreign_key_is_refused(tmp_path):
     (tmp_path / "ca.key").write_text("nonsense")
     with pytest.raises(CertificateError, match="no usable authority"):
         open_authority(tmp_path, NOW)
+
+
+def test_no_certificate_outlives_its_authority(tmp_path):
+    authority = open_authority(tmp_path, NOW)
+    end = authority.certificate.not_valid_after_utc
+    later = end - dt.timedelta(days=100)
+    pem, _ = issue(open_authority(tmp_path, later), "robot", ("localhost",), 365, later)
+    assert expiry(pem) == end
+    with pytest.raises(CertificateError, match="expired on 2039-12-30, and all that it signed"):
+        open_authority(tmp_path, end)

@@ -4,6 +4,7 @@ import stat
 
 import pytest
 import zenoh
+from cryptography import x509
 
 from app.certificates.authority import CertificateError
 from app.certificates.roles import ROLES, write_roles
@@ -66,12 +67,24 @@ def test_who_watches_may_fetch_every_last_message(tmp_path):
         ({"robots": ("a*",)}, "key prefix"),
         ({"days": 0}, "1 to 3650 days; got 0"),
         ({"hosts": ("a b",)}, "'a b' is neither"),
+        ({"hosts": ("robot.local:7447",)}, "a port is not part of it"),
+        ({"hosts": ("192.168.1.300",)}, "'192.168.1.300' is neither"),
+        ({"hosts": ("a..b",)}, "'a..b' is neither"),
+        ({"hosts": ("fe80::1%eth0",)}, "'fe80::1%eth0' is neither"),
     ],
 )
 def test_what_makes_no_sense_is_refused_before_anything_is_written(tmp_path, changes, text):
     with pytest.raises(ValueError, match=text):
         write(tmp_path / "tls", **changes)
     assert not (tmp_path / "tls").exists()
+
+
+def test_names_and_addresses_of_both_kinds_are_taken(tmp_path):
+    hosts = ("localhost", "robot-1.local", "10.0.0.2", "::1", "fd00::20")
+    write(tmp_path, hosts=hosts)
+    certificate = x509.load_pem_x509_certificate((tmp_path / "navigator.pem").read_bytes())
+    names = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+    assert [str(one.value) for one in names] == list(hosts)
 
 
 def test_a_certificate_that_is_none_is_named(tmp_path):

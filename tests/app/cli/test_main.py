@@ -7,7 +7,10 @@ import signal
 import socket
 import subprocess
 import sys
+import time
+from pathlib import Path
 
+import psutil
 import pytest
 
 from app.cli.main import run
@@ -199,6 +202,10 @@ def test_help_is_quick_and_complete():
 @pytest.mark.process
 def test_ctrl_c_while_waiting_says_nothing_odd(launch, free_endpoint):
     robot = launch("sim", "--connect", free_endpoint, "--home", "3")
+    # zenoh's threads look for the navigator.
+    while psutil.Process(robot.child.pid).num_threads() == 1:
+        assert robot.child.poll() is None, robot.log()
+        time.sleep(0.02)
     robot.child.send_signal(signal.SIGINT)
     robot.finish()
     assert "Exception ignored" not in robot.log()
@@ -227,3 +234,16 @@ def test_a_reader_that_has_read_enough_is_no_error(arguments):
             check=False,
         )
     assert (process.returncode, process.stderr) == (141, b"")
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["profile"]])
+def test_output_to_a_full_disk_fails_in_a_sentence(arguments):
+    with Path("/dev/full").open("wb") as full:
+        process = subprocess.run(
+            [sys.executable, "-m", "app", *arguments],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            check=False,
+        )
+    said = b"ippon: no space is left on the disk that it writes to\n"
+    assert (process.returncode, process.stderr) == (3, said)

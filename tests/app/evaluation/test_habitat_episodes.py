@@ -1,8 +1,18 @@
 """Measures over the episodes of habitat's data set."""
 
+from contextlib import nullcontext
+from pathlib import Path
 from types import SimpleNamespace
 
-from app.evaluation.habitat_episodes import MEASURES, mean_measures, run_episodes
+import pytest
+
+from app.evaluation import habitat_episodes
+from app.evaluation.habitat_episodes import (
+    MEASURES,
+    mean_measures,
+    run_episodes,
+    search_data_set,
+)
 
 
 class Env:
@@ -31,3 +41,19 @@ def test_a_measure_that_is_infinite_is_missing_and_leaves_the_mean_of_the_others
     means = mean_measures(results)
     assert (means["distance_to_goal"], means["spl"]) == (1.5, 0.5)
     assert mean_measures(results[1:])["distance_to_goal"] is None
+
+
+@pytest.mark.parametrize(("count", "searched"), [(None, 2), (1, 1), (5, 2)])
+def test_no_episode_is_searched_twice(monkeypatch, count, searched):
+    """habitat begins again after its last episode."""
+    env = Env()
+    env.episode_count = 2
+    agent = SimpleNamespace(reset=lambda: None, act=lambda _: None, state="exhausted")
+    monkeypatch.setattr(habitat_episodes, "load_segmenter", lambda *_: None)
+    monkeypatch.setattr(habitat_episodes, "IpponAgent", lambda *_: agent)
+    monkeypatch.setattr(habitat_episodes, "RemoteEnv", lambda *_: nullcontext(env))
+    results = search_data_set(
+        config=Path("c"), python=Path("p"), overrides=(), segmentation="san",
+        checkpoints=Path(), count=count,
+    )  # fmt: skip
+    assert len(list(results)) == searched

@@ -1,5 +1,7 @@
 import dataclasses
+import errno
 import json
+import os
 
 import pytest
 
@@ -66,8 +68,11 @@ def test_what_a_killed_writer_left_is_no_row(folder, make_row):
     assert len(folder.rows()) == 1
 
 
-def test_other_settings_need_another_folder(folder):
+def test_other_settings_need_another_folder(folder, make_row):
     other = {"fixed": {"seed": 1, "robot": "zed"}, "version": "1"}
+    with pytest.raises(UsageError, match="was begun, without results yet, with another setup"):
+        folder.open_for(other)
+    folder.write(make_row())
     with pytest.raises(UsageError, match=r"another setup: seed 0 \(now 1\); use another folder"):
         folder.open_for(other)
     folder.open_for({**_SETTINGS, "version": "2"})
@@ -107,6 +112,25 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(UsageError, match="cannot write to"):
         EvaluationFolder(tmp_path / "file" / "out").open_for(_SETTINGS)
+
+
+def test_a_full_disk_is_told_and_costs_one_row(folder, make_row, monkeypatch):
+    folder.write(make_row())
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", full)
+        for write in (
+            lambda: folder.write(make_row(episode_id="2.bed.0.untold")),
+            lambda: folder.write_error("home 1", "Traceback"),
+            folder.merge,
+        ):
+            with pytest.raises(UsageError, match=r"No space left on device; finished .* are kept"):
+                write()
+    assert folder.rows() == (make_row(),)
+    assert folder.errors() == ()
 
 
 def test_a_damaged_table_is_named(folder):

@@ -12,7 +12,7 @@ from app.errors import UsageError
 from ippon.observation_model import read_observation_model
 from ippon.segmentation.detectors.coco import COCO_80
 from ippon.segmentation.detectors.vocabulary import ClosedVocabulary
-from tests.app.recognition.test_recognition import MODEL, SEQUENCE, every_second_image
+from tests.app.recognition.test_recognition import MODEL, SEQUENCE, every_nth_image
 from tests.locations import ROOT
 
 
@@ -29,7 +29,7 @@ def test_a_table_fitted_to_half_of_a_real_kitchen_explains_the_other_half_better
     pytest.importorskip("ncnn")
     out = tmp_path / "table.json"
     ran = calibrate(
-        every_second_image(tmp_path), "--out", out,
+        every_nth_image(tmp_path, 4), "--out", out,
         "--segmentation.backend", "detector", "--segmentation.model", MODEL,
     )  # fmt: skip
     assert ran.returncode == 0, ran.stderr

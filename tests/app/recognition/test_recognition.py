@@ -19,6 +19,7 @@ from ippon.frame import Frame
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
 from ippon.observation import Detections, Instance
 from ippon.segmentation.detectors.vocabulary import ClosedVocabulary
+from ippon.tracking.upright import UprightCheck
 from tests.locations import ROOT, SHARED
 
 SEQUENCE = SHARED / "rgbd/redkitchen_a"
@@ -26,12 +27,12 @@ MODEL = SHARED / "models/nanodet_plus_m_416/nanodet-plus-m_416.param"
 ABSENT = ("sofa", "bed", "toilet", "teddy_bear", "refrigerator", "backpack", "vase", "laptop")
 
 
-def every_second_image(folder):
-    """Write a recording with half of the kitchen's images, which show the same; return it."""
+def every_nth_image(folder, n):
+    """Write a recording with some of the kitchen's images, which show the same; return it."""
     for name in ("color", "depth", "objects.json"):
         (folder / name).symlink_to(SEQUENCE / name)
     sequence = json.loads((SEQUENCE / "sequence.json").read_text())
-    sequence["frames"] = sequence["frames"][::2]
+    sequence["frames"] = sequence["frames"][::n]
     (folder / "sequence.json").write_text(json.dumps(sequence))
     return folder
 
@@ -99,7 +100,7 @@ def test_a_real_kitchen_holds_what_is_in_it_and_nothing_that_is_not(tmp_path):
     pytest.importorskip("ncnn")
     kinds = ("cup", "tv", "chair", "table", "book", "bottle", *ABSENT, "hat")
     ran = recognise(
-        str(every_second_image(tmp_path)), "--find", ",".join(kinds), "--json",
+        str(every_nth_image(tmp_path, 3)), "--find", ",".join(kinds), "--json",
         "--page", str(tmp_path / "page.html"),
         "--segmentation.backend", "detector", "--segmentation.model", str(MODEL),
     )  # fmt: skip
@@ -238,3 +239,19 @@ def test_images_that_were_left_out_are_counted_once_with_a_page_too(
     assert run(["recognise", str(tmp_path), "--find", "cup", "--page", str(page)]) == 0
     assert "<figure>" in page.read_text()
     assert "8 of 9 colour images were not mapped" in capsys.readouterr().err
+
+
+def test_refused_frames_and_images_that_are_upside_down_are_told(
+    fake, tmp_path, monkeypatch, capsys
+):
+    read = json.loads((tmp_path / "sequence.json").read_text())
+    (frame,) = read["frames"]
+    pose = np.array(frame["camera_to_world"])
+    pose[0, 3] = 3e4
+    frames = [frame, {**frame, "camera_to_world": pose.tolist()}]
+    (tmp_path / "sequence.json").write_text(json.dumps({**read, "frames": frames}))
+    monkeypatch.setattr(UprightCheck, "is_upside_down", True)
+    assert run(["recognise", str(tmp_path), "--find", "cup"]) == 0
+    told = capsys.readouterr().err
+    assert "1 of 2 frames were refused; the last one: camera at (30000.00, 0.00" in told
+    assert "the camera's images are upside down" in told

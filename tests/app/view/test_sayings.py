@@ -62,6 +62,7 @@ SPEAKING = [
             "ippon/rooms/said_rooms.py",
             "ippon/tracking/camera_tracker.py",
             "ippon/tracking/start_pose.py",
+            "ippon/tracking/upright.py",
         )
     ),
 ]

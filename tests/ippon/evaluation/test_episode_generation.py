@@ -82,6 +82,8 @@ def test_how_near_a_start_may_be_is_a_setting(home, robot):
     assert (0, "starts too near") in {(d.start_index, d.reason) for d in dropped}
     with pytest.raises(ValueError, match="min_shortest_path_m must be finite and at least"):
         EpisodeGenerationConfig(min_shortest_path_m=0.0)
+    with pytest.raises(ValueError, match="a seed is a whole number from 0; got -1"):
+        EpisodeGenerationConfig(seed=-1)
 
 
 def test_goals_that_the_home_lacks_are_named(home, robot):
@@ -128,6 +130,8 @@ def test_few_are_drawn_with_and_without_their_context_together(home, robot):
     assert [sum(e.home == home for e in few) for home in {e.home for e in few}] == [2] * 6
     assert [e for e in more if e in few] == few, "a larger limit only adds"
     assert draw_episodes(homes, None) == homes
+    assert draw_episodes(homes, 13) == few, "no half pair"
+    assert [len(draw_episodes(homes, n)) for n in (1, 2, 79)] == [1, 2, 78]
 
 
 def test_small_objects_are_drawn_up_to_a_number(home, robot):

@@ -3,7 +3,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ippon.evaluation.statistics import mcnemar_p, mean_interval, paired_difference
+from ippon.evaluation.statistics import (
+    mcnemar_p,
+    mean_interval,
+    paired_difference,
+    share_interval,
+)
 from tests import later
 
 stats = later.module("scipy.stats")
@@ -122,6 +127,12 @@ def test_episodes_of_one_home_are_no_independent_evidence():
     values = np.full(40, 0.3)
     by_home = paired_difference(values, np.zeros(40), np.repeat([0, 1], 20))
     assert by_home.p == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(("count", "of"), [(0, 1), (20, 20), (188, 200), (11, 14), (1, 3)])
+def test_the_interval_of_a_success_rate_is_wilson_s(count, of):
+    expected = stats.binomtest(count, of).proportion_ci(method="wilson")
+    assert share_interval(count, of) == pytest.approx((expected.low, expected.high))
 
 
 def test_mcnemar_is_the_binomial_test():

@@ -39,6 +39,8 @@ def test_figures_by_hand(rows):
     ippon, frontier = summarise(rows)
     assert (ippon.method, ippon.episodes, ippon.homes) == ("ippon", 3, 2)
     assert ippon.success == 1.0
+    # Three of three do not show that every search succeeds.
+    assert ippon.success_ci95 == pytest.approx((0.4385, 1.0), abs=1e-4)
     assert ippon.spl == pytest.approx(0.5)
     assert ippon.soft_spl == pytest.approx(0.6)
     assert ippon.hits == pytest.approx(1.0)

@@ -108,7 +108,8 @@ def test_a_robot_that_stands_against_a_wall_has_collided(config, scene, monkeypa
         return dataclasses.replace(Mission.step(self, frame), command=Command(linear_m_s=speed))
 
     monkeypatch.setattr("ippon.evaluation.trial.Mission", type("Ram", (Mission,), {"step": step}))
-    config = dataclasses.replace(config, limits=EpisodeLimits(max_time_s=75.0))
+    limits = EpisodeLimits(time_step_s=0.5, max_time_s=75.0)
+    config = dataclasses.replace(config, limits=limits)
     row = _trial(config, scene).run(_episode(scene, config, "hat"), METHODS["ippon"])
     assert (row.ending, row.failure, row.hits) == ("time", cause, int(speed > 0.0))
 

@@ -105,6 +105,16 @@ def test_the_world_grows_in_any_direction_and_forgets_nothing(tools):
     assert (high >= (71, 55, 6)).all()
 
 
+@pytest.mark.parametrize("at", [(500e3, 5.8e6, 0.0), (0.0, -1e19, 0.0), (0.0, 0.0, 1e300)])
+def test_a_pose_in_geographic_coordinates_is_refused(tools, world, at):
+    frame = world.frame(tools.look(1.0, 1.0, 1.2, 0.0))
+    pose = frame.T_world_camera.copy()
+    pose[:3, 3] += at
+    voxel_map = VoxelMap(MapConfig(), LABELS)
+    with pytest.raises(FrameRejectedError, match=r"camera at .* more than 10 km .* such as UTM"):
+        voxel_map.integrate(dataclasses.replace(frame, T_world_camera=pose))
+
+
 @pytest.mark.slow
 def test_the_bound_on_memory_holds_and_distances_stay_exact(tools):
     config = MapConfig(memory_limit_mb=15.0, max_range_m=3.0)
@@ -194,6 +204,21 @@ def test_thousands_of_frames_leave_memory_flat(tools, world, count):
             resident.append(resident_mb())
     assert (np.array(sizes[-1]) <= 1.02 * np.array(sizes[1])).all()
     assert resident[-1] <= resident[1] + 5.0
+
+
+def test_a_view_that_alone_exceeds_the_limit_is_refused_and_changes_nothing(tools, world):
+    voxel_map = VoxelMap(MapConfig(memory_limit_mb=11.0), LABELS)
+    voxel_map.integrate(world.frame(tools.look(2.0, 2.0, 1.2, 0.0)))
+    before, used = voxel_map.arrays().state.copy(), int(voxel_map._pools.used.sum())
+    wide = PinholeCamera.from_horizontal_fov(160, 160, 2.6)
+    hall = tools.World([(-50.0, -50.0, -2.0, 50.0, 50.0, -1.0)])
+    frame = hall.frame(tools.look(2.0, 2.0, 1.2, 0.0), camera=wide, stamp_ns=10**9)
+    frame = dataclasses.replace(frame, depth=np.full((160, 160), 4.9, np.float32))
+    with pytest.raises(FrameRejectedError, match="one view needs more than the 914 blocks"):
+        voxel_map.integrate(frame)
+    assert int(voxel_map._pools.used.sum()) == used
+    assert (voxel_map.arrays().state[: len(before)] == before).all()
+    assert voxel_map.revision == 1
 
 
 @pytest.mark.slow

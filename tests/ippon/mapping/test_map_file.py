@@ -72,6 +72,14 @@ def test_an_empty_map_is_saved_and_loaded(tmp_path):
     assert VoxelMap.load(tmp_path / "empty.map").bounds() is None
 
 
+def test_a_map_within_the_memory_limit_is_read_whatever_its_size(voxel_map, tmp_path, monkeypatch):
+    monkeypatch.setattr(map_file, "MOST_BYTES", 1000)
+    voxel_map.save(tmp_path / "large.map")
+    with pytest.raises(MapFileError, match=r"bytes; at most 1000 are read"):
+        VoxelMap.load(tmp_path / "large.map")
+    assert VoxelMap.load(tmp_path / "large.map", MapConfig()).bounds() is not None
+
+
 @pytest.mark.slow
 def test_another_configuration_must_fit(voxel_map, tmp_path):
     path = tmp_path / "home.map"

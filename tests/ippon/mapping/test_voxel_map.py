@@ -8,6 +8,7 @@ import pytest
 from scipy.ndimage import distance_transform_edt
 
 from ippon.errors import FrameRejectedError
+from ippon.geometry import make_transform
 from ippon.mapping.arrays import FREE, NOT_MAPPED, OCCUPIED, UNKNOWN
 from ippon.mapping.blocks import N_ROWS
 from ippon.mapping.objects.surface_voxels import N_USED
@@ -98,13 +99,32 @@ def test_rejected_frame_says_why_and_changes_nothing(tools, furnished):
     jump = furnished.frame(tools.look(61.0, 1.0, 1.2, 0.0), stamp_ns=17 * 10**9 + 10**8)
     with pytest.raises(FrameRejectedError, match=r"jumped 60\.00 m in 0\.100 s"):
         voxel_map.integrate(jump)
-    away = furnished.frame(tools.look(9e6, 1.0, 1.2, 0.0), stamp_ns=0)
+    away = furnished.frame(tools.look(9e3, 9e3, 1.2, 0.0), stamp_ns=0)
     with pytest.raises(FrameRejectedError, match="too far from the map"):
         voxel_map.integrate(away)
     assert voxel_map.revision == revision
     assert (voxel_map.arrays().state == before).all()
     voxel_map.integrate(good)
     assert voxel_map.revision == revision + 1
+
+
+def test_explored_floor_is_that_of_the_storey_that_the_robot_is_on(tools):
+    def look_around(voxel_map, z, side):
+        room = tools.World.room(side, side)
+        room.boxes = [(a, b, c + z, d, e, f + z) for a, b, c, d, e, f in room.boxes]
+        for k in range(8):
+            pose = tools.look(1.5, 1.5, z + 1.2, k * np.pi / 4.0)
+            frame = room.frame(pose, stamp_ns=voxel_map.revision * 10**9)
+            base = make_transform(np.eye(3), (1.5, 1.5, z))
+            voxel_map.integrate(dataclasses.replace(frame, T_world_base=base))
+        return voxel_map.explored_m2()
+
+    voxel_map = VoxelMap(MapConfig(), LABELS)
+    first = look_around(voxel_map, 0.0, 4.0)
+    alone = look_around(VoxelMap(MapConfig(), LABELS), -3.1, 3.0)
+    assert first > alone + 3.0
+    assert look_around(voxel_map, -3.1, 3.0) == pytest.approx(alone, rel=0.02)
+    assert look_around(voxel_map, 0.0, 4.0) == pytest.approx(first, rel=0.05)
 
 
 def test_a_late_heatmap_updates_labels_but_not_depth_or_colour(tools, furnished):

@@ -135,12 +135,35 @@ def test_what_never_was_is_forgotten_and_removed_from_files():
 def test_rooms_and_pictures_are_noted():
     memory = InstanceMemory()
     one = memory.note_find(find(), MINUTE_NS)
-    memory.set_rooms(lambda _: "kitchen")
-    memory.set_rooms(lambda _: "")
+    memory.set_rooms(lambda _: "kitchen", 0.0)
+    memory.set_rooms(lambda _: "", 0.0)
     memory.set_view_score(one.instance_id, 0.2)
     memory.set_view_score(99, 0.2)
     (known,) = memory.instances()
     assert (known.room, known.view_score) == ("kitchen", 0.2)
+
+
+def test_rooms_of_one_floor_do_not_name_things_of_another():
+    memory = InstanceMemory()
+    for z in (0.5, 3.5):
+        memory.note_find(find(at=(1.0, 1.0, z)), MINUTE_NS)
+    memory.set_rooms(lambda _: "kitchen", 0.0)
+    memory.set_rooms(lambda _: "bedroom", 3.0)
+    assert [one.room for one in memory.instances()] == ["kitchen", "bedroom"]
+
+
+@pytest.mark.parametrize("was_set_back", [False, True])
+def test_a_clock_that_is_set_back_does_not_make_old_things_new(watched, was_set_back):
+    painted, memory, look = watched
+    painted.paint(*CHAIR, "chair")
+    look(1000 * MINUTE_NS)
+    now_ns = (10 if was_set_back else 1010) * MINUTE_NS
+    painted.look_at((2, 2, 0))
+    look(now_ns)
+    assert memory.instances()[0].last_seen_ns == now_ns
+    painted.paint(*CHAIR)
+    (gone,) = look(now_ns + 1)
+    assert (gone.label, gone.gone_ns) == ("chair", now_ns + 1)
 
 
 def test_a_full_memory_gives_up_what_is_gone_and_then_what_is_oldest():

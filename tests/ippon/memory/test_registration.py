@@ -28,7 +28,6 @@ from ippon.memory.registration import (
 from ippon.robot import ZED
 from ippon.simulation.homes.generator import generate_home
 from ippon.simulation.robot.mobile_base import camera_of
-from ippon.simulation.scene import StartPose
 from ippon.simulation.world import SimulatedWorld, WorldConfig
 from ippon.vocabulary import MATTERPORT_40
 
@@ -39,12 +38,11 @@ VIEWS = 9
 def views(scene, pose, count, seed):
     """Frames of a turn at a pose, in the home's own frame, with noisy depth."""
     frames = []
+    world = SimulatedWorld(scene, ZED, camera_of(ZED, 120), pose, seed, WorldConfig())
     for k in range(count):
-        start = StartPose(x=pose.x, y=pose.y, z=pose.z, yaw=pose.yaw + 2.0 * math.pi * k / count)
-        world = SimulatedWorld(scene, ZED, camera_of(ZED, 120), start, seed, WorldConfig())
-        world.set_labels(MATTERPORT_40, None)
-        frame = world.observe()
-        frames.append(dataclasses.replace(frame, heatmap=None))
+        world.base.yaw_rad = pose.yaw + 2.0 * math.pi * k / count
+        world.step(None, 0.2)
+        frames.append(world.observe())
     return frames
 
 

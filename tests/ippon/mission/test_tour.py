@@ -15,9 +15,9 @@ from ippon.mission.snapshot import Find, GoalState, MissionState
 from ippon.vocabulary import MATTERPORT_40
 
 PLACES = {
-    "toilet": ((8.0, 0.4, 0.0), (8.6, 1.0, 0.8)),
-    "bathtub": ((0.3, 4.2, 0.0), (1.9, 4.9, 0.6)),
-    "plant": ((8.4, 4.2, 0.0), (8.9, 4.7, 0.9)),
+    "toilet": ((6.4, 0.4, 0.0), (7.0, 1.0, 0.8)),
+    "bathtub": ((0.3, 3.2, 0.0), (1.9, 3.9, 0.6)),
+    "plant": ((7.0, 3.2, 0.0), (7.5, 3.7, 0.9)),
 }
 
 
@@ -33,7 +33,7 @@ def home(searcher, room):
 
     def make(*names, boxes=PLACES):
         things = [(name, name, *at) for name, at in boxes.items()]
-        robot = searcher([*room(10.0, 5.0), *things], 4.5, 2.5)
+        robot = searcher([*room(8.0, 4.0), *things], 3.6, 2.0)
         robot.mission.goals.set_goals(list(goals_of(*names)))
         return robot
 

@@ -1,3 +1,5 @@
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -61,3 +63,22 @@ def test_names_hold_when_the_rooms_are_inferred_anew():
 def test_there_is_no_room_to_name_far_outside():
     with pytest.raises(ValueError, match=r"there is no room at \(50.0, 1.0\)"):
         renamed(_rooms(), (), 50.0, 1.0, "moon")
+
+
+def test_a_name_is_of_one_floor():
+    upstairs = dataclasses.replace(_rooms(), floor_z_m=3.0)
+    names = renamed(_rooms(), (), *OTHER, "Anna's room")
+    assert name_lookup(upstairs, names)(OTHER) == ""
+    names = renamed(upstairs, names, *OTHER, "Ben's room")
+    assert [name_lookup(one, names)(OTHER) for one in (_rooms(), upstairs)] == [
+        "Anna's room",
+        "Ben's room",
+    ]
+    names = renamed(upstairs, names, *OTHER, "")
+    assert [one.name for one in names] == ["Anna's room"]
+
+
+def test_a_name_of_an_earlier_version_is_of_any_floor():
+    upstairs = dataclasses.replace(_rooms(), floor_z_m=3.0)
+    names = (RoomName(x_m=OTHER[0], y_m=OTHER[1], name="Anna's room"),)
+    assert name_lookup(upstairs, names)(OTHER) == "Anna's room"

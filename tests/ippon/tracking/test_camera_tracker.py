@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from app.nodes.replay.datasets import open_dataset, read_color, read_depth
+from ippon.camera import PinholeCamera
+from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform, rotation_y
 from ippon.tracking.camera_tracker import CameraTracker, TrackerConfig
 from tests.locations import SHARED
 
@@ -17,8 +19,14 @@ def track(walk, frames, tracker=None):
     return [tracker.track(*frame) for frame in frames], tracker
 
 
-def test_a_turn_with_a_noisy_camera_is_followed_to_a_centimetre(walk):
-    tracked, tracker = track(walk, walk.frames)
+@pytest.fixture(scope="module")
+def turned(walk):
+    """Poses of a whole turn, and the tracker that was given it."""
+    return track(walk, walk.frames)
+
+
+def test_a_turn_with_a_noisy_camera_is_followed_to_a_centimetre(walk, turned):
+    tracked, tracker = turned
     errors = walk.errors([one.T_world_camera for one in tracked])
     assert errors[:, 0].max() < 0.03, errors.max(axis=0)
     assert errors[:, 1].max() < 1.0, errors.max(axis=0)
@@ -34,17 +42,31 @@ def test_poses_stay_rigid_when_each_step_continues_the_last(walk):
     assert np.abs(rotation @ rotation.T - np.eye(3)).max() < 1e-12
 
 
-def test_a_camera_that_is_covered_is_lost_and_finds_its_place_where_it_has_been(walk):
-    _, tracker = track(walk, walk.frames[:40])
+def test_a_camera_that_is_covered_is_lost_and_finds_its_place_where_it_has_been(walk, turned):
+    _, tracker = turned
     dark = (np.zeros_like(walk.frames[0][0]), np.zeros_like(walk.frames[0][1]))
     lost = tracker.track(*dark)
     assert lost.T_world_camera is None
     assert lost.problem == "too little depth in view: 0 points, 300 are needed"
     assert tracker.is_lost
     # Uncovered, it looks back by 100 degrees.
-    found = tracker.track(*walk.frames[14])
+    found = tracker.track(*walk.frames[64])
     assert not tracker.is_lost
-    assert np.linalg.norm(found.T_world_camera[:3, 3] - walk.poses[14][:3, 3]) < 0.03
+    assert np.linalg.norm(found.T_world_camera[:3, 3] - walk.poses[64][:3, 3]) < 0.03
+
+
+def test_a_camera_that_faces_a_bare_wall_squarely_is_not_lost():
+    camera = PinholeCamera.from_horizontal_fov(320, 240, 1.2)
+    R = rotation_y(0.35) @ R_BASE_CAMERA_LEVEL
+    rays = camera.rays() @ R.T
+    with np.errstate(divide="ignore"):
+        floor = np.where(rays[..., 2] < 0.0, -1.3 / rays[..., 2], np.inf)
+    depth = np.minimum(floor, 3.0 / rays[..., 0]).astype(np.float32)
+    tracker = CameraTracker(camera, make_transform(R, (0.0, 0.0, 1.3)))
+    for _ in range(5):
+        tracked = tracker.track(np.zeros((240, 320, 3), np.uint8), depth)
+        assert tracked.problem == ""
+        assert np.allclose(tracked.T_world_camera[:3, 3], (0.0, 0.0, 1.3), atol=0.02)
 
 
 def test_a_jump_is_not_believed(walk):

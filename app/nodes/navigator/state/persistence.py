@@ -19,7 +19,7 @@ from app.messages.control import SearchRequest, decode
 from app.messages.driving import DriveModeName
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.planned_search import PlannedSearch
-from ippon.atomic_file import replace_file
+from ippon.atomic_file import remove_partial_files, replace_file
 from ippon.errors import MapFileError
 from ippon.guidance.levels import LevelName
 from ippon.mapping import map_file
@@ -190,6 +190,8 @@ class StatePersistence:
         self._reported = False
         self._run: tuple[RunState, float] | None = None
         self._small = _SmallFiles(self._fail)
+        for one in (path, _goals_path(path), _run_path(path)):
+            remove_partial_files(one)
 
     def keep(self, voxel_map: VoxelMap, goals: GoalQueue, run: RunState) -> None:
         """Write what changed, if it is due: called by the mission's thread after every step."""

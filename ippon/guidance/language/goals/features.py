@@ -68,12 +68,16 @@ def read_feature(said: Utterance, start: int, goal: Draft) -> int:
     index += length
     standing = said.word(index) in STANDS or stands_somewhere(said, index)  # "Got stuck in".
     doing = said.word(index).endswith("ing") and said.word(index + 1) in ("the", "my", "our", "a")
-    if standing or (lacking and (doing or said.word(index) in ENTERING)):
+    person = said.word(index) in ("me", "us", "him", "them")
+    if standing or person or (lacking and (doing or said.word(index) in ENTERING)):
         return start  # "Without going into the nursery" is no part of it.
     phrase = read_noun_phrase(said, index)
     if phrase is None or (not phrase.head and not phrase.attributes):
         return start
     has = said.word(index - 1) in ("has", "have")
+    own = is_part(phrase.head.rpartition(" ")[2]) or phrase.attributes
+    if goal.is_owned and said.word(start) in ("he", "she") and not own:
+        return start  # "Ella's goggles, she has a lesson".
     if has and not (phrase.determined or phrase.known or phrase.attributes or _is_plural(phrase)):
         return start  # "Has stopped working".
     end = phrase.end + (said.word(phrase.end) in _STATES and said.breaks(phrase.end + 1))

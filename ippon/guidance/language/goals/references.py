@@ -22,7 +22,7 @@ def replaced(reading: Reading, asked: str, *, other: bool) -> list[Draft]:
     pointed = [one for one in reading.drafts if one.trigger.lower().startswith(_POINTING)]
     last = reading.drafts[-1]
     stated = len(last.attributes) > len(last.phrase.attributes)
-    if last.trigger.strip().lower() in _IS and not last.relations:
+    if (last.trigger.strip().lower() in _IS and not last.relations) or _is_placed(reading, last):
         return [last]  # "Is the cord long enough, or is there a longer one?"
     first = set(reading.said.words(0, 6))
     if other and last.count == 1 and "one" in first and (_ONLY & first or last.trigger == "bare"):

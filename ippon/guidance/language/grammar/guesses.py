@@ -19,6 +19,7 @@ _GUESSES = (
 """Of a sentence before the object: "could" and "might" ask there."""
 _UNCERTAIN = (
     ("possible", "that"),
+    ("be", "that"),
     ("chance", "that"),
     ("chances", "are"),
     ("a", "chance"),

@@ -21,7 +21,7 @@ from ippon.guidance.language.grammar.attributes import (
 from ippon.guidance.language.grammar.determiners import NUMBERS
 from ippon.guidance.language.languages import ENGLISH
 from ippon.guidance.language.naming import resolve_object
-from ippon.guidance.language.words import singular_candidates
+from ippon.guidance.language.words import singular_candidates, word_set
 
 _SIZES = ("a3", "a4", "a5", "aa", "aaa", "xs", "xl", "xxl")
 ONES: Final = ("one", "ones", "kind", "sort", "type")
@@ -30,6 +30,9 @@ CODE: Final = re.compile(r"[a-z]{1,4}\d+$")
 """A code or size of one of many: M8, K7."""
 _POSTPOSED = ("wood", "metal", "plastic", "leather", "steel")
 """Materials that follow the noun in the English of some: "a chair wood"."""
+_APPLIED: Final = word_set("glue paint polish varnish cleaner oil filler stain soap")
+_SOFT: Final = word_set("linen paper cotton wool fabric")
+_HOLDING: Final = word_set("cart trolley bin rack holder dispenser cutter shredder hamper")
 
 _KINDS: Final[dict[str, AttributeKind]] = {
     "colour": "colour", "color": "colour", "coloured": "colour", "colored": "colour",
@@ -84,15 +87,22 @@ def name_head(
             start, known = _unknown_start(words), False
     head = head or _single(words[start:], count, knowledge)
     attributes, nouns = _describe(words[:start])
-    says = not known and attributes and head.endswith((" sign", " notice"))
-    if says and attributes[-1].value == "wet":
-        head = f"{attributes.pop().value} {head}"  # What it says: "wet floor sign".
+    if attributes and not nouns and _names_kind(attributes[-1], head, known=known):
+        head = f"{attributes.pop().value} {head}"
     crowded = sum(knowledge.find(noun) is not None for noun in nouns) > 1
     if known and not corrected and nouns:
         head, corrected = _respelt_compound(nouns, head, knowledge)
     else:
         head = " ".join([*nouns, head])
     return NamedHead(head, [*attributes, *_describe(after)[0]], known, corrected, crowded)
+
+
+def _names_kind(before: Attribute, head: str, *, known: bool) -> bool:
+    """Tell whether a word says what a thing is for or reads: "wood glue", "wet floor sign"."""
+    last = head.rpartition(" ")[2]
+    if before.kind == "material":
+        return last in _APPLIED or (before.value in _SOFT and last in _HOLDING)
+    return before.value == "wet" and not known and last in ("sign", "notice")
 
 
 def _without_kinds(words: list[str], knowledge: Knowledge) -> list[str]:

@@ -43,17 +43,19 @@ CONTAINERS = word_set("bottle cup glass bowl jar can carton mug jug tin pot bag 
 
 
 def hyphened_words(said: Utterance, start: int, end: int) -> list[str]:
-    """Return the words of a range; particles and numbers with a hyphen in one: "walk-in"."""
+    """Return the words of a range, some with a hyphen as one: "walk-in", "left-handed"."""
     knowledge = load_knowledge()
     small = PREPOSITIONS.keys() | NUMBERS | _PARTICLES | _LACKING
     words: list[str] = []
     for index in range(start, end):
         whole = said.hyphened(index) and index > start
-        particle = bool(small & {said.word(index - 1), said.word(index)})
-        if whole and particle and _known_length(said, index - 1, knowledge) < 2:
-            words[-1] += f"-{said.word(index)}"
+        before, word = said.word(index - 1), said.word(index)
+        adjective = listed_kind(before) is not None and listed_kind(word) is None
+        joined = bool(small & {before, word}) or (adjective and word != "and")
+        if whole and joined and _known_length(said, index - 1, knowledge) < 2:
+            words[-1] += f"-{word}"
         else:
-            words.append(said.word(index))
+            words.append(word)
     return words
 
 

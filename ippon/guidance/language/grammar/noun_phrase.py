@@ -6,6 +6,7 @@ from typing import Final, Literal
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.goals.goal import Attribute, AttributeKind, Reference
+from ippon.guidance.language.grammar.attributes import listed_kind
 from ippon.guidance.language.grammar.determiners import (
     MEASURES,
     NO_OWNERS,
@@ -72,6 +73,8 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
     words, times = _take_times(words, begun)
     spoken = said.words(index, end - times) or words
     named = name_head(spoken, words, begun.count, knowledge)
+    if said.word(index - 1) in ("a", "an") and listed_kind(" ".join(words)) == "material":
+        named = replace(named, head=named.head or words[0], attributes=[])  # "A rubber".
     if said.word(start) == "both" and not singular_candidates(said.word(end - 1)):
         begun.count = None  # "Both my mug and yours".
     attributes = [*(begun.owners or []), *named.attributes]

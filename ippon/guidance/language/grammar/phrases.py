@@ -36,7 +36,7 @@ _END: Final = r"(?=$|[\s,.!?;:'\"…)\]–—”]|-(?!\w))"
 
 _PERSON: Final = (
     r"(?:(?:(?:my|our|the|a|an|his|her|their|one of (?:my|our|the)|mrs?|ms|miss|dr|doctor|"
-    r"aunt|uncle) \w+"
+    r"aunt|uncle|nurse|professor|officer) \w+"
     r"(?: (?!(?:you|i|we|he|she|they)\b)\w+)??|guest|patient|customer|visitor|client|resident)"
     r"(?: (?:in|at|from|on|of|by|with) (?:(?:the|a|my|our) )?\w+"
     r"(?: (?:\d+\w?|one|two|three|four|five|six|seven|eight|nine|ten))?"
@@ -130,7 +130,8 @@ GO: Final = re.compile(
 )
 """A place to go to before the object: "go to the kitchen and", "search the shelf for"."""
 LOOK: Final = re.compile(
-    r"(?:(?:please|just|so|then|and|but|better) )*(?:look|check|try|search|(?:have|take) a look)"
+    r"(?:(?:please|just|so|then|and|but|better) )*(?:(?:see|check|look) (?:if|whether) (?:there|it|"
+    r"they)(?:['’]s| is| are)(?: any| some| one)?|look|check|try|search|(?:have|take) a look)"
     r"(?: again| over| down| up)*\s+(?=\S)",
     re.IGNORECASE,
 )
@@ -161,7 +162,8 @@ TOLD: Final = re.compile(
     r"(?!\w+ \w+ (?:is|are|was|were)\b)"
     rf"{_TELLER}{_MEANWHILE} (?:last had|ha[ds](?= (?:my|our|his|her|their) "
     r"(?!breakfast|lunch|dinner|supper|brunch|tea\b))|has got(?= (?:the|my|our|his|her|their) )|"
-    r"had(?= (?:the|my|our|his|her) \w+(?: \w+)? last\b)|used|wore|saw|"
+    r"had(?= (?:the|my|our|his|her) \w+(?: \w+)? last\b|"
+    r"[^.;!?]{,40}, (?:\w+ ){,3}find (?:it|them))|used|wore|saw|"
     r"(?:keeps?|kept)(?! \w+ing\b)|was wearing|"
     r"leaves?|left|forgot|forgotten|put|placed|dropped|laid|stored|hid|took|taken|hidden|moved|"
     r"stole|stolen|borrowed|nicked|pinched|swiped|stashed|lost|misplaced|handed in|turned in|"
@@ -208,8 +210,10 @@ NOT_WHERE: Final = re.compile(
 """What says that an object is not where it was left."""
 _DAY = r"(?:mon|tues|wednes|thurs|fri|satur|sun)day"
 _PART_OF_DAY = r"morning|afternoon|evening|night"
+_HOUR = r"(?:\d\d?|one|two|three|four|five|six|seven|eight|nine|ten|eleven|twelve|noon)"
 TIME: Final = re.compile(
-    rf"(?:from |since )?(?:(?:early |late )?yesterday(?: (?:{_PART_OF_DAY}))?|just now|"
+    rf"(?:from |since )?(?:(?:at|(?<!, )around) {_HOUR}(?: o'clock| ?[ap]m)?(?=$|[.,;!?])|"
+    rf"(?:early |late )?yesterday(?: (?:{_PART_OF_DAY}))?|just now|"
     rf"earlier(?: today| on)?|(?:last|this|the other|on|every) (?:{_PART_OF_DAY}|day|week|weekend|"
     rf"month|year|spring|summer|autumn|winter|{_DAY})(?: (?:{_PART_OF_DAY}))?|"
     r"(?:a|an|\d+|a few|some|a couple of|one|two|three|four|five|six|seven|eight|nine|ten|twelve|"
@@ -243,7 +247,7 @@ SAYS: Final = re.compile(
     r"(?:say|think|believe|claim|swear|reckon|bet|guess|suppose|suspect|assume|expect|imagine|hope)"
     r"(?:e?s)?|thought|believed|reckoned)|rumou?r has it|according to (?:my |the |our )?\w+,?|"
     r"maybe|perhaps|possibly|probably|apparently|chances are|my (?:guess|bet) is|"
-    r"(?:i )?could(?:'ve| have)? (?:swear|sworn)|"
+    r"(?:i )?could(?:'ve| have)? (?:swear|sworn)|could it be|"
     r"(?:pretty|fairly|quite) (?:sure|certain)|it(?:'s| is) (?:quite )?(?:possible|likely)|"
     r"there(?:'s| is) a (?:good )?chance|"
     r"(?:i'm|i am|we're|we are|(?:(?:my|the|our) )?\w+(?:['’]s| is))(?: \w+)?? "

@@ -17,10 +17,16 @@ _POINTED_AT = re.compile(
     re.IGNORECASE,
 )
 """A place that is pointed at before it is told what is there."""
-_TAKEN_BACK: Final = (
-    rf" {_DET} \w+(?: \w+)?,? (?:(?:no|wait|sorry|i mean|actually|or rather|hang on|hold on)\b,? )+"
-    rf"(?:{_INTO} )?(?={_DET} \w+(?: \w+)?"
+_PLACE: Final = (
+    rf" {_DET} \w+(?: \w+)?,? (?:or,? )?"
+    r"(?:(?:no|wait|sorry|i mean|actually|(?:or )?rather|hang on|hold on)\b,? )+"
 )
+_TAKEN_BACK: Final = rf"{_PLACE}(?:{_INTO} )?(?={_DET} \w+(?: \w+)?"
+_CORRECTED = re.compile(
+    rf"(?<!\bnot )\b{_INTO}{_PLACE}(?:(?:it|they)(?:['’]s|['’]re| is| are) )?(?={_INTO} {_DET} )",
+    re.IGNORECASE,
+)
+"""A place that is said anew with its preposition: "it's in the van, no, sorry, in the hall"."""
 _LEADING_AGAIN = re.compile(
     rf"^({_INTO}){_TAKEN_BACK}, (?:find|get|bring|look|search|where|is|there)\b)", re.IGNORECASE
 )
@@ -35,7 +41,7 @@ def in_order(text: str) -> str:
     """Return a text with what comes first, and the place of what is there, said first."""
     if _FIRST.search(text):
         text = _RANKING.sub(", then ", _RANKED.sub(r", then \1", text))
-    text = _POINTED_AT.sub(_pointed_at, text)
+    text = _CORRECTED.sub("", _POINTED_AT.sub(_pointed_at, text))
     return _LEADING_AGAIN.sub(r"\1 ", _PLACE_AGAIN.sub(r"\1 ", text))
 
 

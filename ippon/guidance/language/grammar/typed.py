@@ -23,6 +23,7 @@ _CHAT = re.compile(
 _SWORN = r"(?:flipping|ruddy|freaking|frigging|fucking|(?:god)?damn(?:ed)?|darn(?:ed)?|blasted)"
 _SHORT = (
     (re.compile(r"\bwhere r\b", re.IGNORECASE), "where are"),
+    (re.compile(r"\b(it's|they're|is|are) (?:like|kind of|sort of) (?=\w)", re.IGNORECASE), r"\1 "),
     (re.compile(r"\bur(?= \w)", re.IGNORECASE), "your"),
     (re.compile(r"\bprobs?\b", re.IGNORECASE), "probably"),
     (re.compile(r"\b(?:idk|(?:i )?dunno)\b", re.IGNORECASE), "i don't know"),
@@ -49,7 +50,7 @@ _CALLED = re.compile(
 
 _STATED = re.compile(
     r"\b(\w+)['’]s (\w+)(?=\s*(?:$|[.,;!?])"
-    r"| (?:so|and|find|get|bring|fetch|look|where|is|are|please|can)\b)",
+    r"| (?:so|and|find|get|bring|fetch|look|where|is|are|please|can|somewhere|again)\b)",
     re.IGNORECASE,
 )
 """A state of something: "the kettle's hot, get"."""

@@ -38,10 +38,11 @@ _DETERMINER = r"(?:the|my|our|his|her|their|a|an|some|another)"
 _NUMBER = r"(?:\d+|one|two|three|four|five|six|seven|eight|nine|ten|eleven|twelve)"
 _TAKEN_BACK = re.compile(
     rf"\b(?:{_DETERMINER},? {_CORRECTING}(?={_DETERMINER}\b)"
+    rf"|{_DETERMINER} (\w+(?: \w+)?),? (?:well,? )?not {_DETERMINER} \1,? (?={_DETERMINER}\b)"
     rf"|{_NUMBER},? {_CORRECTING}(?={_NUMBER}\b))",
     re.IGNORECASE,
 )
-"""A determiner or a number that is said anew: "my, no wait, the other", "two, no, three"."""
+"""What is said anew: "my, no wait, the other", "a bag, not a bag, a case", "two, no, three"."""
 _PRONOUN = r"(?:it|them|those|these|that|this|both|one|any)"
 _SOMEBODY = r"someone|somebody|anyone|anybody"
 _AFTERWARDS = re.compile(

@@ -16,7 +16,7 @@ from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_ph
 from ippon.guidance.language.grammar.phrases import PRONOUNS
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import read_relation, relation_to
-from ippon.guidance.language.grammar.utterance import Utterance
+from ippon.guidance.language.grammar.utterance import Utterance, named_words
 from ippon.guidance.language.lists.left_out import is_left_out
 from ippon.guidance.language.lists.list_item import take_item
 from ippon.guidance.language.lists.list_order import is_named_first, read_packages
@@ -112,6 +112,10 @@ def _is_item(reading: Reading, start: int, phrase: NounPhrase, *, lone: bool) ->
         relation = read_relation(said, phrase.end)
         if relation is None:
             return False
+    last = said.word(phrase.end - 1)
+    acts = last.endswith("s") and " " in phrase.head and last.removesuffix("s") not in named_words()
+    if acts and not phrase.known and not said.breaks(phrase.end):
+        return False  # "The family arrives at six".
     if lone:
         # "Hat, pepper, and oil": what stands within a list belongs to it.
         within = said.word(phrase.end) in ("and", "or") and phrase.end - start <= 2

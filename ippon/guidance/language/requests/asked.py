@@ -19,7 +19,8 @@ from ippon.guidance.language.lists.list_order import read_each
 from ippon.guidance.language.words import word_set
 
 _WANTING: Final = re.compile(
-    r"(?!(?:i|we|you|he|she|they|who|what|where|in|on|i've|we've|i'm|we're)\b).*\w "
+    r"(?!(?:(?:so|and|but|now|well) )?"
+    r"(?:i|we|you|he|she|they|who|what|where|in|on|i've|we've|i'm|we're)\b).*\w "
     r"(?:needs?|wants?|misses|would like|has lost|(?:is|are) (?:looking|asking) for|"
     r"ask(?:s|ed)? for|requests|requested)\s*$",
     re.IGNORECASE,
@@ -27,7 +28,7 @@ _WANTING: Final = re.compile(
 """Who needs the object, where somebody is named."""
 _TOLD: Final = 4
 """So many words after "it's a bracelet," may hold "it"."""
-_REPEATING = ("it", "them", "him", "her", "some", "any", "one")
+_REPEATING = ("it", "they", "them", "him", "her", "some", "any", "one")
 _MISSED = word_set("find see seen found remember know")
 _LACKING = ("no ", "there", "i ", "we ", "i've", "we've")
 """Beginnings of "there is no" and "we have no"."""
@@ -123,7 +124,8 @@ def _read_again(reading: Reading, index: int, end: int, start: int) -> int | Non
         if placed and word == "one":
             last = reading.drafts[-1]  # "The last chair is taken, is there one in".
             last.attributes = [one for one in last.attributes if one.kind != "which"]
-        return start + 1 if said.breaks(start + 1) or placed else index
+        end = start + 1 + (said.word(start + 1) in ("is", "are", "went"))  # "Where it is".
+        return end if said.breaks(end) or placed else index
     if reading.drafts and (length := count_again(said, start)):
         reading.drafts[-1].count = NUMBERS[word]
         return start + length

@@ -19,6 +19,8 @@ from ippon.guidance.language.words import word_set
 
 _SEARCHED = word_set("check search try inspect explore comb scan")
 """What stands behind these without a preposition is a place."""
+_LEADING = word_set("so and then but please you")
+"""They may stand before what says where to look."""
 _GUESSED = word_set("think believe guess bet suppose might may maybe perhaps probably")
 
 
@@ -117,7 +119,7 @@ def _at(said: Utterance, start: int, place: NounPhrase) -> Relation:
 def read_hint(reading: Reading, index: int) -> int:
     """Read "look behind the door" after an object: where to look for it."""
     said = reading.said
-    begun = said.breaks(index) or said.word(index - 1) in ("so", "and", "then", "but")
+    begun = said.breaks(index) or said.word(index - 1) in _LEADING
     at = reading.match(phrases.LOOK, index) if reading.drafts and begun else index
     if at == index:
         return index
@@ -170,7 +172,8 @@ def _read_several_places(reading: Reading, index: int) -> int:
 def _read_leading_place(reading: Reading, index: int) -> int:
     """Read "upstairs in the hall: the hat", "kitchen: scissors", "on my desk is a folder"."""
     said = reading.said
-    if reading.drafts or (index and not said.ends(index)):
+    begins = not index or said.ends(index) or said.word(index - 1) == "somewhere"
+    if reading.drafts or not begins:
         return index
     end, relations = index, list[Relation]()
     while (place := read_relation(said, end, verbs=end > index)) is not None:

@@ -147,6 +147,8 @@ class RequestReader:
         if after == index:
             return index
         if not self.reading.drafts:
+            if self._said.word(index) == "not" and not self._said.breaks(after):
+                return index  # "Not that hammer".
             plain = after == index + 1 and self._said.word(after) != "not"
             return max(self._declined(index), index if plain else after)
         again = read_place_again(self.reading, after)
@@ -329,7 +331,8 @@ class RequestReader:
             self.reading.before.append(words)
             clauses.note_subject(self.reading, index, end)
             return end
-        asks = said.breaks(index) and self.reading.match(phrases.ASKED, index) > index + 1
+        asked = self.reading.match(phrases.ASKED, index)
+        asks = said.breaks(index) and asked > index + 1 and said.word(asked) not in ("it", "them")
         if asks and not any(read_relation(said, n, verbs=False) for n in range(index, end)):
             self.reading.stray.append(words)  # It asks for what no object was read of.
         if not told:

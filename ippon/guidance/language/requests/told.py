@@ -36,7 +36,8 @@ def _doing(reading: Reading, index: int) -> int:
     if said.word(end - 1) in ("on", "in", "at") and holds_things(phrase.head):
         return index
     rest = range(phrase.end, len(said))
-    if any(reading.match(one, n) > n for n in rest for one in _ASKING):
+    asked = (reading.match(one, n) for n in rest for one in _ASKING if reading.match(one, n) > n)
+    if any(said.word(after) not in ("it", "them") for after in asked):
         return index
     if said.word(phrase.end) == "with":
         reading.unused.append(said.said(index, end))  # "Fixing the bike with the wrench".

@@ -20,7 +20,7 @@ def search(monkeypatch, out, episodes):
     return habitat.run_eval_habitat(EvalHabitat(config=Path("c"), python=Path("p"), out=out))
 
 
-def test_a_search_that_does_not_begin_keeps_earlier_results(monkeypatch, tmp_path, capsys):
+def test_earlier_results_are_kept(monkeypatch, tmp_path, capsys):
     out = tmp_path / "habitat.jsonl"
     out.write_text("a day of searches\n", "utf-8")
 
@@ -36,7 +36,11 @@ def test_a_search_that_does_not_begin_keeps_earlier_results(monkeypatch, tmp_pat
     rows = [dict.fromkeys(MEASURES, 0.25), dict.fromkeys(MEASURES, 0.75)]
     assert search(monkeypatch, out, lambda: rows) == 0
     assert [json.loads(line) for line in out.read_text("utf-8").splitlines()] == rows
-    assert json.loads(capsys.readouterr().out) == {"episodes": 2, **dict.fromkeys(MEASURES, 0.5)}
+    said = capsys.readouterr()
+    assert json.loads(said.out) == {"episodes": 2, **dict.fromkeys(MEASURES, 0.5)}
+    aside = tmp_path / "habitat.jsonl.aside-1"
+    assert aside.read_text("utf-8") == "a day of searches\n"
+    assert f"the earlier {out} is now {aside}" in said.err
     with pytest.raises(UsageError, match="cannot write to"):
         search(monkeypatch, tmp_path, lambda: rows)
     with pytest.raises(UsageError, match="does not exist"):

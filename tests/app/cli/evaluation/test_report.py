@@ -68,6 +68,27 @@ def test_the_table_fits_a_narrow_terminal(results, make_row, capsys, monkeypatch
     assert max(len(line) for line in out.splitlines() if "report.html" not in line) <= 80
 
 
+def test_a_long_name_of_a_folder_costs_no_figure(results, tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    other = EvaluationFolder(tmp_path / "before-the-change-of-the-planner-of-yesterday")
+    other.open_for(_SETTINGS)
+    for row in results.rows():
+        other.write(row)
+    run_eval_report(EvalReport(folder=results.path, against=(other.path,), detail=True))
+    out = capsys.readouterr().out
+    assert "…" not in out
+    assert out.count("0.40-0.60") == 2
+    assert max(len(line) for line in out.splitlines() if "report.html" not in line) <= 80
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_figures_of_a_folder_that_cannot_be_written_are_shown(results, capsys, as_json):
+    (results.path / "report.html").mkdir()
+    with pytest.raises(UsageError, match="cannot write to"):
+        run_eval_report(EvalReport(folder=results.path, json=as_json))
+    assert "oracle" in capsys.readouterr().out
+
+
 def test_the_page_is_whole_and_needs_nothing_from_elsewhere(results, capsys):
     run_eval_report(EvalReport(folder=results.path))
     page = (results.path / "report.html").read_text()

@@ -28,6 +28,13 @@ def test_the_layout_is_written(tmp_path, capsys):
     assert "cannot be written" in capsys.readouterr().err
 
 
+def test_a_port_that_is_none_is_refused(capsys):
+    pytest.importorskip("foxglove", reason="needs the extra foxglove")
+    command = ["foxglove", "--connect", "tcp/127.0.0.1:1", "--robot", "r", "--port", "70000"]
+    assert run(command) == 2
+    assert "a port lies in 0 to 65535; got 70000" in capsys.readouterr().err
+
+
 @pytest.mark.process
 def test_the_process_serves_and_ends_with_a_signal(launch, free_endpoint):
     pytest.importorskip("foxglove", reason="needs the extra foxglove")

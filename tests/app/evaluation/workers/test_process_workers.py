@@ -1,8 +1,12 @@
 """Errors in worker processes come back to the program that started them."""
 
+import os
+from pathlib import Path
+
 import pytest
 
-from app.evaluation.workers.process_workers import ProcessWorkers
+from app.errors import UsageError
+from app.evaluation.workers.process_workers import ProcessWorkers, WorkerDiedError
 from app.evaluation.workers.worker import WorkerSetup
 from ippon.evaluation.episode_generation import EpisodeGenerationConfig
 from ippon.evaluation.trial import TrialConfig
@@ -23,15 +27,46 @@ def work(item):
     return item
 
 
+def die(item):
+    """Die with some numbers, and once with a file that is not there."""
+    if isinstance(item, int):
+        if item % 10 == 3:
+            os._exit(1)
+        return item
+    if not Path(item).exists():
+        Path(item).touch()
+        os._exit(1)
+    return "survived"
+
+
+@pytest.fixture
+def workers():
+    setup = WorkerSetup(trial=TrialConfig(), catalogue=EpisodeGenerationConfig(), version="1")
+    workers = ProcessWorkers(2, setup)
+    yield workers
+    workers.close()
+
+
 @pytest.mark.process
 @pytest.mark.slow
-def test_an_error_that_cannot_be_restored_does_not_end_the_others():
-    setup = WorkerSetup(trial=TrialConfig(), catalogue=EpisodeGenerationConfig(), version="1")
-    workers = ProcessWorkers(1, setup)
-    try:
-        found = dict(workers.each(work, range(4)))
-    finally:
-        workers.close()
+def test_work_that_ends_its_process_does_not_end_the_others(workers, tmp_path):
+    once = str(tmp_path / "once")
+    found = dict(workers.each(die, [0, once, 3, 4, 5]))
+    assert isinstance(found.pop(3), WorkerDiedError)
+    assert found == {0: 0, once: "survived", 4: 4, 5: 5}
+
+
+@pytest.mark.process
+@pytest.mark.slow
+def test_processes_that_die_whatever_they_do_end_the_run(workers):
+    with pytest.raises(UsageError, match="killed again and again"):
+        dict(workers.each(die, [3, 13, 23, 33]))
+
+
+@pytest.mark.process
+@pytest.mark.slow
+def test_an_error_that_cannot_be_restored_does_not_end_the_others(workers):
+    found = dict(workers.each(work, range(4)))
     assert (found[0], found[3]) == (0, 3)
     assert isinstance(found[2], ValueError)
     assert "OddError: nothing at the door" in str(found[1])

@@ -51,13 +51,15 @@ def test_open3d_reads_the_points_with_their_colours(exported, session, open3d):
     np.testing.assert_allclose(np.asarray(cloud.colors) * 255, attributes[:, :3], atol=0.6)
 
 
-def test_open3d_reads_the_faces(exported, session, open3d):
+def test_viewers_read_the_faces_with_y_up(exported, session, open3d):
     mesh = open3d.io.read_triangle_mesh(str(exported / "map.glb"))
     indices, _, voxel_m = need_map(session)
     assert np.asarray(mesh.triangles).shape[0] > 2 * len(indices)
-    low, high = mesh.get_min_bound(), mesh.get_max_bound()
-    np.testing.assert_allclose(low, indices.min(axis=0) * voxel_m, atol=1e-5)
-    np.testing.assert_allclose(high, (indices.max(axis=0) + 1) * voxel_m, atol=1e-5)
+    x, y, z = np.stack([indices.min(axis=0), indices.max(axis=0) + 1], axis=1) * voxel_m
+    expected = np.stack([x, z, -y[::-1]], axis=1)
+    bounds = mesh.get_min_bound(), mesh.get_max_bound()
+    np.testing.assert_allclose(bounds, expected, atol=1e-5)
+    np.testing.assert_allclose(trimesh.load(exported / "map.glb").bounds, expected, atol=1e-5)
 
 
 def test_faces_look_outwards(session):

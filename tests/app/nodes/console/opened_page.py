@@ -1,9 +1,13 @@
 """A console's page in a real browser, and what tests do on it."""
 
+import os
+import re
+
 from playwright.sync_api import expect
 
-from tests.chromium import new_window
+from tests.chromium import KEEP_PICTURES, new_window
 
+_SCENE = re.compile("/view/|/assets/viser-")
 WHOLE_MAP_TICKS = 30
 """After these the map has all of its voxels, and the hat."""
 
@@ -29,9 +33,11 @@ class PageParts:
             self.home.tick()
         self.home.frozen = True
 
-    def open_page(self):
-        """Open the page as an operator would."""
+    def open_page(self, *, scene=True):
+        """Open the page as an operator would; without its scene for less than half of the work."""
         page = self.window.new_page()
+        if not scene:
+            leave_out_scene(page)
         page.goto(self.console.url)
         return page
 
@@ -40,6 +46,12 @@ class PageParts:
         self.console.close()
         if self.home is not None:
             self.home.close()
+
+
+def leave_out_scene(page):
+    """Load no scene into a page, unless pictures of it are kept."""
+    if KEEP_PICTURES not in os.environ:
+        page.route(_SCENE, lambda route: route.abort())
 
 
 def panels(page):

@@ -2,9 +2,9 @@
 
 import asyncio
 import json
+import os
 import struct
 import subprocess
-import sys
 import threading
 import time
 
@@ -18,7 +18,7 @@ import zstandard
 from websockets.exceptions import ConnectionClosed
 
 from app.nodes.console.node import server_settings
-from tests.locations import ROOT
+from tests.app.process_template import Copy
 
 PROTOCOL = f"viser-v{viser.__version__}"
 CAMERA = msgspec.msgpack.encode(
@@ -80,39 +80,15 @@ class Served:
         self._thread.join(10)
 
 
-START = """
-import logging, sys
-from pathlib import Path
-from app.nodes.console.config import ConsoleConfig
-from app.nodes.console.node import run_console
-logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s %(message)s")
-connect, port, language, robot = sys.argv[1], int(sys.argv[2]), sys.argv[3], sys.argv[4]
-users = Path(sys.argv[5]) if len(sys.argv) > 5 else None
-run_console(
-    ConsoleConfig(connect=connect, port=port, language=language, robot=robot, users=users)
-)
-"""
-
-
 class ConsoleProcess:
     """The console as its own process."""
 
     def __init__(self, zenoh_port, port, users=None, language="en", robot="ippon"):
         self.url = f"http://127.0.0.1:{port}"
-        self.started_at = time.monotonic()
-        self.process = subprocess.Popen(
-            [
-                sys.executable,
-                "-c",
-                START,
-                f"tcp/127.0.0.1:{zenoh_port}",
-                str(port),
-                language,
-                robot,
-                *([] if users is None else [str(users)]),
-            ],
-            cwd=ROOT,
-        )
+        where = ["--connect", f"tcp/127.0.0.1:{zenoh_port}", "--robot", robot, "--port", str(port)]
+        login = [] if users is None else ["--users", str(users)]
+        command = ["console", *where, "--language", language, *login]
+        self.process = Copy(command, 1, 2, os.environ)
 
     def wait_until_up(self, timeout_s=180.0):
         deadline = time.monotonic() + timeout_s

@@ -6,7 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from app.nodes.navigator.profile_check import profile_mismatches
+from app.nodes.navigator import profile_check
+from app.nodes.navigator.profile_check import ProfileCheck, profile_mismatches
 from ippon.camera import PinholeCamera
 from ippon.frame import Frame
 from ippon.geometry import make_transform, rotation_z
@@ -79,3 +80,33 @@ def test_another_lens_and_other_images():
     wide, shape = profile_mismatches(ZED, frame_of(ZED, camera=camera))
     assert "camera_info says 90 degrees from left to right, the profile 74" in wide
     assert "images are 160 x 120, the profile says 1.6 times as wide as high" in shape
+
+
+@pytest.mark.parametrize("is_turned", [False, True])
+def test_a_camera_that_is_mounted_upside_down_is_told_once(monkeypatch, is_turned):
+    monkeypatch.setattr(profile_check, "CHECK_EVERY_S", 0.0)
+    said = []
+    check = ProfileCheck(ZED, lambda _, text: said.append(text))
+    seen = floor_depth(ZED.T_base_camera(-0.35))
+    for k in range(8):
+        frame = frame_of(ZED, tilt_rad=-0.35)
+        turn = make_transform(rotation_z(0.8 * k), (0.0, 0.0, 0.0))
+        check.check(
+            dataclasses.replace(
+                frame,
+                depth=np.ascontiguousarray(seen[::-1, ::-1]) if is_turned else seen,
+                T_world_camera=turn @ frame.T_world_camera,
+                T_world_base=turn @ frame.T_world_base,
+            )
+        )
+    upside_down = [text for text in said if "upside down" in text]
+    assert len(upside_down) == is_turned
+    assert any("upside down" in note for note in check.notes()) == is_turned
+
+
+def floor_depth(T_base_camera):
+    """Depth of an endless floor, seen by a camera that looks down."""
+    camera = camera_of(ZED, 160)
+    down = -(camera.rays() @ T_base_camera[2, :3])
+    depth = np.where(down > 0.05, T_base_camera[2, 3] / np.maximum(down, 0.05), 0.0)
+    return depth.astype(np.float32)

@@ -13,6 +13,8 @@ from ippon.guidance.levels import Level
 from ippon.mission.snapshot import MissionState
 from ippon.planning.visibility.region_weights import Stroke
 from ippon.robot import ZED
+from ippon.simulation.robot.mobile_base import camera_of
+from ippon.simulation.world import SimulatedWorld, WorldConfig
 from tests import kernels
 from tests.ippon.mission.conftest import Searcher, boxed_room
 from tests.long_robot import LONG
@@ -57,7 +59,8 @@ class _Linked(Searcher):
     """A robot whose images came over a network: nobody may write to what was unpacked."""
 
     def _world(self, scene, start):
-        world = super()._world(scene, start)
+        camera, config = camera_of(self.robot, 64), WorldConfig.perfect()
+        world = SimulatedWorld(scene, self.robot, camera, start, seed=1, config=config)
         observe = world.observe
 
         def observe_linked():

@@ -222,13 +222,15 @@ def test_an_address_of_no_viewer_is_refused(url):
         RerunConfig(url=url)
 
 
-def test_a_viewer_that_cannot_be_shown_is_an_error(free_port, monkeypatch):
+def test_a_viewer_that_cannot_be_shown_is_an_error(port, free_port, start_home, monkeypatch):
+    # A line that opens is closed at once; one that nobody answers takes seconds.
+    start_home()
     monkeypatch.setattr(rerun_viewer, "PORT", free_port)
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"):
         monkeypatch.delenv(name, raising=False)
     viewer = RerunViewer(RerunConfig())
     with pytest.raises(ViewerError, match=r"has ended\. Without a display"):
-        LiveRobot(f"tcp/127.0.0.1:{free_port}", "ippon").run(viewer, threading.Event())
+        LiveRobot(f"tcp/127.0.0.1:{port}", "ippon").run(viewer, threading.Event())
 
 
 def test_closing_the_viewer_that_was_started_ends_the_command(

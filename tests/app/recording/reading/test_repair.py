@@ -31,6 +31,7 @@ def test_a_cut_session_is_mended_and_other_programs_open_it_again(tmp_path, made
     before, _ = _contents(folder)
     checkup = check(folder, repair=True)
     assert checkup.repaired
+    assert checkup.kept == ""
     assert not checkup.complete
     assert "not ended" in checkup.problems[0]
     assert checkup.missing == ()
@@ -46,6 +47,41 @@ def test_a_cut_session_is_mended_and_other_programs_open_it_again(tmp_path, made
     assert again.complete
     assert not again.repaired
     assert list(folder.glob("*.partial")) == []
+
+
+def _damaged(tmp_path, made_up, damage):
+    """Return the folder of a session that was not ended, and its file with some bytes changed."""
+    session = made_up.write_session(tmp_path, end=False)
+    session.writer.flush()
+    session.writer.abandon()
+    recording = Recording(session.writer.folder)
+    content = bytearray(session.writer.path.read_bytes())
+    damage(content, recording.index.chunks[len(recording.index.chunks) // 2])
+    recording.close()
+    session.writer.path.write_bytes(content)
+    return session.writer.folder, bytes(content)
+
+
+def _change_content(content, chunk):
+    content[chunk.offset + chunk.length // 2] ^= 0xFF
+
+
+def _change_length(content, chunk):
+    # The record's length stands before the chunk's header; no record behind it is found.
+    content[content.rindex(b"\x06", 0, chunk.offset - 40) + 4] ^= 0xFF
+
+
+@pytest.mark.parametrize("damage", [_change_content, _change_length])
+def test_a_damaged_file_is_kept_beside_what_was_readable(tmp_path, made_up, monkeypatch, damage):
+    monkeypatch.setattr(repair, "MOST_CUT_BYTES", 100)
+    folder, content = _damaged(tmp_path, made_up, damage)
+    checkup = check(folder, repair=True)
+    assert checkup.repaired
+    assert checkup.kept == "session_0.mcap.aside-1"
+    assert (folder / checkup.kept).read_bytes() == content
+    again = check(folder, repair=True)
+    assert (again.complete, again.kept) == (True, "")
+    assert again.messages == checkup.messages
 
 
 def test_a_repair_without_room_on_the_disk_leaves_nothing_behind(tmp_path, made_up, monkeypatch):

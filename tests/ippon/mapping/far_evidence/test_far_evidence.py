@@ -290,10 +290,8 @@ def test_switched_off_nothing_is_remembered():
     assert made([frame_of(AHEAD)] * 8, replace(FROM_AFAR, enabled=False)).revision == 0
 
 
-def test_evidence_outside_the_grid_is_ignored():
-    far_evidence = made([frame_of(AHEAD)])
-    for _ in range(8):
-        far_evidence.integrate(frame_of(AHEAD, at=(1e4, 1e4)))
+def test_there_is_no_evidence_beyond_the_grid():
+    far_evidence = made([frame_of(AHEAD)] * 8)
     assert (seen_from(far_evidence, 1e4 + 4.0, 1e4) == 0.0).all()
 
 
@@ -314,3 +312,49 @@ def test_evidence_outside_the_grid_is_ignored():
 def test_numbers_without_meaning_are_refused(change):
     with pytest.raises(ValueError, match=next(iter(change))):
         FarEvidenceConfig(**change)
+
+
+def moved(frame, x=0.0, z=0.0):
+    """The frame of a robot elsewhere, with the same images."""
+    shift = make_transform(np.eye(3), (x, 0.0, z))
+    return replace(
+        frame,
+        T_world_camera=shift @ frame.T_world_camera,
+        T_world_base=shift @ frame.T_world_base,
+    )
+
+
+NOWHERE = (slice(0, 0), slice(0, 0))
+
+
+def test_each_floor_has_its_own_evidence():
+    far_evidence = made([frame_of(AHEAD)] * 8)
+    before = far_evidence.revision
+    far_evidence.integrate(moved(frame_of(NOWHERE), z=3.0))
+    assert far_evidence.revision > before
+    assert (seen_from(far_evidence, 2.0, 0.0) == 0.0).all(), "that was on the floor below"
+    assert len(far_evidence.places()) == 0
+
+
+def test_floor_seen_from_near_is_left_to_the_map_on_its_floor_alone():
+    drive = [frame_of(NOWHERE, depth=6.0, at=(x, 0.0)) for x in range(12) for _ in range(3)]
+    far_evidence = made([*drive, *([frame_of(AHEAD)] * 8)])
+    assert (seen_from(far_evidence, 2.0, 0.0) == 0.0).all()
+    for _ in range(8):
+        far_evidence.integrate(moved(frame_of(AHEAD), z=3.0))
+    assert seen_from(far_evidence, 2.0, 0.0)[0] > 2.0
+
+
+@pytest.mark.parametrize("away_m", [70.0, -70.0, 500.0])
+def test_evidence_goes_along_with_a_robot_in_a_large_building(away_m):
+    far_evidence = made([frame_of(NOWHERE), *([moved(frame_of(AHEAD), x=away_m)] * 8)])
+    assert seen_from(far_evidence, away_m + 2.0, 0.0)[0] > 2.0
+
+
+def test_evidence_keeps_its_place_when_the_grid_moves():
+    still = made([moved(frame_of(AHEAD), x=50.0)] * 8)
+    far_evidence = made([frame_of(NOWHERE), *([moved(frame_of(AHEAD), x=50.0)] * 8)])
+    far_evidence.integrate(moved(frame_of(NOWHERE), x=56.0))
+    for x in (51.0, 52.0, 53.0):
+        expected = seen_from(still, x, 0.0)[0]
+        assert seen_from(far_evidence, x, 0.0)[0] == pytest.approx(expected, abs=0.3)

@@ -78,13 +78,17 @@ def begin_second_day(robot, recollection, boxes):
     return recollection.begin(robot.mission.search)
 
 
-def test_what_was_found_is_remembered_with_its_place(first_day):
+def test_a_find_is_remembered_with_its_place_until_it_is_rejected(first_day):
     robot, recollection = first_day
     (one,) = [k for k in recollection.memory.instances() if k.label == "hat"]
     assert one.source == "search"
     assert one.position_world == robot.last.find.position_world
     assert one.position_world == pytest.approx((6.95, 0.95, 0.85), abs=0.2)
     assert {k.label for k in recollection.memory.instances()} >= {"table", "hat"}
+    # What is rejected is forgotten.
+    assert robot.mission.goals.reject_find()
+    recollection.step(robot.mission.search, NOW_NS + 10**11)
+    assert "hat" not in {k.label for k in recollection.memory.instances()}
 
 
 def test_the_next_search_goes_to_the_remembered_place_first(first_day, room):
@@ -146,13 +150,6 @@ def test_moved_furniture_is_unlearned(searcher, room):
         (False, pytest.approx(5.9, abs=0.4)),
     ]
     assert [k.instance_id for k in gone] == [sofas[0].instance_id]
-
-
-def test_a_find_that_is_rejected_is_forgotten(first_day):
-    robot, recollection = first_day
-    assert robot.mission.goals.reject_find()
-    recollection.step(robot.mission.search, NOW_NS + 10**11)
-    assert "hat" not in {k.label for k in recollection.memory.instances()}
 
 
 def test_one_of_several_that_is_rejected_is_forgotten_and_the_other_kept(first_day):

@@ -27,12 +27,17 @@ def events(results, kind):
     return [e for r in results for e in r.snapshot.events if e.kind == kind]
 
 
-def test_an_object_in_view_at_the_start_is_driven_to_straight(searcher, room):
+def test_an_object_in_view_is_driven_to_straight_and_rejected_it_is_not_found_again(searcher, room):
     robot = searcher([*room(), toilet(5.4, 1.8)], 1.0, 2.0)
     robot.ask("toilet")
     robot.search(30.0)
     assert robot.last.state is MissionState.FOUND
     assert robot.world.path_length_m() < 4.2, "it stands 4.4 m away and is seen from a metre"
+    assert robot.mission.goals.reject_find()
+    again = robot.search(90.0)
+    assert MissionState.FOUND not in [r.snapshot.state for r in again]
+    assert robot.last.state is MissionState.EXHAUSTED
+    assert robot.last.candidates == (), "what was rejected is no candidate either"
 
 
 def test_an_object_beside_the_robot_needs_hardly_a_move(searcher, room):
@@ -43,7 +48,7 @@ def test_an_object_beside_the_robot_needs_hardly_a_move(searcher, room):
     assert robot.world.path_length_m() < 0.8
 
 
-def test_without_the_object_everything_reachable_is_seen_and_the_search_says_so(searcher, room):
+def test_without_the_object_everything_reachable_is_seen_and_the_robot_stands(searcher, room):
     robot = searcher([*room(), sofa(4.0, 3.1)], 1.0, 2.0)
     robot.ask("toilet")
     results = robot.search(90.0)
@@ -52,6 +57,14 @@ def test_without_the_object_everything_reachable_is_seen_and_the_search_says_so(
     assert robot.last.candidates == ()
     assert [e.text for e in events(results, "exhausted")] == [robot.last.why]
     assert results[-1].command.linear_m_s == results[-1].command.yaw_rate_rad_s == 0.0
+    # What the planner does not want of a hand's command stops at once.
+    backwards = Command(linear_m_s=-0.5, yaw_rate_rad_s=1.0)
+    for by_hand in (False, True):
+        if by_hand:
+            robot.mission.motion.resume_from(backwards, manual=True)
+        command = robot.mission.step(robot.world.observe()).command
+        assert (command.linear_m_s, command.yaw_rate_rad_s) == (0.0, 0.0)
+        robot.world.step(command, 0.2)
 
 
 @pytest.mark.parametrize("gap", [0.01, -0.02], ids=["all but touching", "in contact"])
@@ -194,17 +207,6 @@ def test_a_detour_over_unseen_floor_is_tried_before_an_object_is_out_of_reach(se
     assert robot.at[0] > 4.1
 
 
-def test_a_rejected_find_is_not_found_again(searcher, room):
-    robot = searcher([*room(), toilet(5.4, 1.8)], 1.0, 2.0)
-    robot.ask("toilet")
-    robot.search(30.0)
-    assert robot.mission.goals.reject_find()
-    again = robot.search(90.0)
-    assert MissionState.FOUND not in [r.snapshot.state for r in again]
-    assert robot.last.state is MissionState.EXHAUSTED
-    assert robot.last.candidates == (), "what was rejected is no candidate either"
-
-
 def test_after_a_rejected_find_another_one_may_be_found(searcher, room):
     robot = searcher([*room(), toilet(5.4, 1.8), toilet(0.1, 0.1)], 1.0, 2.0)
     robot.ask("toilet")
@@ -232,19 +234,6 @@ def test_a_second_object_that_the_map_shows_is_driven_to_at_once(searcher, room)
     assert robot.world.path_length_m() - driven < 5.0, "straight there"
 
 
-def test_a_robot_whose_wheels_do_not_turn_for_a_while_recovers(searcher, room):
-    robot = searcher([*room(8.0, 4.0), toilet(7.4, 1.8)], 1.0, 2.0)
-    robot.ask("toilet")
-    robot.search(40.0, lambda r: r.command.linear_m_s > 0.3 and robot.at[0] > 2.0)
-    held = []
-    for _ in range(30):
-        held.append(robot.mission.step(robot.world.observe()))
-        robot.world.step(None, 0.2)
-    assert events(held, "contact"), "it notices without a bumper"
-    robot.search(90.0)
-    assert robot.last.state is MissionState.FOUND
-
-
 @pytest.mark.parametrize("sweep", [True, False])
 def test_the_camera_sweeps_while_the_robot_explores(searcher, room, sweep):
     config = MissionConfig(travel_pitch=TravelPitchConfig(sweep=sweep))
@@ -263,7 +252,7 @@ def test_the_camera_sweeps_while_the_robot_explores(searcher, room, sweep):
 
 @pytest.mark.parametrize("held_still", [False, True])
 def test_commands_stay_within_the_robots_limits(searcher, room, held_still):
-    """Neither the look around, a pause on the way, nor the way back from an obstacle."""
+    """Neither the look around, a pause, wheels that do not turn, nor the way back from there."""
     robot = searcher([*room(8.0, 4.0), toilet(7.4, 1.8)], 1.0, 2.0)
     robot.ask("toilet")
     robot.search(40.0, lambda r: r.command.linear_m_s > 0.5)
@@ -271,7 +260,7 @@ def test_commands_stay_within_the_robots_limits(searcher, room, held_still):
         for _ in range(30):
             robot.results.append(robot.mission.step(robot.world.observe()))
             robot.world.step(None, 0.2)
-        assert events(robot.results, "contact")
+        assert events(robot.results, "contact"), "it notices without a bumper"
     else:
         robot.mission.operator.pause()
         robot.results.append(robot.mission.step(robot.world.observe()))
@@ -294,21 +283,16 @@ def test_commands_stay_within_the_robots_limits(searcher, room, held_still):
         assert faster.max() <= 0.2 * most + 1e-9
 
 
-def test_a_robot_that_was_kept_from_driving_starts_from_rest(searcher, room):
-    robot = searcher([*room(8.0, 4.0), toilet(7.4, 1.8)], 1.0, 2.0)
-    robot.ask("toilet")
-    robot.search(40.0, lambda r: r.command.linear_m_s > 0.5)
-    robot.mission.motion.resume_from(Command())
-    robot.world.step(None, 0.2)
-    command = robot.mission.step(robot.world.observe()).command
-    assert 0.0 < command.linear_m_s <= 0.2 * ZED.max_linear_acceleration_m_s2 + 1e-9
-
-
-def test_the_planner_goes_on_from_what_the_hand_commanded(searcher, room):
+def test_the_planner_goes_on_from_rest_or_from_what_the_hand_commanded(searcher, room):
     robot = searcher([*room(8.0, 4.0), toilet(7.4, 1.8)], 1.0, 2.0)
     robot.ask("toilet")
     robot.search(40.0, lambda r: r.command.linear_m_s > 0.5)
     before = robot.results[-1].command
+    # Kept from driving, it starts from rest.
+    robot.mission.motion.resume_from(Command())
+    robot.world.step(None, 0.2)
+    command = robot.mission.step(robot.world.observe()).command
+    assert 0.0 < command.linear_m_s <= 0.2 * ZED.max_linear_acceleration_m_s2 + 1e-9
     robot.mission.motion.resume_from(Command())
     robot.mission.motion.resume_from(before, manual=True)
     robot.world.step(before, 0.2)
@@ -317,20 +301,6 @@ def test_the_planner_goes_on_from_what_the_hand_commanded(searcher, room):
     robot.mission.motion.resume_from(before, manual=True)
     robot.mission.operator.pause()
     assert robot.mission.step(robot.world.observe()).command.linear_m_s == 0.0
-
-
-def test_what_the_planner_does_not_want_of_a_hands_command_stops_at_once(searcher, room):
-    robot = searcher([*room(), sofa(4.0, 3.1)], 1.0, 2.0)
-    robot.ask("toilet")
-    robot.search(90.0)
-    assert robot.last.state is MissionState.EXHAUSTED
-    backwards = Command(linear_m_s=-0.5, yaw_rate_rad_s=1.0)
-    for by_hand in (False, True):
-        if by_hand:
-            robot.mission.motion.resume_from(backwards, manual=True)
-        command = robot.mission.step(robot.world.observe()).command
-        assert (command.linear_m_s, command.yaw_rate_rad_s) == (0.0, 0.0)
-        robot.world.step(command, 0.2)
 
 
 LOW = RobotProfile(

@@ -45,6 +45,7 @@ def test_centres_of_one_cluster_may_move_over_the_floor_and_in_height():
     x, y, z = one = np.array([1.0, 2.0, 0.3])
     assert is_same_cluster(CONFIG, one, np.array([x + 0.9 * CONFIG.same_cluster_m, y, z + 1.0]))
     assert not is_same_cluster(CONFIG, one, np.array([x, y + 1.1 * CONFIG.same_cluster_m, z]))
+    assert not is_same_cluster(CONFIG, one, np.array([x, y, z + 2.6])), "on the floor above"
 
 
 def test_counts_and_distances_without_meaning_are_refused():

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -71,19 +72,26 @@ def test_boxes_lie_in_the_image_with_their_best_first(seen):
         assert (boxes <= [640, 480, 640, 480]).all()
 
 
+@pytest.fixture(scope="module")
+def cups(nanodet):
+    """Detections for a cup in each image of the room, by the file's name."""
+    files = sorted((ROOM / "color").iterdir())
+    found = (nanodet.segment(np.asarray(Image.open(f)), ("wall",), "cup") for f in files)
+    return {f.name: one.instances for f, one in zip(files, found, strict=True)}
+
+
 @pytest.mark.slow
 @real
-def test_the_white_cup_is_where_it_was_labelled(nanodet):
+def test_the_white_cup_is_where_it_was_labelled(cups):
     """The cup's known place, projected, lies in the best box for a cup."""
     sequence = json.loads((ROOM / "sequence.json").read_text())
     objects = json.loads((ROOM / "objects.json").read_text())["objects"]
-    cups = np.array([one["centre_world"] for one in objects if one["label"] == "cup"])
+    known = np.array([one["centre_world"] for one in objects if one["label"] == "cup"])
     right = surely = 0
     for frame in sequence["frames"][::4]:
-        color = np.asarray(Image.open(ROOM / frame["color"]))
-        found = nanodet.segment(color, ("wall",), "cup").instances
+        found = cups[Path(frame["color"]).name]
         pose = np.array(frame["camera_to_world"])
-        points = (cups - pose[:3, 3]) @ pose[:3, :3]
+        points = (known - pose[:3, 3]) @ pose[:3, :3]
         k = sequence["intrinsics"]
         u = k["fx"] * points[:, 0] / points[:, 2] + k["cx"]
         v = k["fy"] * points[:, 1] / points[:, 2] + k["cy"]
@@ -101,13 +109,13 @@ def test_the_white_cup_is_where_it_was_labelled(nanodet):
 
 @real
 @pytest.mark.slow
-def test_scores_are_those_that_others_measured(nanodet):
+def test_scores_are_those_that_others_measured(cups):
     """Boxes for a cup that touch no border, by score, as another program found them."""
     edges = (0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 1.0)
     measured = np.array([389, 111, 46, 60, 26, 93])
     scores = []
-    for frame in sorted((ROOM / "color").iterdir()):
-        for one in nanodet.segment(np.asarray(Image.open(frame)), ("wall",), "cup").instances:
+    for found in cups.values():
+        for one in found:
             left, top, right, bottom = one.box_px
             if left > 1 and top > 1 and right < 639 and bottom < 479:
                 scores.append(one.score)

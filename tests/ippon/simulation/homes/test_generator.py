@@ -166,9 +166,9 @@ def test_starts_keep_off_things_and_face_anywhere(home, seed):
 @pytest.mark.parametrize("seed", EACH_SEED)
 def test_the_six_goals_are_there_and_can_be_reached(home, seed, robot):
     scene = home(seed)
-    grid = robot_grid(scene, robot)
+    grid, sight = robot_grid(scene, robot), LineOfSight(scene)
     for goal in GOALS:
-        judge = Judge(scene, robot, goal, grid=grid)
+        judge = Judge(scene, robot, goal, grid=grid, sight=sight)
         assert judge.instances, goal
         assert np.isfinite(judge.shortest_path_m(scene.start_poses[0])), goal
 
@@ -251,9 +251,10 @@ def test_a_large_floor_is_that_of_a_building_and_a_robot_reaches_it(
     assert all(found.count(kind) >= count for kind, count in kinds.items()), found
     assert len(scene.start_poses) == 24
     start = scene.start_poses[0]
-    grid = robot_grid(scene, HABITAT)
+    grid, sight = robot_grid(scene, HABITAT), LineOfSight(scene)
     for goal in goals:
-        assert np.isfinite(Judge(scene, HABITAT, goal, grid=grid).shortest_path_m(start))
+        judge = Judge(scene, HABITAT, goal, grid=grid, sight=sight)
+        assert np.isfinite(judge.shortest_path_m(start))
     region = grid.region[grid.cell_at(start.x, start.y)]
     for room in scene.rooms:
         (i0, j0), (i1, j1) = (grid.cell_at(*room.polygon[k]) for k in (0, 2))

@@ -17,9 +17,7 @@ def test_the_closest_point_is_the_best_of_plane_and_edges(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2, 3))]
-)
+@pytest.mark.parametrize("seed", range(4))
 def test_penetration_is_that_of_every_sphere_against_every_triangle(seed, furnished):
     rng = np.random.default_rng(seed)
     spheres = (

@@ -48,7 +48,7 @@ def test_without_any_floor_nothing_carries(make_scene):
 )
 def test_reachable_floor_agrees_with_the_homes_authors(name, narrow_m2, wide_m2, scenes_folder):
     scene = load_scene(scenes_folder / name)
-    cell = 0.04
+    cell = 0.06
     low, high = scene.vertices.min(axis=0), scene.vertices.max(axis=0)
     xs, ys = np.arange(low[0], high[0], cell), np.arange(low[1], high[1], cell)
     start = scene.start_poses[0]

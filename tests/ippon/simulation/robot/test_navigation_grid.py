@@ -10,6 +10,7 @@ from ippon.robot import ZED
 from ippon.simulation.robot.navigation_grid import (
     FINE_CELL_M,
     FloorCells,
+    _closed,
     _draw_kernel,
     grid_of_triangles,
     navigation_grid,
@@ -53,6 +54,13 @@ def test_cells_drawn_for_a_triangle_hold_all_its_points_and_few_others():
         beside = ndimage.binary_dilation(naive, np.ones((3, 3)))
         assert not ((out > 0) & ~beside).any()
         assert (out > 0).sum() <= naive.sum() * 1.15 + 4
+
+
+@pytest.mark.parametrize("side", [3, 5, 7])
+def test_cells_are_closed_as_by_a_square(side):
+    cells = np.random.default_rng(side).random((40, 25)) < 0.2
+    square = np.ones((side, side))
+    np.testing.assert_array_equal(_closed(cells, side), ndimage.binary_closing(cells, square))
 
 
 def test_a_body_keeps_its_radius_from_a_box():

@@ -54,8 +54,8 @@ def page(opened, home):
 
 @pytest.fixture
 def broken(shared, home):
-    """A page that the test may break."""
-    page = shared.open_page()
+    """A page that the test may break, without a scene."""
+    page = shared.open_page(scene=False)
     expect_state(page, "Searching")
     yield page
     page.close()
@@ -278,14 +278,15 @@ def test_text_from_outside_runs_nothing(home, page):
     assert "owned" not in page.title()
 
 
-def test_another_servers_address_in_the_url_leads_nowhere(shared, broken):
-    page, asked = broken, []
+def test_another_servers_address_in_the_url_leads_nowhere(shared):
+    page, asked = shared.window.new_page(), []
     page.on("websocket", lambda socket: asked.append(socket.url))
     with page.expect_event("websocket"):
         page.goto(f"{shared.console.url}/view/?websocket=ws://127.0.0.1:9/evil")
     page.wait_for_timeout(500)
     assert asked
     assert all(url.startswith(shared.console.url.replace("http", "ws")) for url in asked)
+    page.close()
 
 
 def test_a_first_visit_is_introduced_and_the_next_one_is_not(shared, browser, home):

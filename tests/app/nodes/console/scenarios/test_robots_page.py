@@ -15,6 +15,7 @@ from app.messages.control import Bid
 from app.messages.lease import LeaseStatus
 from ippon.robot import ZED, CollisionSphere
 from tests.app.nodes.console.light_navigators import LightNavigator
+from tests.app.nodes.console.opened_page import leave_out_scene
 from tests.chromium import KEEP_PICTURES, new_window
 
 pytestmark = pytest.mark.browser
@@ -179,6 +180,7 @@ def test_in_german_and_if_nobody_is_free(parts, stage):
     window = new_window(browser)
     console.wait_until_up()
     page = window.new_page()
+    leave_out_scene(page)
     page.goto(console.url)
     expect(page.locator("#state")).to_have_text("Sucht")
     page.keyboard.press("b")
@@ -248,6 +250,7 @@ def lost(parts, stage, browser):
     window = new_window(browser)
     console.wait_until_up()
     page = window.new_page()
+    leave_out_scene(page)
     page.goto(console.url)
     yield page
     window.close()

@@ -3,6 +3,7 @@
 Every picture can be kept and looked at: set IPPON_KEEP_PICTURES to a folder.
 """
 
+import functools
 import json
 import os
 from pathlib import Path
@@ -102,6 +103,29 @@ def _views(page):
         expect(page.locator(f"#{name}")).to_be_hidden()
 
 
+AT_REST = """async (doc) => {
+  const view = doc.defaultView;
+  for (let n = 0; n < 2; n++) await new Promise((go) => view.requestAnimationFrame(go));
+  const moves = doc.getAnimations().filter((one) => one instanceof view.CSSTransition);
+  await Promise.all(moves.map((one) => one.finished.catch(() => null)));
+}"""
+"""Is over when nothing fades or moves any more."""
+
+
+def _wrong(page, *looks):
+    """Return what is wrong with the page at rest; names of new fields take a moment."""
+    for part in in_page, in_panels:
+        part(page, AT_REST)
+    if any(look() for look in looks):
+        page.wait_for_timeout(500)
+    return [found for look in looks for found in look()]
+
+
+def _resize(page, width, height):
+    page.set_viewport_size({"width": width, "height": height})
+    box_at_rest(page.frame_locator("#view").locator("[data-dock-region='right']"))
+
+
 def _keep(page, name):
     folder = os.environ.get(KEEP_PICTURES)
     if folder:
@@ -139,29 +163,26 @@ def test_nothing_of_the_page_is_left_in_english(at_first, parts):
 @pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
 def test_every_list_opens_from_the_plan(at_first, width, height):
     page = at_first
-    page.set_viewport_size({"width": width, "height": height})
-    page.wait_for_timeout(600)
+    _resize(page, width, height)
     _open(page, "plan")
     for name in SIDES:
         page.locator(f".plan-tools [data-opens={name}]").click()
         expect(page.locator(f"#{name}")).to_be_visible()
         _keep(page, f"{width}-plan-{name}")
         page.locator(f"#{name}-close").click()
-    assert in_page(page, CUT_OFF) == []
+    assert _wrong(page, lambda: in_page(page, CUT_OFF)) == []
 
 
 @pytest.mark.parametrize(("width", "height"), [(390, 844), (720, 450), (1024, 768)])
 def test_nothing_is_cut_off_on_a_small_screen_or_enlarged(at_first, width, height):
-    at_first.set_viewport_size({"width": width, "height": height})
-    at_first.wait_for_timeout(600)
-    assert in_page(at_first, CUT_OFF) == []
+    _resize(at_first, width, height)
+    assert _wrong(at_first, lambda: in_page(at_first, CUT_OFF)) == []
     for name in _views(at_first):
-        look = in_panels if name in TABS else in_page
-        if look(at_first, CUT_OFF):
-            # viser's tabs can be dragged: while a press on one ends, the panel takes no pointer.
-            at_first.wait_for_timeout(500)
+        part = in_panels if name in TABS else in_page
+        # viser's tabs can be dragged: while a press on one ends, the panel takes no pointer.
+        wrong = _wrong(at_first, functools.partial(part, at_first, CUT_OFF))
         _keep(at_first, f"{width}-{name}")
-        assert look(at_first, CUT_OFF) == [], name
+        assert wrong == [], name
 
 
 SLOW = """() => {
@@ -189,11 +210,13 @@ def test_every_control_has_a_name_and_every_text_contrast_in_both_themes(at_firs
     for theme in ("dark", "light"):
         _use_theme(at_first, theme)
         for name in _views(at_first):
-            at_first.wait_for_timeout(350)
-            assert in_page(at_first, UNNAMED) + in_panels(at_first, UNNAMED) == [], name
-            low = at_first.evaluate(f"({SLOW})() ?? ({LOW_CONTRAST})(document)")
-            low += in_panels(at_first, LOW_CONTRAST)
-            assert low == [], (theme, name)
+            wrong = _wrong(
+                at_first,
+                *(functools.partial(part, at_first, UNNAMED) for part in (in_page, in_panels)),
+                lambda: at_first.evaluate(f"({SLOW})() ?? ({LOW_CONTRAST})(document)"),
+                lambda: in_panels(at_first, LOW_CONTRAST),
+            )
+            assert wrong == [], (theme, name)
             _keep(at_first, f"{theme}-{name}")
 
 

@@ -14,7 +14,11 @@ from app.messages.driving import DriveStatus
 from app.messages.memory import MemoryReply
 from app.nodes.console.scene.click_explanation import ClickExplanation
 from app.nodes.console.scene.shell_state import ShellState, ShownFind
-from app.nodes.console.web import gateway
+from app.nodes.console.web import assets, gateway
+from app.nodes.console.web.access import OpenAccess
+from app.nodes.console.web.gateway import Gateway
+from app.nodes.console.web.guard import Hosts
+from app.view.drawing.viser_client import ClientFiles
 from ippon.control.drive_mode import NO_INPUT
 from tests.app.nodes.console.drawn_home import things_of
 from tests.app.nodes.console.opened_page import expect_state, panels
@@ -54,6 +58,31 @@ def post(state_feed):
     thread.join()
 
 
+@pytest.fixture(scope="module")
+def shell_alone():
+    """The files of the page with an empty document for the scene, whose script is half of the work.
+
+    For tests that meet only what is around the scene.
+    """
+    empty = ClientFiles(page=b"<html><head></head><body></body></html>", files={}, links=b"")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(assets, "unpack_client", lambda *_: empty)
+        files = assets.Assets()
+    files.view = assets.Asset("view.html", empty.page, "no-cache")
+    return files
+
+
+@pytest.fixture
+def alone(stage, viser_server, state_feed, navigator, browsers, shell_alone):
+    """A console whose pages have no scene."""
+    access, hosts = OpenAccess(browsers), Hosts("127.0.0.1")
+    served = stage.Served(
+        Gateway(viser_server, state_feed, navigator, access, hosts, assets=shell_alone)
+    )
+    yield served
+    served.close()
+
+
 @pytest.fixture
 def window(browser):
     window = new_window(browser)
@@ -61,14 +90,24 @@ def window(browser):
     window.close()
 
 
-@pytest.fixture
-def page(window, client, post):
-    """The page of a robot that searches, with its panels."""
+def _opened(window, origin):
     page = window.new_page()
-    page.goto(client.origin)
+    page.goto(origin)
     expect_state(page, "Searching")
     expect(panels(page).locator("body")).to_be_attached()
     return page
+
+
+@pytest.fixture
+def page(window, alone, post):
+    """The page of a robot that searches, without a scene."""
+    return _opened(window, alone.origin)
+
+
+@pytest.fixture
+def whole(window, client, post):
+    """The page of a robot that searches, with its scene."""
+    return _opened(window, client.origin)
 
 
 def _until(condition, timeout_s=PATIENCE_MS / 1e3):
@@ -116,10 +155,10 @@ def test_the_page_starts_while_the_document_of_the_scene_has_no_element(
     assert problems == []
 
 
-def test_a_page_that_slept_asks_before_it_leaves_its_line(window, client, post):
+def test_a_page_that_slept_asks_before_it_leaves_its_line(window, alone, post):
     page = window.new_page()
     page.clock.install()
-    page.goto(client.origin)
+    page.goto(alone.origin)
     page.clock.run_for(1_000)
     expect_state(page, "Searching")
     opened = _sockets(page, "/api/ws")
@@ -130,8 +169,8 @@ def test_a_page_that_slept_asks_before_it_leaves_its_line(window, client, post):
     assert opened == []
 
 
-def test_a_line_that_is_silent_is_left_and_the_console_is_told_for_how_long(window, client, post):
-    relay = Relay(int(client.origin.rpartition(":")[2]))
+def test_a_line_that_is_silent_is_left_and_the_console_is_told_for_how_long(window, alone, post):
+    relay = Relay(int(alone.origin.rpartition(":")[2]))
     page = window.new_page()
     page.goto(f"http://127.0.0.1:{relay.port}")
     expect_state(page, "Searching")
@@ -143,9 +182,9 @@ def test_a_line_that_is_silent_is_left_and_the_console_is_told_for_how_long(wind
     relay.close()
 
 
-def test_a_handshake_of_the_scene_that_hangs_holds_no_new_line_up(window, client, post):
+def test_a_handshake_of_the_scene_that_hangs_holds_no_new_line_up(window, alone, post):
     """A browser opens one socket to a server after the other."""
-    relay = Relay(int(client.origin.rpartition(":")[2]))
+    relay = Relay(int(alone.origin.rpartition(":")[2]))
     page = window.new_page()
     page.clock.install()
     page.goto(f"http://127.0.0.1:{relay.port}")
@@ -162,7 +201,8 @@ def test_a_handshake_of_the_scene_that_hangs_holds_no_new_line_up(window, client
     relay.close()
 
 
-def test_a_scene_that_could_not_be_loaded_is_loaded_with_the_next_line(page, client, post):
+def test_a_scene_that_could_not_be_loaded_is_loaded_with_the_next_line(whole, client, post):
+    page = whole
     page.route(re.compile(r"/view/\?"), lambda route: route.abort())
     page.evaluate(RELOAD)
     page.wait_for_function("() => document.getElementById('view').contentDocument === null")
@@ -171,24 +211,24 @@ def test_a_scene_that_could_not_be_loaded_is_loaded_with_the_next_line(page, cli
     expect(panels(page).locator("canvas[data-engine]")).to_be_attached()
 
 
-def _drop_lines(page, client):
+def _drop_lines(page, console):
     """End the sockets of a page, as a console does at a logout."""
-    cookies = page.context.cookies(client.origin)
+    cookies = page.context.cookies(console.origin)
     value = next(one["value"] for one in cookies if one["name"] == "ippon")
     headers = {"Cookie": f"ippon={value}"}
-    client.http.post("/api/stop?silent_s=0", headers=headers)
+    console.http.post("/api/stop?silent_s=0", headers=headers)
 
 
-def test_an_explanation_from_before_stays_closed_and_one_that_was_closed_too(page, client, post):
+def test_an_explanation_from_before_stays_closed_and_one_that_was_closed_too(page, alone, post):
     card = page.locator("#explanation")
     post(explanation=ClickExplanation(number=4, title="Sofa"))
     expect(card).to_be_visible()
     later = page.context.new_page()
-    later.goto(client.origin)
+    later.goto(alone.origin)
     expect_state(later, "Searching")
     expect(later.locator("#explanation")).to_be_hidden()
     page.locator("#explanation-close").click()
-    _drop_lines(page, client)
+    _drop_lines(page, alone)
     expect_state(page, "Disconnected")
     expect_state(page, "Searching")
     expect(card).to_be_hidden()
@@ -197,7 +237,8 @@ def test_an_explanation_from_before_stays_closed_and_one_that_was_closed_too(pag
     expect(later.locator("#explanation")).to_contain_text("Table")
 
 
-def test_a_scene_that_is_loaded_again_leaves_nothing_behind(page):
+def test_a_scene_that_is_loaded_again_leaves_nothing_behind(whole):
+    page = whole
     session = page.context.new_cdp_session(page)
     scene = page.frame(url=lambda url: "/view/" in url)
 
@@ -245,12 +286,16 @@ def _expect_still(page, navigator):
     assert navigator.inputs[-1] == NO_INPUT
 
 
-@pytest.fixture
-def driven(page, post):
-    """The page of a robot in Manual."""
+def _in_manual(page, post):
     post(MANUAL)
     expect_state(page, "Manual")
     return page
+
+
+@pytest.fixture
+def driven(page, post):
+    """The page of a robot in Manual, without a scene."""
+    return _in_manual(page, post)
 
 
 def test_keys_are_released_where_nobody_tells_of_their_release(driven, navigator):
@@ -271,8 +316,8 @@ def test_keys_are_released_where_nobody_tells_of_their_release(driven, navigator
     page.keyboard.up("w")
 
 
-def test_a_scene_that_loads_again_releases_keys_and_takes_a_stop_at_once(driven, navigator, post):
-    page = driven
+def test_a_scene_that_loads_again_releases_keys_and_takes_a_stop_at_once(whole, navigator, post):
+    page = _in_manual(whole, post)
     waiting = []
 
     def keep(route):
@@ -359,13 +404,13 @@ def test_a_plan_without_a_map_has_no_rooms(page):
 
 
 def test_ages_are_those_of_the_console_whatever_the_clock_of_the_tablet_says(
-    window, client, post, navigator
+    window, alone, post, navigator
 ):
     mug = msgspec.structs.replace(things_of()[0], last_seen_ns=time.time_ns())
     navigator.things = lambda: MemoryReply(things=[mug], count=1)
     page = window.new_page()
     page.clock.install(time=time.time() + 3 * 3600)
-    page.goto(client.origin)
+    page.goto(alone.origin)
     page.clock.run_for(1_000)
     expect_state(page, "Searching")
     page.keyboard.press("t")

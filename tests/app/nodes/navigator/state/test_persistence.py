@@ -215,6 +215,15 @@ def test_a_goal_that_is_over_is_not_taken_up(open_office, voxel_map, tmp_path):
     assert kept.voxel_map is None, "it is too early for the map"
 
 
+def test_what_a_killed_navigator_wrote_half_is_removed(tmp_path):
+    path = tmp_path / "home.map"
+    half = [tmp_path / f"home.map{part}.123.partial" for part in ("", ".goals.json", ".run.json")]
+    for one in half:
+        one.write_bytes(b"IPPONMAP")
+    StatePersistence(path, lambda *_: None)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_disk_that_is_full_is_told_once(open_office, voxel_map, tmp_path):
     told = []
     goals = open_office().goals

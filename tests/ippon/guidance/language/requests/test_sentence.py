@@ -41,6 +41,8 @@ SETS = [
     "sentences_seventeenth.yaml",
     "sentences_eighteenth.yaml",
     "sentences_thirtieth.yaml",
+    "sentences_thirtyfirst.yaml",
+    "sentences_thirtysecond.yaml",
 ]
 RARE = [
     "sentences_thirteenth.yaml",
@@ -56,6 +58,7 @@ RARE = [
     "sentences_twentyseventh.yaml",
     "sentences_twentyeighth.yaml",
     "sentences_twentyninth.yaml",
+    "sentences_thirtythird.yaml",
 ]
 """Sets with many things that the table of objects lacks: their readings are asked about."""
 KINDS = "sentences_classes.yaml"

@@ -1,0 +1,78 @@
+"""Whether a camera's images are upside down, by where their level surface faces."""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from ippon.frame import Frame
+from ippon.geometry import Float64Array
+from ippon.tracking.depth_points import points_of
+
+UPSIDE_DOWN: Final = (
+    "the camera's images are upside down, by their depth and poses: networks recognise little in "
+    "them, and the floor may count as ceiling; turn the images by 180 degrees at the camera, or "
+    "correct its transform"
+)
+LEAST_VIEWS: Final = 5
+"""Views from which it is told."""
+TIMES: Final = 4.0
+"""Ratio of surface that is level if the images are upside down to such that is level if they are
+not."""
+LEAST_SHARE: Final = 0.05
+"""Share of all surface that must be so."""
+_LEVEL_COS: Final = math.cos(math.radians(15.0))
+_ROLLED: Final = 0.7
+"""Height of the lower edge of an image over its middle, from which the pose itself is upside
+down."""
+_NEAREST_M: Final = 0.3
+_FARTHEST_M: Final = 5.0
+_LEAST_POINTS: Final = 300
+_APART_M: Final = 0.5
+_APART_COS: Final = math.cos(math.radians(20.0))
+
+
+class UprightCheck:
+    """Compares what faces up by the poses with what would face up if they were wrong.
+
+    Floors, tables and seats face up. A pose may leave out that the camera is mounted upside down:
+    its true up is that of the pose turned about the optical axis. Or the whole world is upside
+    down, as where up is taken from the poses of such a camera. Ceilings look like that, but a
+    camera that looks ahead or down shows less of them than of the floor.
+    """
+
+    def __init__(self) -> None:
+        self._level = self._level_if_mounted = self._level_if_turned = 0
+        self._surface = self._views = self._rolled_views = 0
+        self._last: Float64Array | None = None
+
+    def add(self, frame: Frame) -> None:
+        """Count a frame's surface, if it is seen from elsewhere than the last one."""
+        T = frame.T_world_camera
+        if self._last is not None:
+            near = float(np.linalg.norm(T[:3, 3] - self._last[:3, 3])) < _APART_M
+            if near and float(T[:3, 2] @ self._last[:3, 2]) > _APART_COS:
+                return
+        seen = points_of(frame.depth, frame.camera, _NEAREST_M, _FARTHEST_M)
+        if len(seen) < _LEAST_POINTS:
+            return
+        self._last = T
+        up = T[2, :3]
+        self._level += _facing(seen.normals, up)
+        self._level_if_mounted += _facing(seen.normals, up * (-1.0, -1.0, 1.0))
+        self._level_if_turned += _facing(seen.normals, -up)
+        self._surface += len(seen)
+        self._views += 1
+        self._rolled_views += int(T[2, 1] > _ROLLED)
+
+    @property
+    def is_upside_down(self) -> bool:
+        """Whether enough views agree that the images are upside down."""
+        most = max(self._level_if_mounted, self._level_if_turned)
+        poses_are_wrong = most > TIMES * self._level and most > LEAST_SHARE * self._surface
+        is_rolled = 2 * self._rolled_views > self._views
+        return self._views >= LEAST_VIEWS and poses_are_wrong != is_rolled
+
+
+def _facing(normals: Float64Array, up: Float64Array) -> int:
+    return int(np.count_nonzero(normals @ up > _LEVEL_COS))
