@@ -7,6 +7,7 @@ import msgspec
 CallKind = Literal[
     "found", "perhaps", "out_of_reach", "not_found", "stuck", "lost", "contact", "disk"
 ]
+Verdict = Literal["", "confirmed", "rejected"]
 KINDS: Final[tuple[CallKind, ...]] = get_args(CallKind)
 
 
@@ -33,7 +34,7 @@ class Call(msgspec.Struct, frozen=True, kw_only=True):
     """Clock of the console's machine, nanoseconds since 1970."""
     count: int = 1
     """Occasions of this kind since the last call for it."""
-    judged: Literal["", "confirmed", "rejected"] = ""
+    judged: Verdict = ""
     """What the operator said of the find."""
     webhook: str = ""
     """What became of it at the webhook; empty without one."""

@@ -8,8 +8,8 @@ from typing import Final
 
 import msgspec
 
-from app.messages.status import Event
-from app.nodes.console.calls.call import KINDS, Call, CallKind, Occasion
+from app.messages.status import Status, goal_of, name_of
+from app.nodes.console.calls.call import KINDS, Call, CallKind, Occasion, Verdict
 from app.view.words import ENGLISH, Words
 
 logger = logging.getLogger(__name__)
@@ -71,17 +71,14 @@ class CallLog:
                 self._called_s[kind] = now_s
                 self._call(one, count, wall_ns)
 
-    def hear(self, event: Event) -> None:
-        """Take an event of the navigator: of a find that is judged nobody needs to be told."""
-        if event.kind not in ("confirmed", "rejected"):
-            return
-        judged = event.kind
+    def follow(self, status: Status) -> None:
+        """Note the verdicts on finds that were called for; of a judged one nobody needs to hear."""
         for kind, (one, _) in list(self._held.items()):
-            if _is_of(one, event):
+            if verdict_on(one, status):
                 del self._held[kind]
         with self._lock:
             for place, call in enumerate(self._calls):
-                if _is_of(call.occasion, event):
+                if not call.judged and (judged := verdict_on(call.occasion, status)):
                     self._calls[place] = msgspec.structs.replace(call, judged=judged)
 
     def note(self, number: int, webhook: str) -> None:
@@ -114,7 +111,15 @@ class CallLog:
             self._send(call)
 
 
-def _is_of(one: Occasion, event: Event) -> bool:
-    """Tell whether an occasion is the find that an event judges."""
-    same_goal = one.position_world is not None and one.goal_id == event.goal_id
-    return same_goal and event.find in (None, one.find)
+def verdict_on(one: Occasion, status: Status) -> Verdict:
+    """Return what the operator said of a find; empty if nothing, and of another occasion."""
+    goal = None if one.goal_id is None or not one.find else goal_of(status, one.goal_id)
+    if goal is None or one.find is None or name_of(goal) != one.object:
+        return ""
+    if goal.count != 1:
+        confirmed = {counted.number for counted in goal.counted if counted.confirmed}
+        return "confirmed" if one.find in confirmed else ""
+    # The finds of a goal are numbered as they come.
+    if one.find <= goal.rejected:
+        return "rejected"
+    return "confirmed" if goal.confirmed else ""

@@ -153,8 +153,6 @@ class SceneThread:
         is_read = self.reader.feed(key, payload)
         if is_read and key == keys.EVENT:
             self._detection.hear(self.model.events[-1], time.monotonic())
-            if self._calls is not None:
-                self._calls.hear(self.model.events[-1])
         if key == keys.RECORDING:
             self._recorder_heard_s = time.monotonic()
         if key == keys.STATUS:
@@ -252,6 +250,8 @@ class SceneThread:
             return
         model = self.model
         recordings = model.recorders.statuses
+        if model.status is not None:
+            self._calls.follow(model.status)
         occasions = self._detection.step(model.status, recordings, self._link.silence_s(), now)
         self._calls.step(occasions, now, time.time_ns())
         self._state_feed.calls = msgspec.json.encode(self._calls.shown())
