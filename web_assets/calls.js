@@ -159,6 +159,9 @@ export class Calls {
     for (const call of this.calls) {
       const id = `${call.number} ${call.wall_ns}`;
       const row = before.get(id) ?? this.makeRow(call);
+      row.text.textContent = call.judged
+        ? say(`calls.judged.${call.judged}`, { name: nameOf(call.occasion.object) })
+        : call.occasion.text;
       row.webhook.textContent = call.webhook && say("calls.webhook.state", { state: call.webhook });
       row.webhook.hidden = call.webhook === "";
       this.rows.set(id, row);
@@ -181,15 +184,15 @@ export class Calls {
 
   makeRow(call) {
     const node = make("li", "entry");
-    const [webhook, time] = [make("small"), make("small")];
+    const [text, webhook, time] = [make("small"), make("small"), make("small")];
     const told = make("span", "told");
     const name = make("b", "", call.title);
     name.append(time);
-    told.append(name, make("small", "", call.occasion.text));
+    told.append(name, text);
     if (call.count > 1) told.append(make("small", "", say("calls.times", { n: call.count })));
     told.append(webhook);
     node.append(told, this.acts(call.occasion));
-    return { node, webhook, time, call };
+    return { node, text, webhook, time, call };
   }
 
   acts({ kind, goal_id, object, position_world }) {

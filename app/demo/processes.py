@@ -248,7 +248,10 @@ class DemoProcesses:
             # A navigator of another robot at this endpoint does not answer.
             if last_message(self._session, self._key(keys.LABELS), 0.5) is not None:
                 return
-        raise DemoError(f"the navigator was not ready within {READY_S:g} s")
+        raise DemoError(
+            f"the navigator was not ready within {READY_S:g} s: this machine is slow or busy; "
+            "start the demo again, what is compiled is kept"
+        )
 
     def _await_page(self, port: int) -> None:
         assert self._console is not None, "begin_console() comes first"

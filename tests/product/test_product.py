@@ -110,7 +110,7 @@ def keep_a_record(page: Page, sessions: Path, shoot: Callable[..., None]) -> Non
 def test_a_typed_query_finds_the_plant_and_the_next_one_starts_at_once(
     page: Page, shoot: Callable[..., None], tmp_path: Path
 ) -> None:
-    expect_state(page, "Starting")
+    expect_state(page, "Ready")
     shoot("waiting")
 
     ask(page, "find the plant, I think it is near the sofa")

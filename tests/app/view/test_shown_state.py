@@ -16,6 +16,9 @@ PERHAPS = msgspec.structs.replace(find_of(), perhaps=True)
     ("state", "changes", "shown"),
     [
         ("searching", {}, "searching"),
+        ("starting", {"goal": None}, "ready"),
+        ("starting", {"goal": None, "frames": 0}, "starting"),
+        ("starting", {}, "starting"),
         ("found", {"goal": GOAL, "find": find_of()}, "found"),
         ("found", {"goal": GOAL, "find": PERHAPS}, "perhaps"),
         ("found", {"goal": CONFIRMED, "find": PERHAPS}, "confirmed"),

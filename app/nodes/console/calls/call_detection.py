@@ -129,4 +129,5 @@ def _find(status: Status, say: Words) -> Occasion | None:
         goal_id=find.goal_id,
         object=name_of(goal),
         position_world=find.position_world,
+        find=find.number,
     )

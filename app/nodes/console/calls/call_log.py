@@ -8,7 +8,8 @@ from typing import Final
 
 import msgspec
 
-from app.nodes.console.calls.call import KINDS, Call, CallKind, Occasion
+from app.messages.status import Status, goal_of, name_of
+from app.nodes.console.calls.call import KINDS, Call, CallKind, Occasion, Verdict
 from app.view.words import ENGLISH, Words
 
 logger = logging.getLogger(__name__)
@@ -70,6 +71,16 @@ class CallLog:
                 self._called_s[kind] = now_s
                 self._call(one, count, wall_ns)
 
+    def follow(self, status: Status) -> None:
+        """Note the verdicts on finds that were called for; of a judged one nobody needs to hear."""
+        for kind, (one, _) in list(self._held.items()):
+            if verdict_on(one, status):
+                del self._held[kind]
+        with self._lock:
+            for place, call in enumerate(self._calls):
+                if not call.judged and (judged := verdict_on(call.occasion, status)):
+                    self._calls[place] = msgspec.structs.replace(call, judged=judged)
+
     def note(self, number: int, webhook: str) -> None:
         """Note what became of a call at the webhook."""
         with self._lock:
@@ -98,3 +109,17 @@ class CallLog:
             self._calls.append(call)
         if self._send is not None:
             self._send(call)
+
+
+def verdict_on(one: Occasion, status: Status) -> Verdict:
+    """Return what the operator said of a find; empty if nothing, and of another occasion."""
+    goal = None if one.goal_id is None or not one.find else goal_of(status, one.goal_id)
+    if goal is None or one.find is None or name_of(goal) != one.object:
+        return ""
+    if goal.count != 1:
+        confirmed = {counted.number for counted in goal.counted if counted.confirmed}
+        return "confirmed" if one.find in confirmed else ""
+    # The finds of a goal are numbered as they come.
+    if one.find <= goal.rejected:
+        return "rejected"
+    return "confirmed" if goal.confirmed else ""

@@ -250,6 +250,8 @@ class SceneThread:
             return
         model = self.model
         recordings = model.recorders.statuses
+        if model.status is not None:
+            self._calls.follow(model.status)
         occasions = self._detection.step(model.status, recordings, self._link.silence_s(), now)
         self._calls.step(occasions, now, time.time_ns())
         self._state_feed.calls = msgspec.json.encode(self._calls.shown())

@@ -127,7 +127,7 @@ def shell_state(
         object=link.say.goal(goal) if goal is not None else "",
         context=goal.context if goal is not None else "",
         elapsed_s=float(int(status.elapsed_s)),
-        frame_age_ms=round(status.timings.frame_age_ms),
+        frame_age_ms=round(status.timings.frame_age_ms) if status.frames else None,
         best_ooi=round(status.best_ooi, 2),
         has_map=has_map,
         find=_find(status, link.say),

@@ -55,6 +55,9 @@ REACH_M: Final = 2.5
 """Radius in which obstacles are kept for the filter; more than the braking distance."""
 HAND_ROOM_M: Final = 0.03
 """Clearance beside the body under teleoperation, added to half a voxel."""
+REASON_S: Final = 0.6
+"""Time for which an intervention of the filter is told: before an obstacle commands that are still
+slow pass it, and those that follow do not."""
 
 Refusal = Callable[[TeleopTag], str | None]
 
@@ -107,6 +110,7 @@ class CommandMux:
         self._given_at = time.monotonic()
         self._tilt_rad = 0.0
         self._intervention = ""
+        self._intervened_at = -math.inf
         self._driven = threading.Event()
         self._closed = False
         handler = zenoh.handlers.Callback(self._receive, indirect=False)
@@ -302,7 +306,10 @@ class CommandMux:
         safe, reason = filter_among_obstacles(
             wanted, self._pose, self._profile, self._obstacles, HORIZON_S, margin, 1e-6
         )
-        self._intervention = reason or ""
+        if reason is not None:
+            self._intervention, self._intervened_at = reason, now
+        elif now - self._intervened_at > REASON_S:
+            self._intervention = ""
         return safe
 
     def _tilted(self, now: float) -> float:

@@ -1,5 +1,9 @@
+from msgspec.structs import replace
+
+from app.messages.status import CountedFind, GoalStatus
 from app.nodes.console.calls.call import KINDS, Occasion
 from app.nodes.console.calls.call_log import EVERY_S, KEPT, CallLog
+from tests.app.nodes.console.drawn_home import status_of
 
 
 def occasion(text="hat", kind="found"):
@@ -41,3 +45,37 @@ def test_what_became_of_a_call_is_noted_and_old_calls_are_dropped():
         log.step([occasion(str(k))], EVERY_S * k, 1)
     assert len(told(log)) == KEPT
     assert told(log)[0][1] == str(2 * KEPT - 1)
+
+
+def find_of(goal_id, number):
+    return Occasion(
+        kind="found",
+        text="hat",
+        goal_id=goal_id,
+        object="hat",
+        position_world=(1.0, 2.0, 0.5),
+        find=number,
+    )
+
+
+def test_finds_that_were_judged_say_so_and_are_not_called_for_any_more():
+    log, goal = CallLog(), GoalStatus(goal_id=1, object="hat", tour=1)
+    log.step([find_of(1, 1)], 0.0, 1)
+    log.step([find_of(2, 1)], 10.0, 2)
+    log.follow(status_of(goal=goal))
+    assert [one.judged for one in log.shown().calls] == [""]
+    rejected, confirmed = replace(goal, rejected=1), replace(goal, goal_id=2, confirmed=True)
+    log.follow(status_of(goal=rejected, tour=[rejected, confirmed]))
+    log.step([find_of(1, 2)], 2 * EVERY_S, 3)
+    again = replace(rejected, confirmed=True)
+    log.follow(status_of(goal=again, tour=[again, confirmed]))
+    assert [one.judged for one in log.shown().calls] == ["confirmed", "rejected"]
+
+
+def test_of_several_finds_of_one_goal_each_has_its_own_verdict():
+    log = CallLog()
+    counted = [CountedFind(number=1, position_world=(1.0, 2.0, 0.5), confirmed=True)]
+    log.step([find_of(1, 1)], 0.0, 1)
+    log.step([find_of(1, 2)], 2 * EVERY_S, 2)
+    log.follow(status_of(goal=GoalStatus(goal_id=1, object="hat", count=3, counted=counted)))
+    assert [one.judged for one in log.shown().calls] == ["", "confirmed"]

@@ -1,6 +1,7 @@
 """The operator's hand becomes a command within a moment, and nothing when it lets go."""
 
 import contextlib
+import itertools
 import queue
 import time
 
@@ -12,6 +13,7 @@ from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.driving import TeleopTag
 from app.messages.motion import StampedTwist, decode_twist, encode_twist
+from app.nodes.navigator.command import command_mux
 from app.nodes.navigator.command.command_mux import TICK_S, CommandMux
 from app.nodes.navigator.command.command_stream import CommandStream
 from ippon.camera import PinholeCamera
@@ -188,6 +190,28 @@ def test_without_pictures_there_is_no_driving(bench):
     while not bench.commands.empty():
         told.append(bench.commands.get())
     assert stands(told[-1])
+
+
+def test_the_reason_stays_while_slow_commands_pass_the_filter(bench, monkeypatch):
+    reasons = itertools.cycle(["stopped: obstacle 0.3 m ahead", None, None])
+    monkeypatch.setattr(
+        command_mux, "filter_among_obstacles", lambda wanted, *_: (wanted, next(reasons))
+    )
+    bench.mux.set_mode(DriveMode.MANUAL, 1.0)
+
+    def told():
+        bench.frame()
+        bench.hold(linear=0.5)
+        time.sleep(TICK_S)
+        return bench.mux.status().intervention
+
+    until = time.monotonic() + 10.0
+    while not told() and time.monotonic() < until:
+        pass
+    assert {told() for _ in range(9)} == {"stopped: obstacle 0.3 m ahead"}
+    reasons = itertools.repeat(None)
+    while told():
+        assert time.monotonic() < until
 
 
 def test_the_camera_tilts_by_rate_and_stays_where_it_is_let_go(bench):
