@@ -114,7 +114,7 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
 
 
 def _named(spoken: list[str], words: list[str], count: int | str | None, one: bool) -> NamedHead:
-    """Return the head of the nouns; of `one` that is named by a material alone, "a rubber", that."""
+    """Return the head of the nouns; for `one` of a material alone, "a rubber", the material."""
     named = name_head(spoken, words, count, load_knowledge())
     if not one or listed_kind(" ".join(words)) != "material":
         return named
