@@ -21,6 +21,12 @@ _SIDES: Final = (
     ((0, 0, -1), ((0, 0, 0), (0, 1, 0), (1, 1, 0), (1, 0, 0))),
 )
 
+_SRGB: Final = np.arange(256) / 255.0
+_LINEAR: Final = np.rint(
+    255.0 * np.where(_SRGB <= 0.04045, _SRGB / 12.92, ((_SRGB + 0.055) / 1.055) ** 2.4)
+).astype(np.uint8)
+"""Linear value of each sRGB value (IEC 61966-2-1)."""
+
 
 def write_points(session: SessionData, path: Path, mode: AttributeColor) -> None:
     """Write the centres of the surface voxels as a PLY.
@@ -35,13 +41,17 @@ def write_points(session: SessionData, path: Path, mode: AttributeColor) -> None
 
 
 def write_faces(session: SessionData, path: Path, mode: AttributeColor) -> None:
-    """Write the outer faces of the surface voxels as a GLB, y up, as glTF demands.
+    """Write the outer faces of the surface voxels as a GLB: y up, colours linear, as glTF demands.
 
     Raises:
         RecordingError: There is no map.
     """
+    faces = voxel_faces(session, mode)
+    colors = faces.visual.vertex_colors
+    colors[:, :3] = _LINEAR[colors[:, :3]]
+    faces.visual.vertex_colors = colors
     scene: Any = trimesh.Scene()
-    scene.add_geometry(voxel_faces(session, mode), node_name="map", transform=_Y_UP)
+    scene.add_geometry(faces, node_name="map", transform=_Y_UP)
     path.write_bytes(scene.export(file_type="glb"))
 
 

@@ -13,7 +13,7 @@ from ippon.guidance.language.grammar.determiners import (
     Determiners,
     read_determiners,
 )
-from ippon.guidance.language.grammar.heads import name_head
+from ippon.guidance.language.grammar.heads import NamedHead, name_head
 from ippon.guidance.language.grammar.name_rows import stands_beside, unclear_pair
 from ippon.guidance.language.grammar.noun_ends import end_of_nouns, hyphened_words
 from ippon.guidance.language.grammar.phrases import PRONOUNS, STOP
@@ -72,9 +72,7 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
         return None
     words, times = _take_times(words, begun)
     spoken = said.words(index, end - times) or words
-    named = name_head(spoken, words, begun.count, knowledge)
-    if said.word(index - 1) in ("a", "an") and listed_kind(" ".join(words)) == "material":
-        named = replace(named, head=named.head or words[0], attributes=[])  # "A rubber".
+    named = _named(spoken, words, begun.count, said.word(index - 1) in ("a", "an"))
     if said.word(start) == "both" and not singular_candidates(said.word(end - 1)):
         begun.count = None  # "Both my mug and yours".
     attributes = [*(begun.owners or []), *named.attributes]
@@ -113,6 +111,14 @@ def read_noun_phrase(said: Utterance, start: int, *, of: bool = True) -> NounPhr
         crowded=row or (display if named.crowded or unclear_pair(said, index, end) else ""),
         end=end,
     )
+
+
+def _named(spoken: list[str], words: list[str], count: int | str | None, one: bool) -> NamedHead:
+    """Return the head of the nouns; for `one` of a material alone, "a rubber", the material."""
+    named = name_head(spoken, words, count, load_knowledge())
+    if not one or listed_kind(" ".join(words)) != "material":
+        return named
+    return replace(named, head=named.head or words[0], attributes=[])
 
 
 def _take_times(words: list[str], begun: Determiners) -> tuple[list[str], int]:

@@ -51,9 +51,12 @@ def test_open3d_reads_the_points_with_their_colours(exported, session, open3d):
     np.testing.assert_allclose(np.asarray(cloud.colors) * 255, attributes[:, :3], atol=0.6)
 
 
-def test_viewers_read_the_faces_with_y_up(exported, session, open3d):
+def test_viewers_read_the_faces_with_y_up_and_linear_colours(exported, session, open3d):
     mesh = open3d.io.read_triangle_mesh(str(exported / "map.glb"))
-    indices, _, voxel_m = need_map(session)
+    indices, attributes, voxel_m = need_map(session)
+    shown, srgb = np.asarray(mesh.vertex_colors), np.unique(attributes[:, :3]) / 255
+    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    np.testing.assert_allclose(np.unique(shown), np.unique(np.rint(255 * linear)) / 255, atol=1e-3)
     assert np.asarray(mesh.triangles).shape[0] > 2 * len(indices)
     x, y, z = np.stack([indices.min(axis=0), indices.max(axis=0) + 1], axis=1) * voxel_m
     expected = np.stack([x, z, -y[::-1]], axis=1)
