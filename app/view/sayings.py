@@ -216,9 +216,7 @@ class Sayings:
         if exact is not None:
             return _Told(exact, len(text))
         best: _Told | None = None
-        for template in self._templates:
-            if template.longest not in text:
-                continue
+        for template in (one for one in self._templates if one.longest in text):
             for values in template.values(text, work):
                 told = self._filled(template, values, work, depth)
                 if told is not None and (best is None or told.rank > best.rank):

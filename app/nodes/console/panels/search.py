@@ -15,9 +15,9 @@ from app.nodes.console.panels import markup
 from app.nodes.console.panels.candidates import CandidatesPanel
 from app.nodes.console.panels.counted_finds import CountedFindsPanel, find_name
 from app.nodes.console.panels.find_card import find_card
-from app.nodes.console.panels.find_pictures import FindPictures
 from app.nodes.console.panels.last_question import LastQuestion, Question
 from app.nodes.console.panels.proximity import ProximityPanel
+from app.nodes.console.scene.find_picture import FindPictures
 from app.view.colors import QUIET
 from app.view.drawing.viser_private import show_jpeg_in_panel
 from app.view.model.scene_model import Part, SceneModel

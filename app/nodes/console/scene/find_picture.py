@@ -1,4 +1,6 @@
-"""Camera images of a find or a candidate: outlined, or cropped around it."""
+"""Camera images of a find or a candidate: outlined, cropped around it, and kept."""
+
+from typing import Final
 
 import numpy as np
 import simplejpeg
@@ -6,6 +8,7 @@ from numpy.typing import NDArray
 
 from app.messages.cdr import MessageError
 from app.messages.images import decompress_color
+from app.messages.status import FindReport, Status, goal_of
 from app.view.colors import FOUND
 from app.view.model.voxel_pictures import VoxelPicture
 
@@ -13,6 +16,9 @@ _LINE_PX = 3
 _CROP_M = 0.7
 """Half the width of a crop in metres, at the distance of its centre."""
 _LEAST_PX = 24
+_KEPT: Final = 32
+_LATE_S: Final = 3.0
+"""An image this much later than a find is of something else, if the search went on."""
 
 
 def outlined(encoded: bytes, box_px: tuple[int, int, int, int] | None) -> bytes:
@@ -60,3 +66,33 @@ def _frame(image: NDArray[np.uint8], box_px: tuple[int, int, int, int]) -> None:
     image[v1 + 1 : bottom, left:right] = FOUND
     image[top:bottom, left:u0] = FOUND
     image[top:bottom, u1 + 1 : right] = FOUND
+
+
+class FindPictures:
+    """Keeps the picture of each find: of a tour, an earlier find may wait for its verdict."""
+
+    def __init__(self) -> None:
+        self._kept: dict[tuple[int, int, tuple[float, float, float]], bytes] = {}
+
+    def picture_of(self, find: FindReport, status: Status, image: bytes) -> bytes | None:
+        """Return the picture of the find; None if no image of it has arrived.
+
+        Args:
+            find: The find that is shown.
+            status: The status that reports it.
+            image: The latest image of the camera.
+        """
+        key = (find.goal_id, find.number, find.position_world)
+        if key not in self._kept:
+            if _is_late(find, status):
+                return None
+            self._kept[key] = outlined(image, find.box_px)
+            if len(self._kept) > _KEPT:
+                del self._kept[next(iter(self._kept))]
+        return self._kept[key]
+
+
+def _is_late(find: FindReport, status: Status) -> bool:
+    goal = goal_of(status, find.goal_id)
+    took_s = None if goal is None else goal.took_s
+    return took_s is not None and status.elapsed_s - took_s > _LATE_S

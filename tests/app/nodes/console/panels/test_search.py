@@ -6,7 +6,8 @@ import msgspec
 
 from app.messages.images import CompressedColor
 from app.messages.status import GoalStatus
-from app.nodes.console.panels import find_pictures, search
+from app.nodes.console.panels import search
+from app.nodes.console.scene import find_picture
 from app.view.model.scene_model import SceneModel
 from app.view.words import ENGLISH
 
@@ -14,7 +15,7 @@ from app.view.words import ENGLISH
 def test_the_picture_of_a_find_stays_when_the_find_is_judged(monkeypatch, stage):
     shown = []
     monkeypatch.setattr(search, "show_jpeg_in_panel", lambda _, jpeg: shown.append(jpeg))
-    monkeypatch.setattr(find_pictures, "outlined", lambda encoded, _: encoded)
+    monkeypatch.setattr(find_picture, "outlined", lambda encoded, _: encoded)
     panel = search.SearchPanel(MagicMock(), MagicMock(say=ENGLISH, recorded=False))
     model = SceneModel()
     for image, is_confirmed in ((b"of the find", False), (b"of another room", True)):
