@@ -58,6 +58,13 @@ def yaw_of(T_world_base: Float64Array) -> float:
     return math.atan2(T_world_base[1, 0], T_world_base[0, 0])
 
 
+def views_differ(one: Float64Array, other: Float64Array, by_m: float, by_rad: float) -> bool:
+    """Return whether two cameras, (4, 4) poses, stand farther apart or look farther aside."""
+    if np.linalg.norm(one[:3, 3] - other[:3, 3]) > by_m:
+        return True
+    return math.acos(max(-1.0, min(1.0, float(one[:3, 2] @ other[:3, 2])))) > by_rad
+
+
 def transform_points(transform: Float64Array, points: Float64Array) -> Float64Array:
     """Map (N, 3) points of the source frame to (N, 3) points of the target frame."""
     return points @ transform[:3, :3].T + transform[:3, 3]

@@ -85,10 +85,11 @@ def issue(
     until = min(now + dt.timedelta(days=days), authority.certificate.not_valid_after_utc)
     key = ec.generate_private_key(ec.SECP256R1())
     signer = x509.AuthorityKeyIdentifier.from_issuer_public_key(authority.key.public_key())
+    names = x509.SubjectAlternativeName([general_name(host) for host in hosts])
     usages = [ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH]
     certificate = (
         _builder(name, authority.certificate.subject, key.public_key(), now, until)
-        .add_extension(x509.SubjectAlternativeName([_host(host) for host in hosts]), critical=False)
+        .add_extension(names, critical=False)
         .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
         .add_extension(x509.ExtendedKeyUsage(usages), critical=False)
         .add_extension(signer, critical=False)
@@ -166,7 +167,8 @@ def _name(text: str) -> x509.Name:
     return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, text)])
 
 
-def _host(host: str) -> x509.GeneralName:
+def general_name(host: str) -> x509.GeneralName:
+    """Return a host's name or address as a certificate spells it."""
     try:
         return x509.IPAddress(ipaddress.ip_address(host))
     except ValueError:

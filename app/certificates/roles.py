@@ -12,6 +12,7 @@ from typing import Final
 from app.certificates.authority import (
     CertificateError,
     expiry,
+    general_name,
     host_names,
     issue,
     open_authority,
@@ -114,7 +115,7 @@ def _lacking(
 ) -> tuple[str, ...]:
     """Return the hosts that are not named, and the robots that the rules of a profile leave out."""
     rules = profile.read_text("utf-8")
-    unnamed = [host for host in hosts if _spelled(host) not in named]
+    unnamed = [host for host in hosts if str(general_name(host).value) not in named]
     return (*unnamed, *(robot for robot in robots if f'"{robot}/' not in rules))
 
 
@@ -124,14 +125,6 @@ def _is_host(text: str) -> bool:
         return "%" not in str(ipaddress.ip_address(text))
     except ValueError:
         return len(text) <= _LONGEST_HOST and _HOST.fullmatch(text) is not None
-
-
-def _spelled(host: str) -> str:
-    """Return an address as a certificate spells it, a name unchanged."""
-    try:
-        return str(ipaddress.ip_address(host))
-    except ValueError:
-        return host
 
 
 def profile_of(role: str, folder: Path, robots: Sequence[str]) -> str:

@@ -8,6 +8,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from app.export.session_data import SessionData, need_map
+from app.view.colors import linear
 from app.view.model.attribute_colors import AttributeColor, attribute_colors
 
 _Y_UP: Final = trimesh.transformations.rotation_matrix(-0.5 * np.pi, (1.0, 0.0, 0.0))
@@ -20,12 +21,6 @@ _SIDES: Final = (
     ((0, 0, 1), ((0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))),
     ((0, 0, -1), ((0, 0, 0), (0, 1, 0), (1, 1, 0), (1, 0, 0))),
 )
-
-_SRGB: Final = np.arange(256) / 255.0
-_LINEAR: Final = np.rint(
-    255.0 * np.where(_SRGB <= 0.04045, _SRGB / 12.92, ((_SRGB + 0.055) / 1.055) ** 2.4)
-).astype(np.uint8)
-"""Linear value of each sRGB value (IEC 61966-2-1)."""
 
 
 def write_points(session: SessionData, path: Path, mode: AttributeColor) -> None:
@@ -48,7 +43,7 @@ def write_faces(session: SessionData, path: Path, mode: AttributeColor) -> None:
     """
     faces = voxel_faces(session, mode)
     colors = faces.visual.vertex_colors
-    colors[:, :3] = _LINEAR[colors[:, :3]]
+    colors[:, :3] = linear(colors[:, :3])
     faces.visual.vertex_colors = colors
     scene: Any = trimesh.Scene()
     scene.add_geometry(faces, node_name="map", transform=_Y_UP)

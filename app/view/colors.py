@@ -112,7 +112,7 @@ _LINEAR: Final = np.round(
 
 
 def linear(colors: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Undo the sRGB curve: viser takes the colours of lines and instances as linear light."""
+    """Undo the sRGB curve: glTF, and viser for lines and instances, take linear light."""
     return _LINEAR[colors]
 
 

@@ -1,11 +1,12 @@
 """Whether a robot's frame is still that of a kept map, by what it sees of the map."""
 
+import math
 from typing import Final
 
 import numpy as np
 
 from ippon.frame import Frame
-from ippon.geometry import Float64Array
+from ippon.geometry import Float64Array, views_differ
 from ippon.mapping import queries
 from ippon.mapping.arrays import OCCUPIED, UNKNOWN
 from ippon.mapping.voxel_map import VoxelMap
@@ -29,7 +30,7 @@ _RAYS_OF_A_VOXEL: Final = 20
 """Rays that count of those which one voxel blocks, as many as from a metre away: a single wrong
 voxel right before the camera hides a third of the image."""
 _APART_M: Final = 0.3
-_APART_COS: Final = float(np.cos(np.radians(15.0)))
+_APART_RAD: Final = math.radians(15.0)
 """Distance or turn from the last image that was compared to the next."""
 
 
@@ -61,10 +62,8 @@ class FrameCheck:
     def add(self, frame: Frame) -> None:
         """Compare an image, if it is from elsewhere than the last one."""
         T = frame.T_world_camera
-        if self._last is not None:
-            near = float(np.linalg.norm(T[:3, 3] - self._last[:3, 3])) < _APART_M
-            if near and float(T[:3, 2] @ self._last[:3, 2]) > _APART_COS:
-                return
+        if self._last is not None and not views_differ(T, self._last, _APART_M, _APART_RAD):
+            return
         self._last = T
         self.views += 1
         self.compare(T[:3, 3], seen_points(frame, REACH_M))

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from ippon.frame import Frame
-from ippon.geometry import Float64Array
+from ippon.geometry import Float64Array, views_differ
 from ippon.tracking.depth_points import points_of
 
 UPSIDE_DOWN: Final = (
@@ -29,7 +29,7 @@ _NEAREST_M: Final = 0.3
 _FARTHEST_M: Final = 5.0
 _LEAST_POINTS: Final = 300
 _APART_M: Final = 0.5
-_APART_COS: Final = math.cos(math.radians(20.0))
+_APART_RAD: Final = math.radians(20.0)
 
 
 class UprightCheck:
@@ -49,10 +49,8 @@ class UprightCheck:
     def add(self, frame: Frame) -> None:
         """Count a frame's surface, if it is seen from elsewhere than the last one."""
         T = frame.T_world_camera
-        if self._last is not None:
-            near = float(np.linalg.norm(T[:3, 3] - self._last[:3, 3])) < _APART_M
-            if near and float(T[:3, 2] @ self._last[:3, 2]) > _APART_COS:
-                return
+        if self._last is not None and not views_differ(T, self._last, _APART_M, _APART_RAD):
+            return
         seen = points_of(frame.depth, frame.camera, _NEAREST_M, _FARTHEST_M)
         if len(seen) < _LEAST_POINTS:
             return

@@ -14,6 +14,7 @@ from ippon.geometry import (
     rotation_y,
     rotation_z,
     transform_points,
+    views_differ,
     wrap_angle,
     yaw_of,
 )
@@ -51,6 +52,18 @@ def test_inverse_cancels(yaw: float, tilt: float) -> None:
 @given(angles)
 def test_yaw_of_pose(yaw: float) -> None:
     assert math.isclose(wrap_angle(yaw_of(base_pose(0, 0, 0, yaw)) - yaw), 0.0, abs_tol=1e-9)
+
+
+def test_views_differ_by_where_the_cameras_stand_or_look() -> None:
+    here = base_pose(1.0, 2.0, 0.0, 0.3)
+    turned, rolled = here.copy(), here.copy()
+    turned[:3, :3] = here[:3, :3] @ rotation_y(0.2)[:3, :3]
+    rolled[:3, :3] = here[:3, :3] @ rotation_z(2.0)[:3, :3]
+    assert views_differ(here, base_pose(1.5, 2.0, 0.0, 0.3), 0.4, 0.1)
+    assert not views_differ(here, base_pose(1.3, 2.0, 0.0, 0.3), 0.4, 0.1)
+    assert views_differ(here, turned, 0.4, 0.19)
+    assert not views_differ(here, turned, 0.4, 0.21)
+    assert not views_differ(here, rolled, 0.4, 0.1), "about the axis in which it looks"
 
 
 def test_points_turn_counter_clockwise() -> None:

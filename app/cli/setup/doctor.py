@@ -147,8 +147,8 @@ def _print_checkup(path: Path, checkup: RecordingCheck) -> None:
         screen.print(f"  [yellow]{escape(problem)}[/yellow]", soft_wrap=True)
     if checkup.repaired:
         screen.print("  [green]repaired: index, timeline and metadata.yaml were rewritten[/green]")
-    if checkup.kept:
-        screen.print(f"  the file as it was is kept: {escape(checkup.kept)}", soft_wrap=True)
+        if checkup.kept:
+            screen.print(f"  the file as it was is kept: {escape(checkup.kept)}", soft_wrap=True)
     elif checkup.complete and not checkup.problems:
         screen.print("  [green]whole[/green]")
     if checkup.missing:

@@ -5,10 +5,8 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Final
 
-import numpy as np
-
 from ippon.camera import PinholeCamera
-from ippon.geometry import Float64Array
+from ippon.geometry import Float64Array, views_differ
 
 KEPT: Final = 160
 """Number of pictures, about 5 MB."""
@@ -49,7 +47,8 @@ class PictureStore:
         self, stamp_ns: int, encoded: bytes, camera: PinholeCamera, T_world_camera: Float64Array
     ) -> None:
         """Store a picture, unless the last one was taken from nearly the same pose."""
-        if self._pictures and not _moved(self._pictures[-1].T_world_camera, T_world_camera):
+        last = self._pictures[-1] if self._pictures else None
+        if last and not views_differ(last.T_world_camera, T_world_camera, MOVED_M, TURNED_RAD):
             return
         self._pictures.append(
             StoredPicture(
@@ -80,9 +79,3 @@ class PictureStore:
             if pixel is not None and pixel[2] <= reach_m:
                 found.append((picture, *pixel))
         return sorted(found, key=lambda entry: entry[3])
-
-
-def _moved(a: Float64Array, b: Float64Array) -> bool:
-    if np.linalg.norm(a[:3, 3] - b[:3, 3]) > MOVED_M:
-        return True
-    return math.acos(max(-1.0, min(1.0, float(a[:3, 2] @ b[:3, 2])))) > TURNED_RAD

@@ -113,8 +113,10 @@ class CallLog:
 
 def verdict_on(one: Occasion, status: Status) -> Verdict:
     """Return what the operator said of a find; empty if nothing, and of another occasion."""
-    goal = None if one.goal_id is None or not one.find else goal_of(status, one.goal_id)
-    if goal is None or one.find is None or name_of(goal) != one.object:
+    if one.goal_id is None or not one.find:
+        return ""
+    goal = goal_of(status, one.goal_id)
+    if goal is None or name_of(goal) != one.object:
         return ""
     if goal.count != 1:
         confirmed = {counted.number for counted in goal.counted if counted.confirmed}
