@@ -139,8 +139,14 @@ def _answer(
     """Return the credential, if there is one, and the reply."""
     who = None
     try:
-        who = _credential(query)
-        return who, handle(decode(payload, kind), who)
+        message = decode(payload, kind)
+        try:
+            who = _credential(query)
+        except RequestRefusedError:
+            # Stop is accepted from everyone, so also with a credential of another version.
+            if not (isinstance(message, ControlRequest) and message.action == "stop"):
+                raise
+        return who, handle(message, who)
     except msgspec.DecodeError as error:
         fields = ", ".join(field.name for field in msgspec.structs.fields(kind))
         text = f"not a {kind.__name__} ({error}); it is a JSON object with: {fields}"

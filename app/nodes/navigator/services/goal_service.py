@@ -172,7 +172,7 @@ class GoalService:
 
     def control(self, request: ControlRequest) -> ControlReply:
         """Stop, resume, pause or cancel."""
-        if request.goal_id is not None and request.action != "cancel":
+        if request.goal_id is not None and request.action not in ("cancel", "stop"):
             raise RequestRefusedError(
                 f"only cancel is about one goal; {request.action} takes no goal_id"
             )

@@ -120,8 +120,9 @@ def test_an_empty_object_and_a_full_queue_are_refused(office):
         office.service.search(SearchRequest(object="hat"))
 
 
-def test_stop_reaches_the_wheels_before_the_mission(office):
-    reply = office.service.control(ControlRequest(action="stop"))
+@pytest.mark.parametrize("goal_id", [None, 7])
+def test_stop_reaches_the_wheels_before_the_mission(office, goal_id):
+    reply = office.service.control(ControlRequest(action="stop", goal_id=goal_id))
     assert (reply.state, office.wheels.calls, office.mission.calls) == ("stopped", ["halt"], [])
     office.operations.run_queued(office.mission)
     assert office.mission.names() == ["stop"]
