@@ -70,18 +70,21 @@ class GoalService:
         self.state: MissionState = "starting"
         """State of the latest status; the navigator sets it."""
 
-    def search(self, request: SearchRequest, copy_of: str = "") -> SearchAccepted:
+    def search(
+        self, request: SearchRequest, copy_of: str = "", *, restores: bool = False
+    ) -> SearchAccepted:
         """Plan a search on the embedded prior and queue its goal.
 
         Args:
             request: What to search for.
             copy_of: What it repeats; one that is searched for or waits is not queued again.
+            restores: It is of an earlier run.
         """
         planned = self.plan(request)
         if request.if_free:
             self._check_free()
         search = dataclasses.replace(planned, copy_of=copy_of, if_idle=request.if_free)
-        place = self._goals.add(search, request.joins)
+        place = self._goals.add(search, request.joins, restores=restores)
         if place is None and request.if_free:
             raise RequestRefusedError("it is not free any more: searching")
         if place is None:

@@ -61,6 +61,8 @@ class SavedFind(msgspec.Struct, frozen=True, kw_only=True):
 class SavedGoal(SearchRequest, frozen=True, kw_only=True):
     """A goal as requested, with the levels that the operator set."""
 
+    object: str
+    """As it was understood, which may be longer than what may be asked for."""
     levels: dict[str, LevelName] = msgspec.field(default_factory=dict[str, LevelName])
     """Levels that the operator set, by label."""
     counted: list[SavedFind] = msgspec.field(default_factory=list[SavedFind])

@@ -120,6 +120,12 @@ def test_an_empty_object_and_a_full_queue_are_refused(office):
         office.service.search(SearchRequest(object="hat"))
 
 
+def test_more_than_can_be_counted_are_refused(office):
+    assert start(office, "99 cups").goal.count == 99
+    with pytest.raises(RequestRefusedError, match="at most 99 of one kind are counted; got 150"):
+        office.service.search(SearchRequest(object="150 cups"))
+
+
 @pytest.mark.parametrize("goal_id", [None, 7])
 def test_stop_reaches_the_wheels_before_the_mission(office, goal_id):
     reply = office.service.control(ControlRequest(action="stop", goal_id=goal_id))

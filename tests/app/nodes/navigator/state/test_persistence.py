@@ -127,6 +127,38 @@ def test_the_goals_of_a_tour_that_were_not_found_are_one_tour_again(
         navigator.close()
 
 
+def test_all_goals_of_a_full_queue_are_there_for_the_next_start(open_office, tmp_path, sessions):
+    office = open_office()
+    for name, joins in (("hat", None), ("mug", 1), ("keys", None), ("plant", None)):
+        office.goals.add(office.guidance.plan(SearchRequest(object=name), 0.0), joins)
+    office.goals.next()
+    path = tmp_path / "home.map"
+    keep(path, office.mission.voxel_map, office.goals, RUN)
+    kept = read_saved_state(path, CONFIG)
+    navigator = Navigator(NavigatorConfig(robot="r", max_queue=2), sessions[0], saved=kept)
+    try:
+        assert [s.goal.object for s in navigator._goals.unfinished()] == [
+            "hat", "mug", "keys", "plant"
+        ]  # fmt: skip
+    finally:
+        navigator.close()
+
+
+def test_a_goal_that_cannot_be_taken_up_keeps_none_of_the_others(tmp_path, sessions):
+    path = tmp_path / "home.map"
+    requests = [{"object": "?"}, {"object": "mug", "joins": 1}, {"object": "keys", "joins": 1}]
+    requests.append({"object": "x" * 160})
+    path.with_name("home.map.goals.json").write_bytes(msgspec.json.encode(requests))
+    kept = read_saved_state(path, CONFIG)
+    navigator = Navigator(NavigatorConfig(robot="r"), sessions[0], saved=kept)
+    try:
+        navigator._start_next_goal()
+        assert [g.object for g in navigator._goals.tour()] == ["mug", "keys"]
+        assert len(navigator._goals.unfinished()) == 3
+    finally:
+        navigator.close()
+
+
 def test_levels_that_the_operator_set_are_there_for_the_next_start(
     open_office, voxel_map, tmp_path, sessions
 ):
