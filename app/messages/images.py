@@ -14,7 +14,15 @@ from PIL import Image as PillowImage
 from PIL import UnidentifiedImageError
 
 from app.messages import keys
-from app.messages.cdr import MessageError, decode, encode, header, make, stamp_ns_of
+from app.messages.cdr import (
+    MessageError,
+    decode,
+    encode,
+    frame_name,
+    header,
+    make,
+    stamp_ns_of,
+)
 from ippon.camera import PinholeCamera
 
 MAX_PIXELS: Final = 4096 * 4096
@@ -274,7 +282,9 @@ def decode_camera(payload: bytes) -> StampedCamera:
     except ValueError as error:
         raise MessageError(f"camera info: {error}") from error
     return StampedCamera(
-        stamp_ns=stamp_ns_of(message.header), frame_id=message.header.frame_id, camera=camera
+        stamp_ns=stamp_ns_of(message.header),
+        frame_id=frame_name(message.header.frame_id),
+        camera=camera,
     )
 
 

@@ -8,7 +8,15 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.messages.cdr import MessageError, decode, encode, header, make, stamp_ns_of
+from app.messages.cdr import (
+    MessageError,
+    decode,
+    encode,
+    frame_name,
+    header,
+    make,
+    stamp_ns_of,
+)
 from app.messages.keys import BASE_FRAME, CAMERA_FRAME, WORLD_FRAME
 from ippon.geometry import (
     Float64Array,
@@ -275,7 +283,7 @@ def _read_transform(entry: Any) -> StampedTransform:
         )
     return StampedTransform(
         stamp_ns=stamp_ns_of(entry.header),
-        parent=entry.header.frame_id,
-        child=entry.child_frame_id,
+        parent=frame_name(entry.header.frame_id),
+        child=frame_name(entry.child_frame_id),
         T_parent_child=make_transform(rotation_from_quaternion(wxyz), translation),
     )
