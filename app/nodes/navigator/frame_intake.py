@@ -78,6 +78,8 @@ class FrameIntake:
         """Why no more images come, as the robot says; empty while they may."""
         self.has_tf = False
         """The robot publishes tf."""
+        self.compressed_at = 0.0
+        """`time.monotonic` when the last compressed image of the robot itself came."""
         self._framed_at = self._came_at = 0.0
         self._lateness = Lateness()
         self._match = DepthMatch(config.tolerance_s)
@@ -94,7 +96,8 @@ class FrameIntake:
             self._waiting[topic] = deque(maxlen=size)
             kept = topic in keys.KEPT
             self._receivers[topic] = self._receiver(topic, stream)
-            take = self._take_tf if topic == keys.TF else self._receivers[topic]
+            own = {keys.TF: self._take_tf, keys.COLOR: self._take_color}
+            take = own.get(topic, self._receivers[topic])
             subscribe(session, f"{robot}/{topic}", take, kept=kept)
         subscribe(session, f"{robot}/{keys.ENDED}", self._note_end)
 
@@ -106,6 +109,10 @@ class FrameIntake:
         """Take a message of the robot itself: one that was converted does not come this way."""
         self.has_tf = True
         self._receivers[keys.TF](payload)
+
+    def _take_color(self, payload: bytes) -> None:
+        self.compressed_at = time.monotonic()
+        self._receivers[keys.COLOR](payload)
 
     def listen(self, topic: str, take: Callable[[bytes], None]) -> None:
         """Pass every message of a topic on, too; `take` must return at once."""
