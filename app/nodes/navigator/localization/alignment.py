@@ -71,7 +71,10 @@ class Alignment:
             session, robot, config.command_hz, config.stale_s,
             velocities=config.profile.takes_velocities,
         )  # fmt: skip
-        self._control = serve(session, f"{robot}/{keys.CONTROL}", ControlRequest, self._obey)
+        self._control = serve(
+            session, f"{robot}/{keys.CONTROL}", ControlRequest, self._obey,
+            on_stop=self._stream.hold,
+        )  # fmt: skip
         self._stopped = False
         # A map of its own: the kept one is in another frame.
         self._seen = VoxelMap(config.mission.map, config.labels)

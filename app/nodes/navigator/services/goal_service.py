@@ -40,6 +40,10 @@ class StopLatch(Protocol):
         """Number of halts so far."""
         ...
 
+    def hold(self) -> None:
+        """Let no command pass from now on; `halt` follows. Returns at once and sends nothing."""
+        ...
+
     def halt(self) -> None:
         """Send zero, whatever is commanded, until `release`."""
         ...
@@ -172,6 +176,10 @@ class GoalService:
         texts = (request.object, *(f"{owner}'s {request.object}" for owner in owners))
         found = (instance_named(things, text) for text in texts)
         return next((one for one in found if one is not None), None)
+
+    def hold(self) -> None:
+        """Let no command pass: a Stop has come, which `control` answers in its turn."""
+        self._stop_latch.hold()
 
     def control(self, request: ControlRequest) -> ControlReply:
         """Stop, resume, pause or cancel."""

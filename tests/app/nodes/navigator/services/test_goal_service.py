@@ -1,4 +1,5 @@
 import dataclasses
+import threading
 from types import SimpleNamespace
 
 import msgspec
@@ -45,6 +46,9 @@ class StopLatch:
         self.halts = 0
         self.halted = False
         self.before_release = lambda: None
+
+    def hold(self):
+        self.halted = True
 
     def halt(self):
         self.calls.append("halt")
@@ -132,6 +136,15 @@ def test_stop_reaches_the_wheels_before_the_mission(office, goal_id):
     assert (reply.state, office.wheels.calls, office.mission.calls) == ("stopped", ["halt"], [])
     office.operations.run_queued(office.mission)
     assert office.mission.names() == ["stop"]
+
+
+def test_a_stop_over_the_wire_holds_the_wheels_before_its_turn(office):
+    held = threading.Event()
+    office.wheels.hold = held.set
+    payload = b'{"action": "stop"}'
+    (reply,) = office.client.get(f"r/{keys.CONTROL}", payload=payload, timeout=5.0)
+    assert b"stopped" in reply.ok.payload.to_bytes()
+    assert held.is_set()
 
 
 def test_a_stop_right_after_a_resume_holds(office):
