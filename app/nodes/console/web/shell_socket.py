@@ -89,11 +89,15 @@ async def _listen(
     state_feed: StateFeed,
 ) -> None:
     commands: set[asyncio.Task[None]] = set()
+    echoes: set[asyncio.Task[None]] = set()
     held = NO_INPUT
     try:
         async for message in page_messages(socket, _decoder, "the shell", MAX_MESSAGE):
             if isinstance(message, ShellPing):
-                await put(msgspec.json.encode(ShellPong(t=message.t)))
+                # Not awaited: a Stop must be read while the line to the page is full.
+                echo = asyncio.create_task(_echo(message, put))
+                echoes.add(echo)
+                echo.add_done_callback(echoes.discard)
                 continue
             if isinstance(message, ShellInput):
                 held = TeleopInput(forward=message.forward, turn=message.turn, tilt=message.tilt)
@@ -129,6 +133,8 @@ async def _listen(
             commands.add(task)
             task.add_done_callback(commands.discard)
     finally:
+        for echo in echoes:
+            echo.cancel()
         if held != NO_INPUT:
             # The browser may have disconnected with a key held down.
             controller.send_input(NO_INPUT)
@@ -202,6 +208,10 @@ _Command = (
     ShellCommand | ShellDrive | ShellRoom | ShellSearch | ShellNote | ShellQueue | ShellSaved
     | ShellVerdict
 )  # fmt: skip
+
+
+async def _echo(message: ShellPing, put: Callable[[bytes], Awaitable[None]]) -> None:
+    await put(msgspec.json.encode(ShellPong(t=message.t)))
 
 
 async def _name(
