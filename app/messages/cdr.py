@@ -79,8 +79,3 @@ def stamp_ns_of(message_header: Any) -> int:
     if sec < 0 or nanosec >= _NS:
         raise MessageError(f"a stamp of {sec} s and {nanosec} ns is not a time")
     return sec * _NS + nanosec
-
-
-def frame_name(name: str) -> str:
-    """Return the name of a coordinate frame without the slash before it, as tf2 does."""
-    return name.removeprefix("/")

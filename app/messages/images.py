@@ -14,15 +14,7 @@ from PIL import Image as PillowImage
 from PIL import UnidentifiedImageError
 
 from app.messages import keys
-from app.messages.cdr import (
-    MessageError,
-    decode,
-    encode,
-    frame_name,
-    header,
-    make,
-    stamp_ns_of,
-)
+from app.messages.cdr import MessageError, decode, encode, header, make, stamp_ns_of
 from ippon.camera import PinholeCamera
 
 MAX_PIXELS: Final = 4096 * 4096
@@ -283,7 +275,7 @@ def decode_camera(payload: bytes) -> StampedCamera:
         raise MessageError(f"camera info: {error}") from error
     return StampedCamera(
         stamp_ns=stamp_ns_of(message.header),
-        frame_id=frame_name(message.header.frame_id),
+        frame_id=keys.frame_name(message.header.frame_id),
         camera=camera,
     )
 

@@ -8,16 +8,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.messages.cdr import (
-    MessageError,
-    decode,
-    encode,
-    frame_name,
-    header,
-    make,
-    stamp_ns_of,
-)
-from app.messages.keys import BASE_FRAME, CAMERA_FRAME, WORLD_FRAME
+from app.messages.cdr import MessageError, decode, encode, header, make, stamp_ns_of
+from app.messages.keys import BASE_FRAME, CAMERA_FRAME, WORLD_FRAME, frame_name
 from ippon.geometry import (
     Float64Array,
     make_transform,

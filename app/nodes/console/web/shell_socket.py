@@ -89,16 +89,9 @@ async def _listen(
     state_feed: StateFeed,
 ) -> None:
     commands: set[asyncio.Task[None]] = set()
-    echoes: set[asyncio.Task[None]] = set()
     held = NO_INPUT
     try:
         async for message in page_messages(socket, _decoder, "the shell", MAX_MESSAGE):
-            if isinstance(message, ShellPing):
-                # Not awaited: a Stop must be read while the line to the page is full.
-                echo = asyncio.create_task(_echo(message, put))
-                echoes.add(echo)
-                echo.add_done_callback(echoes.discard)
-                continue
             if isinstance(message, ShellInput):
                 held = TeleopInput(forward=message.forward, turn=message.turn, tilt=message.tilt)
                 controller.send_input(held)
@@ -124,7 +117,10 @@ async def _listen(
             if isinstance(message, ShellFrame):
                 state_feed.scene.frame(standing.browser)
                 continue
-            if isinstance(message, ShellLease):
+            if isinstance(message, ShellPing):
+                # Not awaited: a Stop must be read while the line to the page is full.
+                task = asyncio.create_task(_echo(message, put))
+            elif isinstance(message, ShellLease):
                 task = asyncio.create_task(standing.act(message))
             elif isinstance(message, ShellHover):
                 task = asyncio.create_task(_name(message, put, state_feed, standing.browser))
@@ -133,8 +129,6 @@ async def _listen(
             commands.add(task)
             task.add_done_callback(commands.discard)
     finally:
-        for echo in echoes:
-            echo.cancel()
         if held != NO_INPUT:
             # The browser may have disconnected with a key held down.
             controller.send_input(NO_INPUT)

@@ -63,10 +63,8 @@ class GoalQueue:
         A copy of what is searched for or waits as the same copy is not queued again.
         """
         with self._lock:
-            copies = (
-                one for one in self._unfinished() if one.copy_of and one.copy_of == search.copy_of
-            )
-            copy = next(copies, None)
+            copies = (one for one in self._unfinished() if one.copy_of == search.copy_of)
+            copy = next(copies, None) if search.copy_of else None
             if copy is not None:
                 note = f"goal {copy.goal.goal_id} searches for it already"
                 return Place(copy.goal.goal_id, 0, None, note, is_new=False)
