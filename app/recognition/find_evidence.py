@@ -78,9 +78,10 @@ def explain(recognition: Recognition, label: str, finds: Sequence[Find]) -> list
     config = recognition.map_of(label).config
     collector = EvidenceCollector([label], config.voxel_size_m, config.ooi_max_range_m)
     for view in recognition.views:
-        if view.detections is not None:
+        detections = view.with_masks()
+        if detections is not None:
             frame = _frame_of(view)
-            collector.add(frame, heatmap_of_instances(view.detections, frame.depth))
+            collector.add(frame, heatmap_of_instances(detections, frame.depth))
     prior = -math.log(len(recognition.map_of(label).labels))
     out: list[FindEvidence] = []
     for find in finds:
