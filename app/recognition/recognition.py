@@ -23,7 +23,7 @@ from ippon.mission.finds.image_check import ImageCheckConfig
 from ippon.mission.finds.size_check import SizeCheck, SizeCheckConfig
 from ippon.mission.goal import Goal
 from ippon.mission.snapshot import Find
-from ippon.observation import Heatmap, HeatmapKind, Observation
+from ippon.observation import Detections, Heatmap, HeatmapKind, Observation
 from ippon.observation_model import ObservationModels
 from ippon.planning.surface_scale import surface_scale
 from ippon.segmentation.detectors.vocabulary import closed_vocabulary
@@ -105,6 +105,10 @@ class Recognition:
         """Number of refused frames."""
         self.refusal = ""
         """Why the last of them was refused."""
+        self.boxes = 0
+        """Number of boxes of the network that were used."""
+        self.invalid_boxes = 0
+        """Number of those that were not, see `Detections.dropped`."""
         self.upright = UprightCheck()
         """Whether the images are upside down."""
         self.dropped = 0
@@ -131,6 +135,9 @@ class Recognition:
                 "the one that it gives an object, such as tv for a monitor"
             )
         number, self.frames = self.frames, self.frames + 1
+        if isinstance(observation, Detections):
+            self.boxes += len(observation.instances)
+            self.invalid_boxes += observation.dropped
         self._finds.clear()
         heatmap = _heatmap(observation, frame)
         if not self._maps:

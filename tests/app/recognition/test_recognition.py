@@ -5,6 +5,7 @@ import math
 import re
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,12 +13,14 @@ from PIL import Image
 
 from app.cli.main import run
 from app.cli.tools import recognise as command
+from app.recognition import page as page_module
 from app.recognition.frames import Tally, open_source
 from app.recognition.recognition import Recognition, labels_of
 from ippon.camera import PinholeCamera
 from ippon.frame import Frame
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
-from ippon.observation import Detections, Instance
+from ippon.observation import Detections, Heatmap, Instance
+from ippon.observation_model import NOT_RECOGNISED
 from ippon.segmentation.detectors.vocabulary import ClosedVocabulary
 from ippon.tracking.upright import UprightCheck
 from tests.locations import ROOT, SHARED
@@ -255,3 +258,54 @@ def test_refused_frames_and_images_that_are_upside_down_are_told(
     told = capsys.readouterr().err
     assert "1 of 2 frames were refused; the last one: camera at (30000.00, 0.00" in told
     assert "the camera's images are upside down" in told
+
+
+def test_a_network_whose_boxes_are_mostly_invalid_is_told(fake, tmp_path, capsys):
+    cup = Instance(label="cup", score=0.2, box_px=(70.0, 50.0, 90.0, 70.0))
+    seen = Detections(
+        source="own", labels=("cup",), ooi=None, image_size=(120, 160), instances=(cup,), dropped=1
+    )
+    fake.segment = lambda *_: seen
+    assert run(["recognise", str(tmp_path), "--find", "cup"]) == 0
+    assert "boxes" not in capsys.readouterr().err
+    fake.segment = lambda *_: replace(seen, dropped=40)
+    assert run(["recognise", str(tmp_path), "--find", "cup"]) == 0
+    assert "40 boxes of the network were not used, being outside the" in capsys.readouterr().err
+
+
+def test_a_page_of_a_network_without_instances_says_nothing_of_them(
+    tmp_path, monkeypatch, fake, capsys
+):
+    del fake
+
+    class Dense:
+        """Scores the middle of every image as a cup."""
+
+        def segment(self, color, labels, ooi):
+            scores = np.full((12, 16, len(labels)), NOT_RECOGNISED, np.uint8)
+            scores[5:7, 7:9, labels.index("cup")] = 200
+            return Heatmap(labels=labels, ooi=ooi, probabilities=scores, kind="scores", source="x")
+
+    monkeypatch.setattr(command, "segmenter_of", lambda _: Dense())
+    page = tmp_path / "page.html"
+    assert run(["recognise", str(tmp_path), "--find", "cup,hat", "--page", str(page)]) == 0
+    assert re.search(r"^  p 0\.\d\d at .* m long$", capsys.readouterr().out, re.MULTILINE)
+    text = page.read_text()
+    assert text.count('class="find"') == 1
+    assert "<p>No find.</p>" in text
+    assert "Recognised in" not in text
+    assert "recognised it in no image" not in text
+
+
+def test_the_finds_of_two_words_for_one_class_have_one_mark(fake, tmp_path, monkeypatch):
+    cup = Instance(label="cup", score=0.9, box_px=(70.0, 50.0, 90.0, 70.0))
+    seen = Detections(
+        source="own", labels=("cup",), ooi=None, image_size=(120, 160), instances=(cup,)
+    )
+    fake.segment = lambda *_: seen
+    drawn = []
+    monkeypatch.setattr(page_module, "plan", lambda _, marks: drawn.extend(marks))
+    page = tmp_path / "page.html"
+    assert run(["recognise", str(tmp_path), "--find", "cup,mug", "--page", str(page)]) == 0
+    assert [text for text, _ in drawn] == ["1, 2"]
+    assert page.read_text().count('class="find"') == 2
