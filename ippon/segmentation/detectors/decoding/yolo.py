@@ -10,7 +10,6 @@ from ippon.segmentation.detectors.decoding.candidates import (
     Candidates,
     from_centres,
     grid_cells,
-    probabilities,
 )
 from ippon.segmentation.detectors.decoding.outlines import mask_in_image
 from ippon.segmentation.detectors.image_input import Placement
@@ -70,16 +69,12 @@ def decode_yolov8(outputs: Sequence[NDArray[np.float32]], classes: int) -> Candi
     scores = columns[:, _BOX : _BOX + classes]
     if len(outputs) == 1:
         return Candidates(boxes=boxes, scores=scores)
-    coefficients = columns[:, _BOX + classes :]
-    prototypes = outputs[1].astype(np.float64)
+    coefficients, prototypes = outputs[0].T[:, _BOX + classes :], outputs[1]
 
     def masks(rows: Sequence[int], place: Placement) -> list[NDArray[np.bool_]]:
-        chances = [
-            probabilities(np.tensordot(coefficients[row], prototypes, axes=1)) for row in rows
-        ]
         return [
-            mask_in_image(chance, place, boxes[row])
-            for row, chance in zip(rows, chances, strict=True)
+            mask_in_image(np.tensordot(coefficients[row], prototypes, axes=1), place, boxes[row])
+            for row in rows
         ]
 
     return Candidates(boxes=boxes, scores=scores, masks=masks)
