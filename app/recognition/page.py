@@ -67,16 +67,14 @@ def page_of(
     sections: list[_Section] = []
     # Words for one class have the same finds.
     marks: dict[tuple[float, float, float], list[str]] = {}
-    explained: dict[str, list[FindEvidence]] = {}
+    in_map = {label: recognition.finds(label) for label in label_of.values()}
+    explained = explain(recognition, in_map)
     count = 0
     for name, label in label_of.items():
-        in_map = recognition.finds(label)
         finds = in_own_world(recognition, label, source.T_map_world)
-        if label not in explained:
-            explained[label] = explain(recognition, label, in_map)
         best = None if finds else best_detection(recognition, label)
         sections.append(_Section(name, finds, explained[label], best))
-        for one in in_map:
+        for one in in_map[label]:
             count += 1
             marks[one.position_world] = [*marks.get(one.position_world, []), str(count)]
     images = _images(source, sections)
