@@ -93,7 +93,8 @@ def _collected(recognition: Recognition, labels: Sequence[str]) -> EvidenceColle
         detections = view.with_masks()
         if detections is not None:
             frame = _frame_of(view)
-            collector.add(frame, heatmap_of_instances(detections, frame.depth))
+            heatmap = heatmap_of_instances(detections, frame.depth, apart=recognition.apart)
+            collector.add(frame, heatmap)
     return collector
 
 

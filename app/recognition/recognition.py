@@ -93,6 +93,8 @@ class Recognition:
         self.models = models or ObservationModels()
         self._config = MapConfig(voxel_size_m=voxel_size_m, memory_limit_mb=memory_limit_mb)
         self._objects = tuple(dict.fromkeys(objects))
+        self.apart = frozenset(self._objects) - frozenset(MATTERPORT_40)
+        """Objects that are read each for itself, see `heatmap_of_instances`."""
         self._maps: list[VoxelMap] = []
         self._goals: list[GoalLayers] = []
         self._finds: dict[str, tuple[Find, ...]] = {}
@@ -139,7 +141,11 @@ class Recognition:
             self.boxes += len(observation.instances)
             self.invalid_boxes += observation.dropped
         self._finds.clear()
-        heatmap = _heatmap(observation, frame)
+        heatmap = (
+            observation
+            if isinstance(observation, Heatmap)
+            else heatmap_of_instances(observation, frame.depth, apart=self.apart)
+        )
         if not self._maps:
             self._begin(heatmap.kind)
         seen = replace(frame, heatmap=heatmap)
@@ -264,14 +270,6 @@ def in_own_world(
             )
         )
     return found
-
-
-def _heatmap(observation: Observation, frame: Frame) -> Heatmap:
-    return (
-        observation
-        if isinstance(observation, Heatmap)
-        else heatmap_of_instances(observation, frame.depth)
-    )
 
 
 def _is_large_enough(check: SizeCheck, find: Find) -> bool:

@@ -50,7 +50,7 @@ def recognise(*arguments):
 CAMERA = PinholeCamera(width=160, height=120, fx=150.0, fy=150.0, cx=79.5, cy=59.5)
 
 
-def on_a_wall(scores, asked, gives=None):
+def on_a_wall(scores, asked, gives=None, also=None):
     """Return what is found on a wall 1.5 m away; of some images a detector sees a cup on it."""
     recognition = Recognition(asked, memory_limit_mb=128.0)
     T_world_camera = make_transform(R_BASE_CAMERA_LEVEL, (0.0, 0.0, 1.0))
@@ -68,7 +68,7 @@ def on_a_wall(scores, asked, gives=None):
         cup = Instance(label="cup", score=score, box_px=(70.0, 50.0, 90.0, 70.0))
         seen = Detections(
             source="x", labels=known, ooi=None, image_size=(120, 160),
-            instances=(cup,) if score else (),
+            instances=(*([cup] if score else []), *([also] if also else [])),
         )  # fmt: skip
         recognition.add(frame, seen)
     return recognition.finds("cup"), recognition.map_of("cup").best_ooi()
@@ -80,6 +80,9 @@ def test_a_find_does_not_depend_on_what_else_is_asked_for():
     others = [f"thing_{n}" for n in range(60)]
     assert on_a_wall([0.45] * 8, ["cup", *others[:3]]) == (alone, best)
     assert on_a_wall([0.45] * 8, ["cup", *others[:8]]) == (alone, best)
+    vase = Instance(label="vase", score=0.9, box_px=(71.0, 51.0, 89.0, 69.0))
+    finds, _ = on_a_wall([0.45] * 8, ["cup", "vase"], also=vase)
+    assert finds == alone, "what else is seen in its place is another matter"
 
 
 def test_what_most_images_do_not_recognise_is_no_find_although_the_map_believes_it():
