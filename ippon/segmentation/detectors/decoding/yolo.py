@@ -69,7 +69,9 @@ def decode_yolov8(outputs: Sequence[NDArray[np.float32]], classes: int) -> Candi
     scores = columns[:, _BOX : _BOX + classes]
     if len(outputs) == 1:
         return Candidates(boxes=boxes, scores=scores)
-    coefficients, prototypes = outputs[0].T[:, _BOX + classes :], outputs[1]
+    # Of float16 numpy multiplies slowly.
+    coefficients = outputs[0].T[:, _BOX + classes :].astype(np.float32)
+    prototypes = outputs[1].astype(np.float32)
 
     def masks(rows: Sequence[int], place: Placement) -> list[NDArray[np.bool_]]:
         return [
