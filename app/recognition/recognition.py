@@ -71,8 +71,9 @@ class RecognisedFind:
 class Recognition:
     """Integrates frames, then returns the finds.
 
-    Each object is an object of interest from the first frame on, so that probabilities equal those
-    of a search, whatever else is requested. A map takes eight of them.
+    Each object is an object of interest from the first frame on and is read for itself, so that
+    probabilities are the same whatever else is requested. A map takes eight of them. Unlike in a
+    search, all images within range count, however small the object is in them, and all heights.
 
     Args:
         objects: Labels that the network gives the requested objects, see `labels_of`.
