@@ -41,6 +41,11 @@ IMAGE_CHECK: Final = ImageCheckConfig()
 LIKELY: Final = 0.75
 """Probability from which a small find needs the smaller share; lower admits more wrong finds."""
 
+PLAUSIBLE_M: Final = (0.2, 20.0)
+"""Range of the median depth of a recording of rooms; others tell of a wrong unit."""
+DEPTH_STEP: Final = 8
+"""Pixels between those whose depth is looked at for it."""
+
 Observe = Callable[[Frame, Sequence[str]], Observation]
 
 
@@ -112,6 +117,7 @@ class Recognition:
         """Number of boxes of the network that were used."""
         self.invalid_boxes = 0
         """Number of those that were not, see `Detections.dropped`."""
+        self._depths_m: list[float] = []
         self.upright = UprightCheck()
         """Whether the images are upside down."""
         self.dropped = 0
@@ -158,9 +164,24 @@ class Recognition:
             self.refusal = str(error)
             return
         self.upright.add(frame)
+        some = frame.depth[::DEPTH_STEP, ::DEPTH_STEP]
+        self._depths_m.append(float(np.median(some[some > 0.0])) if (some > 0.0).any() else 0.0)
         self.dropped += sum(update.blocks_dropped for update in updates)
         self._last = frame
         self.views.append(View.of(number, frame, observation))
+
+    @property
+    def depth_note(self) -> str:
+        """What a user should know of the images' depth; empty if it is that of a room."""
+        known = [depth_m for depth_m in self._depths_m if depth_m > 0.0]
+        if not self._depths_m or (known and PLAUSIBLE_M[0] <= np.median(known) <= PLAUSIBLE_M[1]):
+            return ""
+        if not known:
+            return "no image has any depth: nothing can be found"
+        return (
+            f"the depth of the images is {round(float(np.median(known)), 3):g} m (median), so that little or "
+            "nothing can be found: is its unit right (`depth_unit_m`)?"
+        )
 
     def map_of(self, label: str) -> VoxelMap:
         """Return the map that an object is in, once a frame was given."""

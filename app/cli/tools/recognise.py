@@ -113,6 +113,8 @@ def _report_frames(recognition: Recognition, left_out: str) -> None:
             "--segmentation.family names",
             file=sys.stderr,
         )
+    if recognition.depth_note:
+        print(f"ippon: {recognition.depth_note}", file=sys.stderr)
     if recognition.upright.is_upside_down:
         print(f"ippon: {UPSIDE_DOWN}", file=sys.stderr)
     if recognition.dropped:

@@ -276,6 +276,27 @@ def test_a_network_whose_boxes_are_mostly_invalid_is_told(fake, tmp_path, capsys
     assert "40 boxes of the network were not used, being outside the" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("unit_m", "millimetres", "note"),
+    [
+        (0.001, 1500, ""),
+        (1.0, 1500, "the depth of the images is 1500 m (median)"),
+        (0.00001, 1500, "the depth of the images is 0.015 m (median)"),
+        (0.001, 0, "no image has any depth"),
+    ],
+)
+def test_depth_of_another_unit_is_told(fake, tmp_path, capsys, unit_m, millimetres, note):
+    del fake
+    read = json.loads((tmp_path / "sequence.json").read_text())
+    (tmp_path / "sequence.json").write_text(json.dumps(read | {"depth_unit_m": unit_m}))
+    depth = np.full((120, 160), millimetres, np.uint16)
+    Image.fromarray(depth).save(tmp_path / "0.depth.png")
+    assert run(["recognise", str(tmp_path), "--find", "cup"]) == 0
+    told = capsys.readouterr().err
+    assert note in told
+    assert bool(note) == ("depth" in told)
+
+
 def test_a_page_of_a_network_without_instances_says_nothing_of_them(
     tmp_path, monkeypatch, fake, capsys
 ):
