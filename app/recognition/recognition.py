@@ -179,8 +179,8 @@ class Recognition:
         if not known:
             return "no image has any depth: nothing can be found"
         return (
-            f"the depth of the images is {round(float(np.median(known)), 3):g} m (median), so that little or "
-            "nothing can be found: is its unit right (`depth_unit_m`)?"
+            f"the depth of the images is {round(float(np.median(known)), 3):g} m (median), so that "
+            "little or nothing can be found: is its unit right (`depth_unit_m`)?"
         )
 
     def map_of(self, label: str) -> VoxelMap:
