@@ -28,6 +28,11 @@ def version_text(methods: Iterable[str]) -> str:
     return ", ".join(parts)
 
 
+def program_of(version: str) -> str:
+    """Return a version text without the code of installed methods, which differs between runs."""
+    return ", ".join(part for part in version.split(", ") if " code " not in part)
+
+
 def code_of(method: str) -> str | None:
     """Return name and digest of the code of an installed method: "mine code 1a2b3c4d".
 
