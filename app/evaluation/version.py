@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from ippon import extensions
+from ippon.evaluation.methods.method_table import METHODS
 
 _LIBRARIES: Final = ("numpy", "numba", "ompl", "scipy")
 
@@ -38,7 +39,9 @@ def code_of(method: str) -> str | None:
 
     All Python files of its package count. None for a method of this program: the commit names it.
     """
-    module = extensions.module_of(extensions.METHODS, method)
+    module = None
+    if method not in METHODS:
+        module = extensions.module_of(extensions.METHODS, method)
     spec = None if module is None else importlib.util.find_spec(module.partition(".")[0])
     if spec is None:
         return None
