@@ -2,12 +2,17 @@
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 from ippon.command import Command, GoalOutcome, NavigationGoal
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.mapping.arrays import MapArrays
 from ippon.planning.plan import NodeKind, Plan
 from ippon.robot import RobotProfile
+
+MAX_STEP_S: Final = 0.5
+"""Longest time that a step counts: while frames are missing nobody sees whether the robot moves,
+and without commands it stands."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -172,6 +177,7 @@ class GoalFollower:
 
     def _aim(self, x: float, y: float, yaw: float, T_world_base: Float64Array, dt_s: float) -> None:
         """Keep the present goal, or replace it where the target has moved beyond the limits."""
+        dt_s = min(dt_s, MAX_STEP_S)
         self._age_s += dt_s
         goal, config = self._goal, self.config
         if goal is None or not self._keeps(goal, x, y, yaw):
