@@ -48,6 +48,8 @@ _STREAM_OF: Final = {
 """Stream that counts the messages of each topic, "" for none; decoded in this order."""
 UNMATCHED: Final = 10
 """Consecutive heatmaps and detections without a matching image after which the operator is told."""
+MISFITS: Final = 10
+"""Consecutive images with mostly invalid boxes after which the operator is told."""
 REQUIRED: Final = ("colour", "depth", "pose")
 """Streams without which there is no frame."""
 
@@ -193,6 +195,11 @@ class FrameIntake:
             notes.append(
                 "no image has the stamp of the detections: a detector must copy the header of "
                 "its colour image"
+            )
+        if self.assembler.detector.misfits >= MISFITS:
+            notes.append(
+                "most boxes of the detector are outside the image or empty, or their scores are "
+                "not 0 to 1: boxes are in pixels of the colour image"
             )
         return tuple(note for note in notes if note)
 
