@@ -11,8 +11,8 @@ from ippon.planning.plan import NodeKind, Plan
 from ippon.robot import RobotProfile
 
 MAX_STEP_S: Final = 0.5
-"""Longest time that a step counts: while frames are missing nobody sees whether the robot moves,
-and without commands it stands."""
+"""Longest time without motion that one step counts: while frames are missing nobody sees whether the
+robot moves, and without commands it stands."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -177,7 +177,6 @@ class GoalFollower:
 
     def _aim(self, x: float, y: float, yaw: float, T_world_base: Float64Array, dt_s: float) -> None:
         """Keep the present goal, or replace it where the target has moved beyond the limits."""
-        dt_s = min(dt_s, MAX_STEP_S)
         self._age_s += dt_s
         goal, config = self._goal, self.config
         if goal is None or not self._keeps(goal, x, y, yaw):
@@ -217,7 +216,7 @@ class GoalFollower:
         ):
             self._still_at, self._still_s, self._moved = (x, y, yaw), 0.0, True
         else:
-            self._still_s += dt_s
+            self._still_s += min(dt_s, MAX_STEP_S)
 
     def _fail(self) -> None:
         self._failed = self._goal
