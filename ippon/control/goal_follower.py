@@ -11,8 +11,8 @@ from ippon.planning.plan import NodeKind, Plan
 from ippon.robot import RobotProfile
 
 MAX_STEP_S: Final = 0.5
-"""Longest time without motion that one step counts: while frames are missing nobody sees whether the
-robot moves, and without commands it stands."""
+"""Longest time without motion that one step counts: while frames are missing nobody sees whether
+the robot moves, and without commands it stands."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
