@@ -8,7 +8,12 @@ from ippon.mission.behaviors.behavior import Action, StepContext
 from ippon.mission.config import MissionConfig
 from ippon.mission.finds.attributes.attribute_check import by_model, contradiction
 from ippon.mission.finds.context_check import contradicts_context
-from ippon.mission.finds.find_geometry import find_from, nearest_find, reached_find
+from ippon.mission.finds.find_geometry import (
+    at_heights,
+    find_from,
+    nearest_find,
+    reached_find,
+)
 from ippon.mission.finds.rejection import set_aside
 from ippon.mission.finds.second_opinion import SecondOpinions
 from ippon.mission.journal import Journal
@@ -32,6 +37,7 @@ class Confirmation:
         self._context = config.context_check
         self._min_images = config.image_check.min_images
         self._find_from = config.planner.ooi_threshold
+        self._view = config.planner.view
         self._opinions = opinions
         self._rooms = rooms
         self._voxel_map = voxel_map
@@ -117,6 +123,10 @@ class Confirmation:
         plan = step.plan
         if plan.out_of_reach_m is not None:
             return find_from(candidates, T_world_base, plan.out_of_reach_m)
+        # T(n) counts no voxel below or above these heights: it belongs to another storey.
+        floor_z_m, view = float(T_world_base[2, 3]), self._view
+        low_m, high_m = floor_z_m + view.object_low_m, floor_z_m + view.band_high_m
+        candidates = at_heights(candidates, low_m, high_m)
         find = reached_find(candidates, T_world_base)
         if find is None and plan.ends_search:
             return nearest_find(candidates, T_world_base)

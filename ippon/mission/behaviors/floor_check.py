@@ -4,9 +4,11 @@ import math
 from dataclasses import dataclass
 
 from ippon.command import Command
+from ippon.frame import FLOORS_APART_M
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.mission.behaviors.behavior import Action, StepContext
 from ippon.mission.behaviors.config import FloorCheckConfig
+from ippon.mission.safe_motion import COMMAND_S
 from ippon.mission.snapshot import MissionState
 from ippon.planning.plan import NodeKind, Plan
 from ippon.robot import RobotProfile
@@ -16,6 +18,7 @@ from ippon.robot import RobotProfile
 class _Check:
     x_m: float
     y_m: float
+    floor_z_m: float
     bearing_rad: float
     left_s: float
     """Seconds until it is abandoned: a robot without space to turn never faces the floor."""
@@ -54,20 +57,19 @@ class FloorCheck:
             tilt_rad: Tilt of its camera.
             dt_s: Seconds since the last step.
         """
-        x, y, yaw = float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
+        at, yaw = T_world_base[:3, 3], yaw_of(T_world_base)
         check = self._active
-        if (
-            check is not None
-            and math.hypot(x - check.x_m, y - check.y_m) > self._config.same_place_m
-        ):
+        if check is not None and not self._is_at(check, at):
             check = None
         if check is None:
-            check = self._on_path(plan, x, y, yaw, tilt_rad) or self._at_gap(plan, x, y, yaw)
+            check = self._on_path(plan, at, yaw, tilt_rad) or self._at_gap(plan, at, yaw)
             if check is not None:
                 self._earlier.append(check)
         self._active = check
         if check is None:
             return None
+        # While frames are missing no image shows the floor.
+        dt_s = min(dt_s, COMMAND_S)
         check.left_s -= dt_s
         error, tilt_off = wrap_angle(check.bearing_rad - yaw), abs(tilt_rad - self._tilt)
         config = self._config
@@ -81,15 +83,14 @@ class FloorCheck:
         rate = min(max(error / max(dt_s, 0.1), -fastest), fastest)
         return Command(yaw_rate_rad_s=rate, tilt_rad=self._tilt)
 
-    def _on_path(
-        self, plan: Plan, x: float, y: float, yaw: float, tilt_rad: float
-    ) -> _Check | None:
+    def _on_path(self, plan: Plan, at: Float64Array, yaw: float, tilt_rad: float) -> _Check | None:
         """Return a check of the straight path to the target, where that may save enough time."""
         if plan.target is None or plan.unseen_shortcut_m <= 0.0:
             return None
+        x, y, z = at.tolist()
         dx, dy = plan.target.position_world[0] - x, plan.target.position_world[1] - y
         bearing, robot = math.atan2(dy, dx), self._robot
-        if self._was_checked(x, y, bearing):
+        if self._was_checked(at, bearing):
             return None
         turn_s = abs(wrap_angle(bearing - yaw)) / robot.max_yaw_rate_rad_s
         tilt_s = abs(self._tilt - tilt_rad) / robot.max_tilt_rate_rad_s
@@ -97,26 +98,32 @@ class FloorCheck:
         straight_s = math.hypot(dx, dy) / robot.max_linear_m_s
         if plan.target.path_cost_s < check_s + straight_s + self._config.min_saving_s:
             return None
-        return _Check(x, y, bearing, 2.0 * check_s + 2.0)
+        return _Check(x, y, z, bearing, 2.0 * check_s + 2.0)
 
-    def _at_gap(self, plan: Plan, x: float, y: float, yaw: float) -> _Check | None:
+    def _at_gap(self, plan: Plan, at: Float64Array, yaw: float) -> _Check | None:
         """Return a check of unseen floor that may lead to a room, unless an approach is planned."""
         target, gap = plan.target, plan.floor_gap
         ends = target is not None and target.kind is NodeKind.TERMINATING
         if gap is None or ends or plan.closer_look or plan.out_of_reach_m is not None:
             return None
+        x, y, z = at.tolist()
         bearing = math.atan2(gap[1] - y, gap[0] - x)
-        if self._was_checked(x, y, bearing):
+        if self._was_checked(at, bearing):
             return None
         turn_s = abs(wrap_angle(bearing - yaw)) / self._robot.max_yaw_rate_rad_s
         left_s = 2.0 * (turn_s + self._config.hold_s) + 2.0
-        return _Check(x, y, bearing, left_s, why="looking at the floor that may lead to a room")
+        return _Check(x, y, z, bearing, left_s, why="looking at the floor that may lead to a room")
 
-    def _was_checked(self, x: float, y: float, bearing: float) -> bool:
+    def _was_checked(self, at: Float64Array, bearing: float) -> bool:
         """Return whether an earlier check from here had about the same bearing."""
+        seen_rad = self._config.seen_fraction * self._robot.horizontal_fov_rad
         return any(
-            math.hypot(x - earlier.x_m, y - earlier.y_m) < self._config.same_place_m
-            and abs(wrap_angle(bearing - earlier.bearing_rad))
-            < self._config.seen_fraction * self._robot.horizontal_fov_rad
+            self._is_at(earlier, at) and abs(wrap_angle(bearing - earlier.bearing_rad)) < seen_rad
             for earlier in self._earlier
         )
+
+    def _is_at(self, check: _Check, at: Float64Array) -> bool:
+        """Return whether a check is from about the place (3,), on the same storey."""
+        away = math.hypot(at[0] - check.x_m, at[1] - check.y_m)
+        same_storey = abs(at[2] - check.floor_z_m) <= FLOORS_APART_M
+        return same_storey and away < self._config.same_place_m

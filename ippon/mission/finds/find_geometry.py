@@ -116,6 +116,16 @@ def reached_find(candidates: Iterable[Find], T_world_base: Float64Array) -> Find
     return max(reached, key=lambda find: find.voxels, default=None)
 
 
+def at_heights(candidates: Iterable[Find], low_m: float, high_m: float) -> tuple[Find, ...]:
+    """Return the candidates whose boxes reach between two heights in the world, metres."""
+    return tuple(
+        find
+        for find in candidates
+        if low_m <= find.position_world[2] + 0.5 * find.size_m[2]
+        and find.position_world[2] - 0.5 * find.size_m[2] <= high_m
+    )
+
+
 def find_from(candidates: Iterable[Find], T_world_base: Float64Array, away_m: float) -> Find | None:
     """Return the candidate that a search ends at if no path leads closer to it.
 

@@ -176,7 +176,14 @@ class ViewpointStore:
         return self._weighed != before
 
     def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:
-        """Weigh gains by evidence from beyond the map's range from now on; None for none."""
+        """Weigh gains by evidence from beyond the map's range from now on; None for none.
+
+        It is that of another goal: viewpoints that showed the object before are evaluated again,
+        and end no search until then.
+        """
+        terminating = self.termination > 0.0
+        self.termination[terminating] = 0.0
+        self.evaluated[terminating] = -1
         self._far_evidence, self._far_evidence_revision = far_evidence, 0
         self.far_evidence_nat[:] = 0.0
         self.cued[:] = False

@@ -131,6 +131,19 @@ def test_a_robot_that_stands_still_far_from_its_goal_has_failed():
     assert follower.take_failed().number == 1
 
 
+def test_a_gap_between_two_frames_is_no_time_in_which_the_robot_stood():
+    follower = Follower(stuck_s=6.0)
+    plan = make_plan([(0, 0), (3, 1)])
+    follower.to(3.0, 1.0)
+    follower.report(1, GoalOutcome.ACCEPTED)
+    follower.step(plan, START, -0.3, None, 60.0)
+    assert follower.take_failed() is None
+    near = base_pose(2.8, 1.1, 0.0, 0.1)
+    follower.step(plan, near, -0.3, None, DT_S)
+    follower.step(plan, near, -0.3, None, 60.0)
+    assert not follower.reached, "it may have arrived just now"
+
+
 def test_without_any_answer_the_robot_is_silent_and_nothing_counts_as_out_of_reach():
     follower = Follower(stuck_s=6.0)
     follower.to(3.0, 1.0, steps=10)

@@ -245,6 +245,21 @@ def test_other_levels_change_the_gain_without_a_ray(dense_map, monkeypatch):
     assert len(after.tree.parents) >= len(before.tree.parents), "the tree is kept"
 
 
+@pytest.mark.parametrize("same", [False, True])
+def test_another_goal_does_not_end_where_the_object_of_the_last_one_stands(dense_map, same):
+    volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (6.8, 4.8))
+    volume.fill((6.8, 2.3, 0.0), (6.9, 3.3, 2.0), FREE)
+    volume.fill((3.0, 2.2, 0.0), (4.6, 3.4, 0.5), OCCUPIED, ooi=0.95, level=1)
+    planner = make()
+    assert run(planner, volume, 40).ends_search
+    if not same:
+        volume.ooi[volume.state == OCCUPIED] = 0
+    planner.set_far_evidence(None)
+    planner.set_goal(probabilities=PROBABILITIES, termination_min=4.0)
+    ends = [planner.step(volume.arrays(), POSE, -0.2).ends_search for _ in range(5)]
+    assert ends[-1] if same else not any(ends)
+
+
 def test_rooms_that_are_inferred_again_leave_the_target_and_what_is_painted_does_not(two_rooms):
     volume = two_rooms(1.0)
     volume.fill((6.9, 2.0, 0.0), (7.0, 3.0, 1.8), FREE)

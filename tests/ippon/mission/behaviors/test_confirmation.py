@@ -1,12 +1,15 @@
 """A search ends at its terminating viewpoint, with a find that is in reach."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from ippon.control.path_follower import PathFollower
 from ippon.frame import Frame
+from ippon.geometry import base_pose
+from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.behaviors.behavior import StepContext
 from ippon.mission.behaviors.confirmation import Confirmation
 from ippon.mission.behaviors.pursuit import Pursuit
@@ -14,7 +17,7 @@ from ippon.mission.config import MissionConfig
 from ippon.mission.finds.second_opinion import SecondOpinions
 from ippon.mission.journal import Journal
 from ippon.mission.search import Search
-from ippon.mission.snapshot import MissionState
+from ippon.mission.snapshot import Find, MissionState
 from ippon.robot import ZED
 from ippon.simulation.robot.mobile_base import camera_of
 
@@ -92,3 +95,33 @@ def test_what_is_not_in_reach_is_not_found_by_a_plan_that_has_lost_it(before_a_b
     assert pursued.state is MissionState.SEARCHING
     assert search.find is None
     assert search.arrived_steps == 0
+
+
+@pytest.mark.parametrize("floor_z_m", [0.0, 3.0])
+def test_what_lies_on_another_storey_is_not_what_the_viewpoint_shows(floor_z_m):
+    T_world_base = base_pose(1.0, 2.0, floor_z_m, 0.0)
+    here, below, above = (
+        Find(
+            position_world=(1.6, 2.0, floor_z_m + up_m),
+            size_m=(0.2, 0.2, 0.2),
+            probability=0.9,
+            voxels=voxels,
+            box_px=box_px,
+        )
+        for up_m, voxels, box_px in (
+            (0.5, 3, None),
+            (-2.2, 40, (0, 0, 3, 3)),
+            (3.4, 50, (0, 0, 3, 3)),
+        )
+    )
+    config = MissionConfig()
+    voxel_map = VoxelMap(config.map, ["bed"])
+    rooms = SimpleNamespace(is_elsewhere=lambda *_: False)
+    opinions = SecondOpinions(config.second_opinion)
+    confirmation = Confirmation(config, voxel_map, Journal(), opinions, rooms)
+    chosen = SimpleNamespace(candidates=(above, below, here))
+    step = SimpleNamespace(
+        frame=SimpleNamespace(T_world_base=T_world_base),
+        plan=SimpleNamespace(out_of_reach_m=None, ends_search=True),
+    )
+    assert confirmation._find_here(step, chosen) is here

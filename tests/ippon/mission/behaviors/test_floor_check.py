@@ -114,6 +114,27 @@ def test_what_may_be_the_object_comes_before_a_room(closer):
     assert FloorCheck(FloorCheckConfig(), HABITAT).step(plan, base(0.0), 0.0, DT_S) is None
 
 
+def test_the_floor_of_another_storey_is_checked_too():
+    check, plan = (
+        FloorCheck(FloorCheckConfig(), HABITAT),
+        plan_to(0.0, 2.0, cost_s=30.0, unseen_m=1.5),
+    )
+    look(check, plan)
+    upstairs = base(0.0)
+    assert check.step(plan, upstairs, 0.0, DT_S) is None
+    upstairs[2, 3] = 2.8
+    assert check.step(plan, upstairs, 0.0, DT_S) is not None
+
+
+def test_time_without_images_is_no_look():
+    check, plan = (
+        FloorCheck(FloorCheckConfig(), HABITAT),
+        plan_to(2.0, 0.0, cost_s=30.0, unseen_m=1.5),
+    )
+    assert check.step(plan, base(0.0), -0.7, DT_S) is not None
+    assert check.step(plan, base(0.0), 0.0, 30.0) is not None, "the camera has still to be tilted"
+
+
 def test_is_dropped_when_the_robot_was_taken_elsewhere():
     check = FloorCheck(FloorCheckConfig(), HABITAT)
     assert check.step(plan_to(0.0, 2.0, 30.0, 1.5), base(0.0), 0.0, DT_S) is not None
