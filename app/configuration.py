@@ -233,6 +233,11 @@ def _converted(value: Any, kind: Any, path: Names) -> Any:
     try:
         return msgspec.convert(value, kind)
     except (msgspec.ValidationError, ValueError) as error:
+        if choices := typing.get_args(kind) if typing.get_origin(kind) is typing.Literal else ():
+            listed = ", ".join(map(str, choices))
+            raise ConfigurationError(
+                f"{_dotted(path)} is one of {listed}; got {value!r}"
+            ) from error
         raise ConfigurationError(f"{_dotted(path)}: {error}; got {value!r}") from error
 
 

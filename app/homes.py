@@ -45,7 +45,10 @@ def check_home(text: str) -> None:
         )
     missing = [name for name in ("scene.glb", "scene.json") if not (folder / name).is_file()]
     if missing:
-        raise UsageError(f"the folder {text} holds no {' and no '.join(missing)}")
+        raise UsageError(
+            f"the folder {text} holds no {' and no '.join(missing)}; examples/your_home.py writes "
+            "the scene.json of a mesh (docs/reference/scene-format.md)"
+        )
 
 
 def load_home(text: str, *, coloured_mugs: bool = False) -> Scene:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ippon.errors import IpponError
 from ippon.observation import Heatmap, HeatmapKind
+from ippon.vocabulary import canonical_label
 
 NOT_RECOGNISED: Final = 0
 """Heatmap value of a label that was searched for and not recognised in good view."""
@@ -143,7 +144,7 @@ class ObservationModel:
                 kind=_kind(content["kind"]),
                 provenance=str(content["provenance"]),
                 table=_table(content["table"]),
-                labels={str(k): _table(v) for k, v in content.get("labels", {}).items()},
+                labels=_tables(content.get("labels", {})),
             )
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             what = f"{error} is missing" if isinstance(error, KeyError) else str(error)
@@ -172,6 +173,13 @@ def _table(content: Mapping[str, Any]) -> ScoreTable:
         nats=tuple(float(n) for n in content["nats"]),
         not_recognised=float(content.get("not_recognised", 0.0)),
     )
+
+
+def _tables(content: Mapping[str, Any]) -> dict[str, ScoreTable]:
+    tables = {canonical_label(str(label)): _table(one) for label, one in content.items()}
+    if len(tables) < len(content):
+        raise ValueError(f"two of the labels are the same: {', '.join(content)}")
+    return tables
 
 
 def read_observation_model(path: Path) -> ObservationModel:

@@ -4,6 +4,8 @@
 authors chose for the building of their laboratory.
 """
 
+import unicodedata
+
 MATTERPORT_40: tuple[str, ...] = (
     "wall",
     "floor",
@@ -94,5 +96,9 @@ HABITAT_GOALS: tuple[str, ...] = ("chair", "bed", "plant", "toilet", "tv", "sofa
 
 
 def canonical_label(text: str) -> str:
-    """Return a label in the form of the vocabularies: lower case, words joined by underscores."""
-    return "_".join(text.replace("_", " ").replace("-", " ").lower().split())
+    """Return a label in the form of the vocabularies: lower case, words joined by underscores.
+
+    Letters with marks are single characters, however they were typed.
+    """
+    whole = unicodedata.normalize("NFC", text)
+    return "_".join(whole.replace("_", " ").replace("-", " ").lower().split())

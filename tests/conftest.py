@@ -1,12 +1,17 @@
 """What all tests share; threads and numba's cache are set before any test module is imported."""
 
 import atexit
+import functools
 import gc
+import os
 from collections.abc import Generator
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from xdist.remote import Producer
 from xdist.scheduler import LoadFileScheduling
+from xdist.workermanage import WorkerController
 
 from app.process.environment import prevent_spinning
 from app.process.kernel_cache import use_kernel_cache
@@ -21,6 +26,8 @@ settings.load_profile("patient")
 _LONG = {"process", "browser", "slow"}
 _REPEATED = {"process", "browser"}
 _PAGES = ("tests/product/", "_page.py")
+_FOR_PROCESSES = 2
+"""Number of workers that begin with files that start processes or browsers."""
 
 
 @pytest.hookimpl(wrapper=True)
@@ -57,12 +64,18 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         if not _REPEATED.isdisjoint(marks):
             item.add_marker(pytest.mark.flaky(reruns=1))
     items.sort(key=lambda item: (item.path not in browser, item.path not in long))
+    worker = os.environ.get("PYTEST_XDIST_WORKER")
+    if worker and long and not _is_for_processes(worker):
+        # Tests of processes have time limits of their own.
+        os.nice(5)
 
 
-class _OneBrowserAtATime(LoadFileScheduling):
-    """Gives a file of tests to one worker, and all files that draw a scene to the same.
+class _TwoKindsOfWorkers(LoadFileScheduling):
+    """Gives files with processes or browsers to the first workers, others to the others first.
 
-    A page without a GPU uses a core to draw: two at once leave nothing for what they show.
+    What waits for processes and what computes then run side by side from beginning to end. All
+    files that draw a scene are one piece of work: a page without a GPU uses a core to draw, and two
+    at once leave nothing for what they show.
     """
 
     def _split_scope(self, nodeid: str) -> str:
@@ -70,7 +83,25 @@ class _OneBrowserAtATime(LoadFileScheduling):
         draws = any(part in file for part in _PAGES)
         return "pages" if draws else file
 
+    def _assign_work_unit(self, node: WorkerController) -> None:
+        wanted = _is_for_processes(node.gateway.id)
+        kind = (scope for scope in self.workqueue if _starts_processes(scope) == wanted)
+        self.workqueue.move_to_end(next(kind, next(iter(self.workqueue))), last=False)
+        super()._assign_work_unit(node)
+
+
+@functools.cache
+def _starts_processes(scope: str) -> bool:
+    if scope == "pages":
+        return True
+    text = (Path(__file__).parents[1] / scope).read_text(encoding="utf-8")
+    return any(f"mark.{mark}" in text for mark in _REPEATED)
+
+
+def _is_for_processes(worker: str) -> bool:
+    return int(worker.removeprefix("gw")) < _FOR_PROCESSES
+
 
 @pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> LoadFileScheduling:
-    return _OneBrowserAtATime(config, log)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer | None) -> LoadFileScheduling:
+    return _TwoKindsOfWorkers(config, log)

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Final, cast
 
 from app.evaluation.errors import EvaluationError
 from app.homes import home_key
@@ -15,6 +15,14 @@ RUN_FILE = "run.json"
 TABLE_FILE = "episodes.jsonl"
 SESSIONS = "sessions"
 """Folder of recorded episodes."""
+
+
+_USUAL: Final = {
+    "segmentation_errors": "'paper'",
+    "mission": "the defaults",
+    "attribute_error_rate": "none, without --attributes",
+}
+"""Settings that are stored only where they are different."""
 
 
 class EvaluationFolder:
@@ -79,14 +87,15 @@ class EvaluationFolder:
             raise EvaluationError(f"{run} is damaged: {error}; use another folder") from error
 
     def _check_same(self, old: dict[str, Any], new: dict[str, Any]) -> None:
-        before, now = old.get("fixed", {}), new["fixed"]
-        odd = [k for k in sorted(set(before) | set(now)) if before.get(k) != now.get(k)]
+        odd = differing_settings(old, new)
         if odd:
-            listed = ", ".join(f"{k} {before.get(k)!r} (now {now.get(k)!r})" for k in odd)
-            how = "holds results of" if self.has_rows() else "was begun, without results yet, with"
+            listed = ", ".join(f"{key} {before} (now {now})" for key, before, now in odd)
+            how, or_else = "holds results of", ""
+            if not self.has_rows():
+                how, or_else = "was begun, without results yet, with", ", or delete it"
             raise EvaluationError(
                 f"{self.path} {how} another setup: {listed}; use another folder for --out, or the "
-                "same options"
+                f"same options{or_else}"
             )
         kept = old.get("configurations", {})
         for method, configuration in new.get("configurations", {}).items():
@@ -209,6 +218,23 @@ class EvaluationFolder:
         return self._rows / f"{episode_id}.{method}.json"
 
 
+def differing_settings(old: dict[str, Any], new: dict[str, Any]) -> list[tuple[str, str, str]]:
+    """Return the names of the fixed settings that differ, each with both values.
+
+    Settings that a folder does not have because they are usual are named by their usual value.
+    """
+    before, now = old.get("fixed", {}), new.get("fixed", {})
+    return [
+        (key, _named(key, before), _named(key, now))
+        for key in sorted({*before, *now})
+        if before.get(key) != now.get(key)
+    ]
+
+
+def _named(key: str, fixed: dict[str, Any]) -> str:
+    return repr(fixed[key]) if key in fixed else _USUAL.get(key, "unknown")
+
+
 def _read_settings(run: Path) -> dict[str, Any]:
     """Read the settings of a folder; raises OSError and ValueError."""
     settings = json.loads(run.read_text(encoding="utf-8"))
@@ -235,4 +261,6 @@ def _read_row(path: Path) -> EpisodeRow:
     try:
         return row_from(json.loads(path.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError) as error:
-        raise EvaluationError(f"{path} is damaged or of another version: {error}") from error
+        raise EvaluationError(
+            f"{path} is damaged or of another version: {error}; delete it to run that search again"
+        ) from error

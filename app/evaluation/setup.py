@@ -34,7 +34,7 @@ def expand_methods(text: str) -> tuple[str, ...]:
     try:
         found = tuple(dict.fromkeys(method_named(name).name for name in names))
     except ValueError as error:
-        raise EvaluationError(f"{error}; or {', '.join(groups)}") from error
+        raise EvaluationError(f"{error}; groups are {', '.join(groups)}") from error
     if not found:
         raise EvaluationError(f"no methods; there are {', '.join(METHODS)}")
     return found

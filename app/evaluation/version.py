@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from ippon import extensions
+from ippon.evaluation.methods.method_table import METHODS
 
 _LIBRARIES: Final = ("numpy", "numba", "ompl", "scipy")
 
@@ -28,12 +29,19 @@ def version_text(methods: Iterable[str]) -> str:
     return ", ".join(parts)
 
 
+def program_of(version: str) -> str:
+    """Return a version text without the code of installed methods, which differs between runs."""
+    return ", ".join(part for part in version.split(", ") if " code " not in part)
+
+
 def code_of(method: str) -> str | None:
     """Return name and digest of the code of an installed method: "mine code 1a2b3c4d".
 
     All Python files of its package count. None for a method of this program: the commit names it.
     """
-    module = extensions.module_of(extensions.METHODS, method)
+    module = None
+    if method not in METHODS:
+        module = extensions.module_of(extensions.METHODS, method)
     spec = None if module is None else importlib.util.find_spec(module.partition(".")[0])
     if spec is None:
         return None

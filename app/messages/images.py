@@ -274,7 +274,9 @@ def decode_camera(payload: bytes) -> StampedCamera:
     except ValueError as error:
         raise MessageError(f"camera info: {error}") from error
     return StampedCamera(
-        stamp_ns=stamp_ns_of(message.header), frame_id=message.header.frame_id, camera=camera
+        stamp_ns=stamp_ns_of(message.header),
+        frame_id=keys.frame_name(message.header.frame_id),
+        camera=camera,
     )
 
 

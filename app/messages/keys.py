@@ -18,6 +18,11 @@ def check_prefix(robot: str) -> None:
         )
 
 
+def frame_name(name: str) -> str:
+    """Return the name of a coordinate frame without the slash before it, as tf2 does."""
+    return name.removeprefix("/")
+
+
 WORLD_FRAME = "map"
 BASE_FRAME = "base_link"
 ODOMETRY_FRAME = "odom"

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.messages.cdr import MessageError, decode, encode, header, make, stamp_ns_of
-from app.messages.keys import BASE_FRAME, CAMERA_FRAME, WORLD_FRAME
+from app.messages.keys import BASE_FRAME, CAMERA_FRAME, WORLD_FRAME, frame_name
 from ippon.geometry import (
     Float64Array,
     make_transform,
@@ -275,7 +275,7 @@ def _read_transform(entry: Any) -> StampedTransform:
         )
     return StampedTransform(
         stamp_ns=stamp_ns_of(entry.header),
-        parent=entry.header.frame_id,
-        child=entry.child_frame_id,
+        parent=frame_name(entry.header.frame_id),
+        child=frame_name(entry.child_frame_id),
         T_parent_child=make_transform(rotation_from_quaternion(wxyz), translation),
     )

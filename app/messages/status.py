@@ -1,6 +1,6 @@
 """Messages published by the navigator: status, levels, events, labels to segment."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 from msgspec import Meta, Struct
 
@@ -23,7 +23,8 @@ MissionState = Literal[
 ]
 
 
-Count = Literal["all"] | Annotated[int, Meta(ge=1, le=99)]
+MOST_COUNTED: Final = 99
+Count = Literal["all"] | Annotated[int, Meta(ge=1, le=MOST_COUNTED)]
 """How many of an object; "all": everything reachable is seen before the search ends."""
 
 

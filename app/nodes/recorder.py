@@ -108,6 +108,8 @@ class Recorder:
             self._write(arrival)
         while self._requests:
             request, reply = self._requests.popleft()
+            if not reply.set_running_or_notify_cancel():
+                continue  # It was refused meanwhile, and is sent again.
             try:
                 reply.set_result(self._answer(request))
             except (RecordingError, RequestRefusedError) as error:
@@ -166,12 +168,8 @@ class Recorder:
             if payload is not None:
                 self._queue.put(key, payload)
 
-    def _write(self, arrival: QueuedMessage) -> None:
-        self._guarded(
-            lambda session: session.add(
-                arrival.key, arrival.payload, arrival.wall_ns, arrival.now_s
-            )
-        )
+    def _write(self, one: QueuedMessage) -> None:
+        self._guarded(lambda session: session.add(one.key, one.payload, one.wall_ns, one.now_s))
 
     def _guarded(self, work: Callable[[Session], None]) -> None:
         """Write to the file; an error of the disk ends the recording, not the recorder."""
@@ -251,6 +249,7 @@ class Recorder:
         try:
             return reply.result(timeout=REPLY_S)
         except TimeoutError:
+            reply.cancel()
             raise RequestRefusedError("the recorder is busy writing; try again") from None
 
     def _answer(self, request: RecordRequest) -> RecordingStatus:

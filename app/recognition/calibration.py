@@ -17,6 +17,7 @@ from ippon.mapping.config import MapConfig
 from ippon.observation import Detections, Observation
 from ippon.observation_model import ObservationModel, ObservationModels
 from ippon.segmentation.instance_heatmap import heatmap_of_instances
+from ippon.vocabulary import MATTERPORT_40
 
 ENOUGH_OBJECTS: Final = 5
 """Number of known objects from which a label gets its own table."""
@@ -72,6 +73,8 @@ class CalibrationRecording:
     ) -> None:
         self.source = source
         self._known = known
+        # As in a search for one of them.
+        self._apart = frozenset(labels) - frozenset(MATTERPORT_40)
         range_m = MapConfig().ooi_max_range_m
         self._collector = EvidenceCollector(labels, voxel_size_m, range_m)
         self.network = ""
@@ -92,7 +95,9 @@ class CalibrationRecording:
         for n, frame in enumerate(self.source.frames(), 1):
             said = observe(frame)
             heatmap = (
-                heatmap_of_instances(said, frame.depth) if isinstance(said, Detections) else said
+                heatmap_of_instances(said, frame.depth, apart=self._apart)
+                if isinstance(said, Detections)
+                else said
             )
             if heatmap.kind != "scores":
                 raise CalibrationError(

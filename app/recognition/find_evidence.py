@@ -1,7 +1,7 @@
 """Evidence for a find: contributions by viewing place, and the images that show it best."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -65,47 +65,61 @@ class FindEvidence:
     sightings: tuple[Sighting, ...]
 
 
-def explain(recognition: Recognition, label: str, finds: Sequence[Find]) -> list[FindEvidence]:
-    """Return the evidence for finds of an object.
+def explain(
+    recognition: Recognition, finds: Mapping[str, Sequence[Find]]
+) -> dict[str, list[FindEvidence]]:
+    """Return the evidence for the finds of each object.
 
     Args:
         recognition: Recognition after all frames.
-        label: The object.
-        finds: Finds of the object, in the map's world.
+        finds: Finds of each object, in the map's world.
     """
-    if not finds:
-        return []
-    config = recognition.map_of(label).config
-    collector = EvidenceCollector([label], config.voxel_size_m, config.ooi_max_range_m)
+    labels = [label for label, some in finds.items() if some]
+    if not labels:
+        return {label: [] for label in finds}
+    collector = _collected(recognition, labels)
+    prior = -math.log(len(recognition.map_of(labels[0]).labels))
+    return {
+        label: [_explained(recognition, collector, label, find, prior) for find in some]
+        for label, some in finds.items()
+    }
+
+
+def _collected(recognition: Recognition, labels: Sequence[str]) -> EvidenceCollector:
+    """Return what all views say of some objects."""
+    config = recognition.map_of(labels[0]).config
+    collector = EvidenceCollector(labels, config.voxel_size_m, config.ooi_max_range_m)
     for view in recognition.views:
-        if view.detections is not None:
+        detections = view.with_masks()
+        if detections is not None:
             frame = _frame_of(view)
-            collector.add(frame, heatmap_of_instances(view.detections, frame.depth))
-    prior = -math.log(len(recognition.map_of(label).labels))
-    out: list[FindEvidence] = []
-    for find in finds:
-        seen = [(view, view.pixel_of(find.position_world)) for view in recognition.views]
-        sightings = [
-            Sighting(
-                view=view,
-                pixel=at[:2],
-                distance_m=at[2],
-                instance=view.instance_at(label, at[0], at[1]),
-            )
-            for view, at in seen
-            if at is not None
-        ]
-        out.append(
-            FindEvidence(
-                prior_nats=prior,
-                places=_places(recognition, collector, label, find, prior),
-                in_good_view=sum(
-                    view.shows(label, find.position_world) is not None for view in recognition.views
-                ),
-                sightings=_best(sightings),
-            )
+            heatmap = heatmap_of_instances(detections, frame.depth, apart=recognition.apart)
+            collector.add(frame, heatmap)
+    return collector
+
+
+def _explained(
+    recognition: Recognition, collector: EvidenceCollector, label: str, find: Find, prior: float
+) -> FindEvidence:
+    seen = [(view, view.pixel_of(find.position_world)) for view in recognition.views]
+    sightings = [
+        Sighting(
+            view=view,
+            pixel=at[:2],
+            distance_m=at[2],
+            instance=view.instance_at(label, at[0], at[1]),
         )
-    return out
+        for view, at in seen
+        if at is not None
+    ]
+    return FindEvidence(
+        prior_nats=prior,
+        places=_places(recognition, collector, label, find, prior),
+        in_good_view=sum(
+            view.shows(label, find.position_world) is not None for view in recognition.views
+        ),
+        sightings=_best(sightings),
+    )
 
 
 def best_detection(recognition: Recognition, label: str) -> Sighting | None:

@@ -65,16 +65,21 @@ def page_of(
         DatasetError: The recording can no longer be read.
     """
     sections: list[_Section] = []
-    marks: list[tuple[str, tuple[float, float, float]]] = []
+    # Words for one class have the same finds.
+    marks: dict[tuple[float, float, float], list[str]] = {}
+    in_map = {label: recognition.finds(label) for label in label_of.values()}
+    explained = explain(recognition, in_map)
+    count = 0
     for name, label in label_of.items():
-        in_map = recognition.finds(label)
         finds = in_own_world(recognition, label, source.T_map_world)
-        explanations = explain(recognition, label, in_map)
         best = None if finds else best_detection(recognition, label)
-        sections.append(_Section(name, finds, explanations, best))
-        marks += [(str(len(marks) + k), one.position_world) for k, one in enumerate(in_map, 1)]
+        sections.append(_Section(name, finds, explained[label], best))
+        for one in in_map[label]:
+            count += 1
+            marks[one.position_world] = [*marks.get(one.position_world, []), str(count)]
     images = _images(source, sections)
-    numbers = iter(range(1, len(marks) + 1))
+    numbers = iter(range(1, count + 1))
+    has_instances = any(view.detections is not None for view in recognition.views)
     parts = [
         f"<h1>{escape(source.path.name)}</h1>",
         f'<p class="dim">{recognition.frames} images through {escape(network)}'
@@ -83,9 +88,14 @@ def page_of(
         "the object can have, recognised in enough of the images that show it well. In the images, "
         f"the box is the network's, and the circle is the centre of the find. {_world(source)}</p>",
         _overview(sections, [name for name in objects if name not in label_of]),
-        _plan(recognition, source, next(iter(label_of.values()), None), marks),
+        _plan(
+            recognition,
+            source,
+            next(iter(label_of.values()), None),
+            [(", ".join(texts), at) for at, texts in marks.items()],
+        ),
         f'<p class="dim">{_LEGEND}</p>' if marks else "",
-        *(_section(one, images, numbers) for one in sections),
+        *(_section(one, images, numbers, has_instances=has_instances) for one in sections),
     ]
     return (
         '<!doctype html><html lang="en"><meta charset="utf-8">'
@@ -132,7 +142,7 @@ def _overview(sections: Sequence[_Section], untold: Sequence[str]) -> str:
         best = f"{one.finds[0].probability:.2f}" if one.finds else "–"
         rows.append(
             f"<tr><td>{escape(one.name)}</td><td>{len(one.finds) or 'none'}</td><td>{best}</td>"
-            f"<td>{one.finds[0].images if one.finds else '–'}</td></tr>"
+            f"<td>{(one.finds and one.finds[0].images) or '–'}</td></tr>"
         )
     rows += [
         f'<tr><td>{escape(name)}</td><td colspan="3">this network does not recognise it</td></tr>'
@@ -166,13 +176,17 @@ def _plan(
     )
 
 
-def _section(section: _Section, images: _Images, numbers: Iterator[int]) -> str:
+def _section(
+    section: _Section, images: _Images, numbers: Iterator[int], *, has_instances: bool
+) -> str:
     head = f"<h2>{escape(section.name)}</h2>"
     if section.finds:
         return head + "".join(
             _find(next(numbers), find, why, images)
             for find, why in zip(section.finds, section.explanations, strict=True)
         )
+    if not has_instances:
+        return head + "<p>No find.</p>"
     if section.best is None or section.best.instance is None:
         return head + "<p>No find. The network recognised it in no image.</p>"
     return (
@@ -189,10 +203,10 @@ def _find(
 ) -> str:
     x, y, z = find.position_world
     figures = "".join(_figure(one, images) for one in why.sightings)
+    share = f" Recognised in {find.images} of the {why.in_good_view} images that show it well."
     return (
         f'<div class="find"><b>{number}. p {find.probability:.2f}</b> at ({x:.2f}, {y:.2f}, '
-        f"{z:.2f}) m, {find.size_m:.2f} m long. Recognised in {find.images} of the "
-        f"{why.in_good_view} images that show it well."
+        f"{z:.2f}) m, {find.size_m:.2f} m long.{share if why.in_good_view else ''}"
         f'<div class="images">{figures}</div>{_reasons(why)}</div>'
     )
 

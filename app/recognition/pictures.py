@@ -91,7 +91,10 @@ def plan(
     for text, position in marks:
         x = (position[0] / size - corner[0]) * scale
         y = (height - (position[1] / size - corner[1])) * scale
-        draw.ellipse((x - 9, y - 9, x + 9, y + 9), fill=_BOX, outline=(0, 0, 0))
+        half = max(9.0, 4.0 + 0.5 * draw.textlength(text))
+        draw.rounded_rectangle(
+            (x - half, y - 9, x + half, y + 9), radius=9, fill=_BOX, outline=(0, 0, 0)
+        )
         draw.text((x, y), text, fill=(0, 0, 0), anchor="mm")
     return data_uri(image)
 

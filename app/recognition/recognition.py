@@ -23,7 +23,7 @@ from ippon.mission.finds.image_check import ImageCheckConfig
 from ippon.mission.finds.size_check import SizeCheck, SizeCheckConfig
 from ippon.mission.goal import Goal
 from ippon.mission.snapshot import Find
-from ippon.observation import Heatmap, HeatmapKind, Observation
+from ippon.observation import Detections, Heatmap, HeatmapKind, Observation
 from ippon.observation_model import ObservationModels
 from ippon.planning.surface_scale import surface_scale
 from ippon.segmentation.detectors.vocabulary import closed_vocabulary
@@ -40,6 +40,11 @@ IMAGE_CHECK: Final = ImageCheckConfig()
 """Shares of the images that show a find well which must recognise it, as before a search ends."""
 LIKELY: Final = 0.75
 """Probability from which a small find needs the smaller share; lower admits more wrong finds."""
+
+PLAUSIBLE_M: Final = (0.2, 20.0)
+"""Range of the median depth of a recording of rooms; others tell of a wrong unit."""
+DEPTH_STEP: Final = 8
+"""Pixels between those whose depth is looked at for it."""
 
 Observe = Callable[[Frame, Sequence[str]], Observation]
 
@@ -71,8 +76,9 @@ class RecognisedFind:
 class Recognition:
     """Integrates frames, then returns the finds.
 
-    Each object is an object of interest from the first frame on, so that probabilities equal those
-    of a search, whatever else is requested. A map takes eight of them.
+    Each object is an object of interest from the first frame on and is read for itself, so that
+    probabilities are the same whatever else is requested. A map takes eight of them. Unlike in a
+    search, all images within range count, however small the object is in them, and all heights.
 
     Args:
         objects: Labels that the network gives the requested objects, see `labels_of`.
@@ -93,6 +99,8 @@ class Recognition:
         self.models = models or ObservationModels()
         self._config = MapConfig(voxel_size_m=voxel_size_m, memory_limit_mb=memory_limit_mb)
         self._objects = tuple(dict.fromkeys(objects))
+        self.apart = frozenset(self._objects) - frozenset(MATTERPORT_40)
+        """Objects that are read each for itself, see `heatmap_of_instances`."""
         self._maps: list[VoxelMap] = []
         self._goals: list[GoalLayers] = []
         self._finds: dict[str, tuple[Find, ...]] = {}
@@ -105,6 +113,11 @@ class Recognition:
         """Number of refused frames."""
         self.refusal = ""
         """Why the last of them was refused."""
+        self.boxes = 0
+        """Number of boxes of the network that were used."""
+        self.invalid_boxes = 0
+        """Number of those that were not, see `Detections.dropped`."""
+        self._depths_m: list[float] = []
         self.upright = UprightCheck()
         """Whether the images are upside down."""
         self.dropped = 0
@@ -131,8 +144,15 @@ class Recognition:
                 "the one that it gives an object, such as tv for a monitor"
             )
         number, self.frames = self.frames, self.frames + 1
+        if isinstance(observation, Detections):
+            self.boxes += len(observation.instances)
+            self.invalid_boxes += observation.dropped
         self._finds.clear()
-        heatmap = _heatmap(observation, frame)
+        heatmap = (
+            observation
+            if isinstance(observation, Heatmap)
+            else heatmap_of_instances(observation, frame.depth, apart=self.apart)
+        )
         if not self._maps:
             self._begin(heatmap.kind)
         seen = replace(frame, heatmap=heatmap)
@@ -144,9 +164,24 @@ class Recognition:
             self.refusal = str(error)
             return
         self.upright.add(frame)
+        some = frame.depth[::DEPTH_STEP, ::DEPTH_STEP]
+        self._depths_m.append(float(np.median(some[some > 0.0])) if (some > 0.0).any() else 0.0)
         self.dropped += sum(update.blocks_dropped for update in updates)
         self._last = frame
         self.views.append(View.of(number, frame, observation))
+
+    @property
+    def depth_note(self) -> str:
+        """What a user should know of the images' depth; empty if it is that of a room."""
+        known = [depth_m for depth_m in self._depths_m if depth_m > 0.0]
+        if not self._depths_m or (known and PLAUSIBLE_M[0] <= np.median(known) <= PLAUSIBLE_M[1]):
+            return ""
+        if not known:
+            return "no image has any depth: nothing can be found"
+        return (
+            f"the depth of the images is {round(float(np.median(known)), 3):g} m (median), so that "
+            "little or nothing can be found: is its unit right (`depth_unit_m`)?"
+        )
 
     def map_of(self, label: str) -> VoxelMap:
         """Return the map that an object is in, once a frame was given."""
@@ -257,14 +292,6 @@ def in_own_world(
             )
         )
     return found
-
-
-def _heatmap(observation: Observation, frame: Frame) -> Heatmap:
-    return (
-        observation
-        if isinstance(observation, Heatmap)
-        else heatmap_of_instances(observation, frame.depth)
-    )
 
 
 def _is_large_enough(check: SizeCheck, find: Find) -> bool:

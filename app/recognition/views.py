@@ -1,6 +1,7 @@
 """Stored data of images, to find those that show an object."""
 
-from dataclasses import dataclass
+import zlib
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -20,6 +21,23 @@ _BEHIND_M: Final = 0.3
 _NEAREST_M: Final = 0.1
 
 
+@dataclass(frozen=True, slots=True)
+class _PackedMask:
+    """A mask in a hundredth of its memory: a detector gives up to 300 an image."""
+
+    shape: tuple[int, ...]
+    data: bytes
+
+    @classmethod
+    def of(cls, mask: NDArray[np.bool_]) -> "_PackedMask":
+        return cls(mask.shape, zlib.compress(np.packbits(mask).tobytes(), level=1))
+
+    def unpacked(self) -> NDArray[np.bool_]:
+        bits = np.frombuffer(zlib.decompress(self.data), np.uint8)
+        count = int(np.prod(self.shape))
+        return np.unpackbits(bits, count=count).reshape(self.shape).astype(np.bool_)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class View:
     """Stored data of an image: 0.3 MB at any size, as recordings have thousands."""
@@ -33,7 +51,9 @@ class View:
     """(h, w) depth in metres, every `step`-th pixel of the image."""
     step: int = 1
     detections: Detections | None
-    """Instances of the network; None for a network without instances."""
+    """Instances of the network, without their masks; None for a network without instances."""
+    masks: tuple[_PackedMask | None, ...]
+    """Mask of each instance."""
 
     @classmethod
     def of(cls, number: int, frame: Frame, observation: Observation) -> "View":
@@ -41,14 +61,30 @@ class View:
         step = -(-max(frame.depth.shape) // DEPTH_PX)
         # Whole steps, so that it stays in proportion.
         h, w = (max(1, side // step) for side in frame.depth.shape)
+        detections = observation if isinstance(observation, Detections) else None
+        instances = () if detections is None else detections.instances
+        bare = tuple(replace(one, mask=None) for one in instances)
         return cls(
             number=number,
             T_camera_world=invert_transform(frame.T_world_camera),
             camera=frame.camera,
             depth=frame.depth[::step, ::step][:h, :w].astype(np.float16),
             step=step,
-            detections=observation if isinstance(observation, Detections) else None,
+            detections=None if detections is None else replace(detections, instances=bare),
+            masks=tuple(
+                None if one.mask is None else _PackedMask.of(one.mask) for one in instances
+            ),
         )
+
+    def with_masks(self) -> Detections | None:
+        """Return the instances of the network with their masks."""
+        if self.detections is None:
+            return None
+        instances = tuple(
+            one if mask is None else replace(one, mask=mask.unpacked())
+            for one, mask in zip(self.detections.instances, self.masks, strict=True)
+        )
+        return replace(self.detections, instances=instances)
 
     def depth_at(self, u: float, v: float) -> float:
         """Return the depth in metres about a pixel of the image, 0 for no return."""

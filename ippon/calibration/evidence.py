@@ -77,7 +77,7 @@ class EvidenceCollector:
 
         Args:
             frame: Depth and pose.
-            heatmap: Of kind `scores`, from `paint` with this depth.
+            heatmap: Of kind `scores`, from `heatmap_of_instances` with this depth.
         """
         h, w, _ = heatmap.probabilities.shape
         rows, columns = frame.depth.shape

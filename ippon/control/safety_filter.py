@@ -31,10 +31,10 @@ def filter_command(
 ) -> tuple[Command, str | None]:
     """Scale a command down until the robot can execute it and still stop in time.
 
-    The body is checked along the command's arc for the horizon plus its braking distance. A robot
-    that is too close to an obstacle already may move as long as it gets no closer to it. Linear and
-    yaw rate are scaled together, so that the arc is unchanged; if no part of it is free, turning in
-    place is tried.
+    The body is checked along the command's arc for the horizon plus its braking distance, and along
+    the way that it takes if linear and yaw rate brake independently. A robot that is too close to
+    an obstacle already may move as long as it gets no closer to it. Linear and yaw rate are scaled
+    together, so that the arc is unchanged; if no part of it is free, turning in place is tried.
 
     Args:
         command: The requested command.
@@ -86,7 +86,7 @@ def filter_among_obstacles(
     allowed = np.minimum(margin_m, body_clearance(robot, pose, obstacles) - slack_m)
 
     def is_free(tried: Command) -> bool:
-        poses = _stopping_path(tried, pose[0], robot, horizon_s)
+        poses = np.concatenate(_stopping_paths(tried, pose[0], robot, horizon_s))
         return bool((body_clearance(robot, poses, obstacles) >= allowed).all())
 
     if is_free(command):
@@ -130,27 +130,53 @@ def limits_ahead(
     return front + travelled(full), front + travelled(least)
 
 
-def _stopping_path(
+def _stopping_paths(
     command: Command, pose: Float64Array, robot: RobotProfile, horizon_s: float
-) -> Float64Array:
-    """Return (N, 3) poses along a command's arc until the robot has stopped, the present left out.
+) -> list[Float64Array]:
+    """Return (N, 3) poses until the robot has stopped, the present left out, for each way to stop.
 
-    A body that is not round needs room to stop turning, too.
+    With both rates reduced together it stays on the command's arc; with each braked by its own
+    limit, it leaves the arc as braking begins. A body that is not round needs room to stop turning,
+    too.
     """
-    speed, rate = abs(command.linear_m_s), command.yaw_rate_rad_s
-    braking_s = speed / robot.max_linear_acceleration_m_s2
-    if not robot.is_round:
-        braking_s = max(braking_s, abs(rate) / robot.max_yaw_acceleration_rad_s2)
-    duration = horizon_s + 0.5 * braking_s
+    speed, rate = abs(command.linear_m_s), abs(command.yaw_rate_rad_s)
+    stop_s = speed / robot.max_linear_acceleration_m_s2
+    stop_turning_s = rate / robot.max_yaw_acceleration_rad_s2
+    braking_s = stop_s if robot.is_round else max(stop_s, stop_turning_s)
     # Samples a few centimetres or degrees apart.
-    count = max(2, math.ceil(max(speed * duration / 0.03, abs(rate) / 0.1)))
-    t = np.arange(1, count + 1) / count * duration
+    spacing_s = 1.0 / max(speed / 0.03, rate / 0.1, 1e-9)
+    end_s = horizon_s + 0.5 * braking_s
+    along_arc = np.linspace(0.0, end_s, max(2, math.ceil(end_s / spacing_s)) + 1)
+    driven, turned = command.linear_m_s * along_arc, command.yaw_rate_rad_s * along_arc
+    paths = [_integrated(driven, turned, pose)]
+    if min(speed, rate) > 0.0 and stop_s != stop_turning_s:
+        end_s = horizon_s + braking_s
+        t = np.linspace(0.0, end_s, max(2, math.ceil(end_s / spacing_s)) + 1)
+        driven = command.linear_m_s * _time_at_full_rate(t, horizon_s, stop_s)
+        turned = command.yaw_rate_rad_s * _time_at_full_rate(t, horizon_s, stop_turning_s)
+        paths.append(_integrated(driven, turned, pose))
+    return paths
+
+
+def _time_at_full_rate(t: Float64Array, horizon_s: float, stop_s: float) -> Float64Array:
+    """Return how long a full rate takes for what one with braking does until `t`, seconds."""
+    braking = np.clip(t - horizon_s, 0.0, stop_s)
+    return np.minimum(t, horizon_s) + braking * (1.0 - 0.5 * braking / max(stop_s, 1e-9))
+
+
+def _integrated(driven: Float64Array, turned: Float64Array, pose: Float64Array) -> Float64Array:
+    """Return (N, 3) poses after distances driven and angles turned, (N + 1,) that begin with 0."""
     x, y, yaw = pose
+    turn = np.diff(turned)
     # The chord of an arc points to its middle heading.
-    half = 0.5 * rate * t
-    chord = command.linear_m_s * t * np.sinc(half / math.pi)
+    middle = yaw + turned[:-1] + 0.5 * turn
+    chord = np.diff(driven) * np.sinc(0.5 * turn / math.pi)
     return np.column_stack(
-        [x + chord * np.cos(yaw + half), y + chord * np.sin(yaw + half), yaw + rate * t]
+        [
+            x + np.cumsum(chord * np.cos(middle)),
+            y + np.cumsum(chord * np.sin(middle)),
+            yaw + turned[1:],
+        ]
     )
 
 

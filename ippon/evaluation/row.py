@@ -82,6 +82,8 @@ TIMING_COLUMNS: Final = (
     "planner_ms_p50", "planner_ms_p95", "step_ms_p50", "wall_s", "cpu_s", "realtime_factor",
 )  # fmt: skip
 """Columns that differ from run to run."""
+PATH_COLUMNS: Final = ("path_x_m", "path_y_m")
+"""Columns with a list in each row."""
 ATTAINABLE_COLUMNS: Final = ("seen_spl", "mapped_spl", "reached_spl")
 """Columns that rows of earlier versions lack, in the order in which a search passes them."""
 _DISTANCES: Final = ("shortest_path_m", "distance_to_goal_m")
@@ -105,7 +107,7 @@ def row_from(values: dict[str, Any]) -> EpisodeRow:
     odd = sorted((needed - set(values)) | (set(values) - expected))
     if odd:
         raise ValueError(f"a row of another version: it lacks or adds {', '.join(odd)}")
-    for name in ("path_x_m", "path_y_m"):
+    for name in PATH_COLUMNS:
         values = {**values, name: tuple(values[name])}
     values |= {name: math.inf for name in _DISTANCES if values[name] is None}
     return EpisodeRow(**values)

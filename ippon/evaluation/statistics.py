@@ -22,13 +22,15 @@ class PairedDifference:
 
     pairs: int
     mean: float
-    ci95: tuple[float, float]
-    """Bootstrap over homes."""
+    ci95: tuple[float, float] | None
+    """Bootstrap over homes; None for a single pair."""
     p: float
     """Two-sided, by flipping the signs of each home's differences together."""
 
 
-def mean_interval(values: ArrayLike, clusters: ArrayLike, *, seed: int = 0) -> tuple[float, float]:
+def mean_interval(
+    values: ArrayLike, clusters: ArrayLike, *, seed: int = 0
+) -> tuple[float, float] | None:
     """Return the 95 % bootstrap interval of a mean over episodes clustered by home.
 
     Episodes of one home are correlated, so homes are resampled with all their episodes; with a
@@ -40,9 +42,11 @@ def mean_interval(values: ArrayLike, clusters: ArrayLike, *, seed: int = 0) -> t
         seed: Seed of the resampling.
 
     Returns:
-        Percentiles 2.5 and 97.5 of the resampled means.
+        Percentiles 2.5 and 97.5 of the resampled means; None for a single episode.
     """
     sums, counts = _by_cluster(values, clusters)
+    if len(sums) == 1:
+        return None
     rng = np.random.Generator(np.random.PCG64(seed))
     drawn = rng.integers(0, len(sums), size=(_RESAMPLES, len(sums)))
     means = sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1)

@@ -43,9 +43,10 @@ class MethodSummary:
     success: float
     success_ci95: tuple[float, float]
     spl: float
-    spl_ci95: tuple[float, float]
+    spl_ci95: tuple[float, float] | None
+    """None for a single episode."""
     soft_spl: float
-    soft_spl_ci95: tuple[float, float]
+    soft_spl_ci95: tuple[float, float] | None
     hits: float
     time_s: float
     find_s: float | None

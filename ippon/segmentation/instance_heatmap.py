@@ -1,5 +1,6 @@
 """Conversion of instances to heatmaps, by mask or by the depth inside their box."""
 
+from collections.abc import Collection
 from typing import Final
 
 import numpy as np
@@ -24,7 +25,11 @@ _EDGE_M: Final = 0.15
 
 
 def heatmap_of_instances(
-    detections: Detections, depth: NDArray[np.float32], longest_px: int = 160
+    detections: Detections,
+    depth: NDArray[np.float32],
+    longest_px: int = 160,
+    *,
+    apart: Collection[str] = (),
 ) -> Heatmap:
     """Return the score of each label at each pixel.
 
@@ -36,6 +41,8 @@ def heatmap_of_instances(
         detections: Instances of an image.
         depth: (H, W) metres, registered to the image; 0 or not finite for no return.
         longest_px: Longer side of the heatmap.
+        apart: Labels whose instances do not cover those of each other, so that each of them has the
+            score that it has where the others are not asked for.
 
     Returns:
         A heatmap of kind `scores`.
@@ -53,6 +60,7 @@ def heatmap_of_instances(
     near = depth[step // 2 :: step, step // 2 :: step]
     common = tuple(label for label in detections.labels if label != detections.ooi)
     channels = common if detections.ooi is None else (*common, detections.ooi)
+    is_apart = np.array([label in apart for label in channels], np.bool_)
     mixed = _is_mixed(depth, near, step)
     out = np.full((*near.shape, len(channels)), NOTHING_SAID, np.uint8)
     out[_well_seen(near) & ~mixed] = NOT_RECOGNISED
@@ -64,7 +72,7 @@ def heatmap_of_instances(
         window, inside = pixels
         inside = inside & ~mixed[window]
         value = max(LEAST_SCORE, round(255.0 * one.score))
-        _paint_kernel(inside, value, channels.index(one.label), out[window])
+        _paint_kernel(inside, value, channels.index(one.label), is_apart, out[window])
     return Heatmap(
         labels=common,
         ooi=detections.ooi,
@@ -75,7 +83,7 @@ def heatmap_of_instances(
 
 
 @njit(cache=True, nogil=True)
-def _paint_kernel(inside, value, mine, out):
+def _paint_kernel(inside, value, mine, is_apart, out):
     """Write `value` to a channel of some pixels, and clear the channels that it outscores."""
     h, w, channels = out.shape
     for i in range(h):
@@ -84,6 +92,8 @@ def _paint_kernel(inside, value, mine, out):
                 continue
             before = out[i, j, mine]
             for c in range(channels):
+                if is_apart[mine] and is_apart[c]:
+                    continue
                 if out[i, j, c] >= LEAST_SCORE and WINS_FROM * out[i, j, c] <= value:
                     out[i, j, c] = NOTHING_SAID
             out[i, j, mine] = max(before, value)

@@ -1,5 +1,6 @@
 import json
 from dataclasses import dataclass, field
+from typing import Literal
 
 import pytest
 
@@ -40,6 +41,7 @@ class Robot:
     motor: Motor = field(default_factory=Motor)
     budget_s: float | None = None
     labels: tuple[str, ...] = ("hat", "bed")
+    drive: Literal["legs", "wheels"] = "legs"
 
 
 def test_fields_of_groups_are_changed_and_the_rest_stays():
@@ -56,10 +58,11 @@ def test_fields_of_groups_are_changed_and_the_rest_stays():
             r"motor\.gear: no field 'gear' in motor; did you mean motor",
         ),
         ({"gears": 3}, r"no field 'gears' in the configuration; did you mean motor\.gears\?"),
-        ({"qqq": 3}, "no field 'qqq'.*there is name, motor, budget_s, labels"),
+        ({"qqq": 3}, "no field 'qqq'.*there is name, motor, budget_s, labels, drive"),
         ({"motor": 3}, "motor is a group of fields; got 3"),
         ({"motor": {"gears": "many"}}, r"motor\.gears: Expected `int`, got `str`; got 'many'"),
         ({"budget_s": True}, r"budget_s: Expected `float \| null`, got `bool`"),
+        ({"drive": "wings"}, r"drive is one of legs, wheels; got 'wings'"),
         ({"motor": {"gears": 0}}, r"motor\.gears: gears is at least 1; got 0"),
         ({"motor": {"gears": 0, "max_speed_m_s": 2.0}}, r"^motor: gears is at least 1"),
     ],

@@ -7,6 +7,8 @@ import pytest
 from ippon import extensions
 from ippon.evaluation.methods.method_table import METHODS, method_named
 
+MINE = METHODS["ippon"]
+
 
 @pytest.fixture
 def installed(monkeypatch):
@@ -48,6 +50,9 @@ def test_a_method_that_is_none_is_refused_and_ours_come_first(installed):
     installed("ippon", "math:pi")
     with pytest.raises(ValueError, match="the installed method 'pi' is no Method of that name"):
         method_named("pi")
+    installed("named", "tests.ippon.test_extensions:MINE")
+    with pytest.raises(ValueError, match=r"'named' is no .* name: it is a Method named 'ippon'"):
+        method_named("named")
     assert method_named("ippon") is METHODS["ippon"]
     with pytest.raises(ValueError, match=r"no method 'q'; there are ippon, .*, pi"):
         method_named("q")

@@ -105,6 +105,17 @@ def test_probabilities_between_knots_are_interpolated_in_their_logarithm():
     assert found[51] == pytest.approx(-5.0 * math.log(0.2) / math.log(1.0 / 255.0))
 
 
+def test_the_labels_of_a_file_are_read_as_they_may_be_typed():
+    """A table under another spelling would never be used."""
+    table = {"scores": [0.3, 0.6], "nats": [-0.5, 6.0], "not_recognised": -0.5}
+    content = {"source": "x", "kind": "scores", "provenance": "test", "table": table}
+    named = content | {"labels": {"Dining Table": table | {"nats": [0.0, 9.0]}}}
+    assert ObservationModel.parse(named).table_of("dining_table").nats == (0.0, 9.0)
+    twice = content | {"labels": {"Dining Table": table, "dining_table": table}}
+    with pytest.raises(ObservationModelError, match="two of the labels are the same: Dining Table"):
+        ObservationModel.parse(twice)
+
+
 @pytest.mark.parametrize(
     ("table", "text"),
     [

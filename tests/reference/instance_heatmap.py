@@ -8,11 +8,16 @@ from ippon.segmentation.instance_heatmap import WINS_FROM
 
 
 def painted(
-    block: NDArray[np.uint8], inside: NDArray[np.bool_], value: int, mine: int
+    block: NDArray[np.uint8],
+    inside: NDArray[np.bool_],
+    value: int,
+    mine: int,
+    is_apart: NDArray[np.bool_],
 ) -> NDArray[np.uint8]:
     """Return (h, w, C) a window of a heatmap with an instance painted over it."""
     out = block.copy()
     loses = (block >= LEAST_SCORE) & (WINS_FROM * block <= value) & inside[..., None]
+    loses &= ~(is_apart[mine] & is_apart)
     out[loses] = NOTHING_SAID
     out[..., mine] = np.where(inside, np.maximum(block[..., mine], value), block[..., mine])
     return out

@@ -12,12 +12,13 @@ from rich.table import Table
 from app.cli.options.evaluation import EvalReport
 from app.evaluation.report.report_data import ReportData
 from app.evaluation.report.report_files import read_report_data, write_report
-from app.evaluation.report.report_page import losses_in_order
+from app.evaluation.report.report_page import ENOUGH_HOMES, losses_in_order
+from ippon.evaluation.statistics import PairedDifference
 from ippon.evaluation.summary import Effect, MethodSummary
 
 
 def run_eval_report(command: EvalReport) -> int:
-    """Print the table; write report.html and report.json beside the rows."""
+    """Print the table; write report.html, report.json and episodes.csv beside the rows."""
     data = read_report_data(command.folder, command.reference, command.against, command.pool)
     if command.json:
         print(json.dumps([json_line(s) for s in data.summaries], indent=1))
@@ -47,7 +48,7 @@ def json_line(s: MethodSummary) -> dict[str, Any]:
         "success": round(s.success, 4),
         "spl": round(s.spl, 4),
         "soft_spl": round(s.soft_spl, 4),
-        "spl_ci95": [round(v, 4) for v in s.spl_ci95],
+        "spl_ci95": None if s.spl_ci95 is None else [round(v, 4) for v in s.spl_ci95],
         "find_s": None if s.find_s is None else round(s.find_s, 1),
         "hits": round(s.hits, 4),
         "planner_ms_p95": round(s.planner_ms_p95, 2),
@@ -65,7 +66,7 @@ def _print_tables(screen: Console, data: ReportData) -> None:
             str(s.episodes),
             f"{s.success:.2f}",
             f"{s.spl:.3f}",
-            f"{s.spl_ci95[0]:.2f}-{s.spl_ci95[1]:.2f}",
+            "-" if s.spl_ci95 is None else "{:.2f}-{:.2f}".format(*s.spl_ci95),
             "-" if s.find_s is None else f"{s.find_s:.0f}",
             f"{s.hits:.2f}",
             f"{s.planner_ms_p95:.0f}",
@@ -77,6 +78,11 @@ def _print_tables(screen: Console, data: ReportData) -> None:
         "percentile; ×: simulated over processor time",
         style="dim",
     )
+    fewest = min(s.homes for s in summaries)
+    if fewest < ENOUGH_HOMES:
+        screen.print(
+            f"intervals over fewer than {ENOUGH_HOMES} homes are too narrow; a method has {fewest}"
+        )
     if not comparisons:
         if len(summaries) > 1:
             screen.print(f"no method shares episodes with {data.reference}: see --reference")
@@ -84,12 +90,11 @@ def _print_tables(screen: Console, data: ReportData) -> None:
     heads = ("method", "n", "SPL", "95 %", "p", "ratio", "succ", "time")
     pairs = _table(f"{data.reference} less each, on the same episodes", heads)
     for c in comparisons:
-        low, high = c.spl.ci95
         pairs.add_row(
             c.method,
             str(c.spl.pairs),
             f"{c.spl.mean:+.3f}",
-            f"{low:+.2f}..{high:+.2f}",
+            _interval(c.spl),
             f"{c.spl.p:.3f}",
             _ratio(c.spl_ratio),
             f"{c.success.mean:+.2f}",
@@ -134,17 +139,20 @@ def _print_effects(screen: Console, what: str, effects: Sequence[Effect]) -> Non
         return
     table = _table(f"what {what} is worth", ("method", "n", "with", "w/o", "ratio", "95 %", "p"))
     for e in effects:
-        low, high = e.difference.ci95
         table.add_row(
             e.method,
             str(e.difference.pairs),
             f"{e.spl_with:.3f}",
             f"{e.spl_without:.3f}",
             _ratio(e.ratio),
-            f"{low:+.2f}..{high:+.2f}",
+            _interval(e.difference),
             f"{e.difference.p:.3f}",
         )
     screen.print(table)
+
+
+def _interval(difference: PairedDifference) -> str:
+    return "-" if difference.ci95 is None else "{:+.2f}..{:+.2f}".format(*difference.ci95)
 
 
 def _ratio(value: float | None) -> str:

@@ -105,6 +105,16 @@ def _report_frames(recognition: Recognition, left_out: str) -> None:
             f"one: {recognition.refusal}",
             file=sys.stderr,
         )
+    if recognition.invalid_boxes > recognition.boxes:
+        print(
+            f"ippon: {recognition.invalid_boxes} boxes of the network were not used, being outside "
+            f"the image, empty or with scores outside 0 to 1, and {recognition.boxes} were: its "
+            "file may have been exported in another way than its make says, which "
+            "--segmentation.family names",
+            file=sys.stderr,
+        )
+    if recognition.depth_note:
+        print(f"ippon: {recognition.depth_note}", file=sys.stderr)
     if recognition.upright.is_upside_down:
         print(f"ippon: {UPSIDE_DOWN}", file=sys.stderr)
     if recognition.dropped:
@@ -146,5 +156,5 @@ def _print(name: str, finds: list[RecognisedFind], *, as_json: bool) -> None:
         x, y, z = find.position_world
         print(
             f"  p {find.probability:.2f} at ({x:.2f}, {y:.2f}, {z:.2f}) m, {find.size_m:.2f} m "
-            f"long, in {find.images} images"
+            f"long{f', in {find.images} images' if find.images else ''}"
         )

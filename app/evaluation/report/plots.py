@@ -32,6 +32,8 @@ _WIDTH: Final = 760
 _LEFT: Final = 150
 _RIGHT: Final = 24
 _ROW: Final = 24
+_LABEL: Final = 20
+"""Most characters of a name beside a plot."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,6 +88,11 @@ class _Svg:
         )
 
 
+def _label(name: str) -> str:
+    """Return a name that fits beside a plot: its ends, where methods of several folders differ."""
+    return name if len(name) <= _LABEL else f"{name[:9]}…{name[9 - _LABEL + 1 :]}"
+
+
 def style_of(methods: Sequence[str]) -> dict[str, Style]:
     """Return the style of each method; the first ones have solid lines."""
     lines = tuple(_DASHES)
@@ -98,16 +105,19 @@ def style_of(methods: Sequence[str]) -> dict[str, Style]:
 def interval_plot(summaries: Sequence[MethodSummary]) -> str:
     """Draw each method's SPL with its 95 % interval."""
     svg = _Svg(height=_ROW * len(summaries) + 48, title="SPL with 95 % intervals")
-    top = max(0.05, *(s.spl_ci95[1] for s in summaries))
+    intervals = [s.spl_ci95 or (s.spl, s.spl) for s in summaries]
+    top = max(0.05, *(high for _, high in intervals))
     limit = min(1.0, np.ceil(top * 10.0) / 10.0)
     _axis(svg, limit, _ROW * len(summaries) + 6, "SPL")
     styles = style_of([s.method for s in summaries])
     for k, s in enumerate(summaries):
         y = _ROW * (k + 0.5) + 2
-        low, high = (_x(v, limit) for v in s.spl_ci95)
-        svg.text(_LEFT - 8, y + 4, s.method, "end")
+        low, high = (_x(v, limit) for v in intervals[k])
+        svg.text(_LEFT - 8, y + 4, _label(s.method), "end")
         svg.line(low, y, high, y, f'stroke="{styles[s.method].colour}" stroke-width="3"')
-        tip = f"{s.method}: {s.spl:.3f} [{s.spl_ci95[0]:.3f}, {s.spl_ci95[1]:.3f}]"
+        tip = f"{s.method}: {s.spl:.3f}"
+        if s.spl_ci95 is not None:
+            tip += " [{:.3f}, {:.3f}]".format(*s.spl_ci95)
         svg.mark(_x(s.spl, limit), y, styles[s.method], tip)
     return svg.finish()
 
@@ -166,7 +176,7 @@ def failure_plot(summaries: Sequence[MethodSummary]) -> str:
     _axis(svg, limit, _ROW * len(summaries) + 6, "share of episodes")
     for k, s in enumerate(summaries):
         x, y = float(_LEFT), _ROW * k + 6.0
-        svg.text(_LEFT - 8, y + 12, s.method, "end")
+        svg.text(_LEFT - 8, y + 12, _label(s.method), "end")
         for cause in FAILURES:
             count = s.failures.get(cause, 0)
             width = _x(count / s.episodes, limit) - _LEFT

@@ -1,6 +1,8 @@
 """Reading and writing of an evaluation's report."""
 
+import csv
 import dataclasses
+import io
 import json
 from collections import Counter
 from collections.abc import Sequence
@@ -10,9 +12,9 @@ from typing import Any
 from app.evaluation.errors import EvaluationError
 from app.evaluation.report.report_data import ReportData
 from app.evaluation.report.report_page import report_page
-from app.evaluation.results_folder import EvaluationFolder
+from app.evaluation.results_folder import EvaluationFolder, differing_settings
 from ippon.atomic_file import replace_file
-from ippon.evaluation.row import EpisodeRow
+from ippon.evaluation.row import PATH_COLUMNS, EpisodeRow, values_of
 from ippon.evaluation.summary import (
     REFERENCE,
     compare,
@@ -109,16 +111,14 @@ def _pooled(
 
 
 def _differences(settings: dict[str, Any], other: dict[str, Any], name: str) -> list[str]:
-    ours, theirs = settings.get("fixed", {}), other.get("fixed", {})
     return [
-        f"{key} is {ours.get(key)!r}, in {name} {theirs.get(key)!r}"
-        for key in sorted({*ours, *theirs})
-        if ours.get(key) != theirs.get(key)
+        f"{key} is {ours}, in {name} {theirs}"
+        for key, ours, theirs in differing_settings(settings, other)
     ]
 
 
 def write_report(data: ReportData) -> Path:
-    """Write report.html and report.json beside the rows; return the page's path.
+    """Write report.html, report.json and episodes.csv beside the rows; return the page's path.
 
     Raises:
         EvaluationError: The folder cannot be written.
@@ -126,10 +126,21 @@ def write_report(data: ReportData) -> Path:
     page, table = data.folder / "report.html", data.folder / "report.json"
     try:
         replace_file(page, report_page(data).encode())
+        replace_file(data.folder / "episodes.csv", _as_csv([*data.compared, *data.later]).encode())
         replace_file(table, json.dumps(_as_json(data), indent=1).encode())
     except OSError as error:
         raise EvaluationError(f"cannot write to {data.folder}: {error}") from error
     return page
+
+
+def _as_csv(rows: Sequence[EpisodeRow]) -> str:
+    """Return a line for each search, without its path; empty where there is no value."""
+    names = [f.name for f in dataclasses.fields(EpisodeRow) if f.name not in PATH_COLUMNS]
+    text = io.StringIO()
+    writer = csv.DictWriter(text, names, extrasaction="ignore", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(values_of(row) for row in rows)
+    return text.getvalue()
 
 
 def _as_json(data: ReportData) -> dict[str, Any]:

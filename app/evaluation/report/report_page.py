@@ -13,6 +13,7 @@ from urllib.parse import quote
 from app.evaluation.report.plots import failure_plot, goal_plot, interval_plot, success_curves
 from app.evaluation.report.report_data import ReportData
 from app.evaluation.results_folder import SESSIONS
+from app.evaluation.version import program_of
 from app.report_style import REPORT_STYLE
 from ippon.evaluation.episode_generation import home_name
 from ippon.evaluation.methods.method_table import method_named
@@ -30,6 +31,8 @@ from ippon.evaluation.summary import (
 
 _RECORDING: Final = "*/metadata.yaml"
 """Pattern of an episode's recordings, each in a folder named by its time."""
+ENOUGH_HOMES: Final = 10
+"""Number of homes below which a bootstrap over homes is too narrow."""
 ENOUGH_EPISODES: Final = 200
 """Number of episodes below which the page warns about a small sample."""
 
@@ -124,6 +127,11 @@ def _warnings(data: ReportData) -> Iterable[str]:
             f'<p class="warn">Small sample: fewer than {ENOUGH_EPISODES} episodes for some '
             "method. Read the intervals, not the means.</p>"
         )
+    if min(s.homes for s in data.summaries) < ENOUGH_HOMES:
+        yield (
+            f'<p class="warn">Fewer than {ENOUGH_HOMES} homes for some method: its intervals over '
+            "homes are too narrow.</p>"
+        )
     if len({s.episodes for s in data.summaries}) > 1:
         yield (
             '<p class="warn">Methods ran different numbers of episodes; only the paired table '
@@ -132,7 +140,7 @@ def _warnings(data: ReportData) -> Iterable[str]:
     if data.other_settings:
         listed = "; ".join(data.other_settings)
         yield f'<p class="warn">Folders with other settings: {escape(listed)}.</p>'
-    if len({row.version for row in data.rows}) > 1:
+    if len({program_of(row.version) for row in data.rows}) > 1:
         yield '<p class="warn">Rows were made by different versions of the program.</p>'
 
 
@@ -323,8 +331,8 @@ def _table(head: Sequence[str], body: Iterable[Sequence[str]]) -> str:
     return f"<table><tr>{top}</tr>{lines}</table>"
 
 
-def _with_interval(value: float, interval: tuple[float, float]) -> str:
-    return f"{value:.3f} [{interval[0]:.2f}, {interval[1]:.2f}]"
+def _with_interval(value: float, interval: tuple[float, float] | None) -> str:
+    return f"{value:.3f}" + ("" if interval is None else " [{:.2f}, {:.2f}]".format(*interval))
 
 
 def _ratio(value: float | None) -> str:
@@ -332,4 +340,4 @@ def _ratio(value: float | None) -> str:
 
 
 def _difference(d: PairedDifference) -> str:
-    return f"{d.mean:+.3f} [{d.ci95[0]:+.2f}, {d.ci95[1]:+.2f}]"
+    return f"{d.mean:+.3f}" + ("" if d.ci95 is None else " [{:+.2f}, {:+.2f}]".format(*d.ci95))

@@ -83,8 +83,6 @@ class ChatReply:
     """An answer."""
 
     text: str
-    complete: bool
-    """False where the endpoint cut the answer at its length limit."""
     form: ResponseForm
     """Form of structured output that was requested."""
 
@@ -216,10 +214,10 @@ class ChatEndpoint:
 
     def _completion(self, body: bytes, form: ResponseForm) -> ChatReply:
         try:
-            text, complete = _read_completion(body)
+            text = _read_completion(body)
         except ChatError as error:
             raise ChatError(self._clean(str(error)), retry=error.retry) from None
-        return ChatReply(text=self._clean(text), complete=complete, form=form)
+        return ChatReply(text=self._clean(text), form=form)
 
     def _late(self) -> str:
         return f"no answer within {self._config.timeout_s:g} s"
@@ -266,7 +264,7 @@ def _is_local(host: str) -> bool:
         return False
 
 
-def _read_completion(body: bytes) -> tuple[str, bool]:
+def _read_completion(body: bytes) -> str:
     try:
         value = json.loads(body)
         choice = value["choices"][0]
@@ -277,8 +275,10 @@ def _read_completion(body: bytes) -> tuple[str, bool]:
     if not isinstance(text, str) or not text.strip():
         if isinstance(refusal, str):
             raise ChatError(f"the model gave no answer: {_short(refusal)}", retry=True)
+        if choice.get("finish_reason") == "length":
+            raise ChatError("the model gave no answer before its limit of length", retry=True)
         raise ChatError("the model gave no answer", retry=True)
-    return text, choice.get("finish_reason") != "length"
+    return text
 
 
 def _error_detail(body: bytes) -> str:

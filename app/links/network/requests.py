@@ -45,6 +45,7 @@ def serve(
     kind: type[M],
     handle: Callable[[M], msgspec.Struct],
     authorize: Authorize = allow_all,
+    on_stop: Callable[[], None] | None = None,
 ) -> QueryQueue:
     """Answer requests on a key; malformed, refused and too frequent ones get an `ErrorReply`.
 
@@ -55,6 +56,8 @@ def serve(
         handle: Returns the reply, or raises `RequestRefusedError`. Called in the thread of the
             key, which answers one request at a time.
         authorize: Checks the request and its credential before `handle` is called.
+        on_stop: Called in zenoh's network thread when a Stop comes, before its turn in the thread
+            of the key: it must return at once and not use the session.
 
     Request and reply are published on `key`/exchange, for recordings. A slow subscriber may lose
     one, which shows in its number; a Stop never waits for a subscriber, nor behind other requests.
@@ -64,7 +67,7 @@ def serve(
         authorize(message, who)
         return handle(message)
 
-    return serve_with_credential(session, key, kind, handle_permitted)
+    return serve_with_credential(session, key, kind, handle_permitted, on_stop)
 
 
 def serve_with_credential(
@@ -72,6 +75,7 @@ def serve_with_credential(
     key: str,
     kind: type[M],
     handle: Callable[[M, Credential | None], msgspec.Struct],
+    on_stop: Callable[[], None] | None = None,
 ) -> QueryQueue:
     """Answer requests on a key as `serve` does; the handler gets the credential as well."""
     numbers = itertools.count(1)
@@ -99,7 +103,13 @@ def serve_with_credential(
         with query:
             query.reply(key, busy, encoding=zenoh.Encoding.APPLICATION_JSON)
 
-    return QueryQueue(session, key, answer, refuse, _is_stop if kind is ControlRequest else None)
+    def stops(query: zenoh.Query) -> bool:
+        is_stop = _is_stop(query)
+        if is_stop and on_stop is not None:
+            on_stop()
+        return is_stop
+
+    return QueryQueue(session, key, answer, refuse, stops if kind is ControlRequest else None)
 
 
 def _is_stop(query: zenoh.Query) -> bool:
@@ -139,8 +149,14 @@ def _answer(
     """Return the credential, if there is one, and the reply."""
     who = None
     try:
-        who = _credential(query)
-        return who, handle(decode(payload, kind), who)
+        message = decode(payload, kind)
+        try:
+            who = _credential(query)
+        except RequestRefusedError:
+            # Stop is accepted from everyone, so also with a credential of another version.
+            if not (isinstance(message, ControlRequest) and message.action == "stop"):
+                raise
+        return who, handle(message, who)
     except msgspec.DecodeError as error:
         fields = ", ".join(field.name for field in msgspec.structs.fields(kind))
         text = f"not a {kind.__name__} ({error}); it is a JSON object with: {fields}"

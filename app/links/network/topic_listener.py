@@ -30,6 +30,8 @@ LATCHED: Final = (
 )
 """Topics that answer a query with their last message."""
 
+KEYFRAME_S: Final = 20.0
+"""Time for the whole map, which has megabytes."""
 SILENT_S: Final = 4.0
 """Silence after which the session is reopened."""
 CONNECT_S: Final = 1.5
@@ -48,7 +50,8 @@ class TopicListener:
         Args:
             endpoint: zenoh endpoint of the navigator.
             robot: Key prefix.
-            topics: Keys to subscribe to.
+            topics: Keys to subscribe to. The whole map is not heard, because it is published for
+                recordings, every few seconds: who needs it queries it.
             put: Called with each message in zenoh's network thread, and with fetched ones in the
                 thread of `check`: it must return at once.
         """
@@ -59,7 +62,7 @@ class TopicListener:
         self.session: zenoh.Session | None = None
         self._missed = False
         """The link broke, and what was published meanwhile has not been fetched yet."""
-        self._topics = tuple(topics)
+        self._topics = tuple(topic for topic in topics if topic != keys.MAP_KEYFRAME)
         self._put = put
         self._heard_at = self._opened_at = time.monotonic()
         self._silence_told_of: float | None = None

@@ -109,6 +109,8 @@ class FrameAssembler:
         if self._camera is None:
             return "camera info"
         stamp = max(self._colors)
+        if stamp <= self._taken_ns:
+            return "colour images with a new stamp"
         if self._match(self._depths, stamp) is None:
             return "a depth image with the stamp of the colour image"
         for frame in (self._camera.frame_id, BASE_FRAME):

@@ -42,6 +42,8 @@ class RobotDetector:
         self._ooi: str | None = None
         self._also: tuple[str, ...] = ()
         self._carries: dict[str, str | None] = {}
+        self.misfits = 0
+        """Number of images in a row of which most boxes are invalid; those without are left out."""
         self.problem = ""
         """Why the last masks were refused; empty if they were used."""
 
@@ -114,7 +116,7 @@ class RobotDetector:
             # Of two labels of one class, that without boxes is not looked for.
             told = {*names, *map(self._label_of, self._vocabulary.classes)}
             looked_for = tuple(label for label in asked if label in told)
-        return make_detections(
+        seen = make_detections(
             boxes.boxes_px,
             boxes.scores,
             names,
@@ -124,6 +126,11 @@ class RobotDetector:
             image_size=image_size,
             masks=masks,
         )
+        if seen.dropped > len(seen.instances):
+            self.misfits += 1
+        elif seen.instances:
+            self.misfits = 0
+        return seen
 
     def _asked(self) -> tuple[str, ...]:
         ooi = self._ooi

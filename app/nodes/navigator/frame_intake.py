@@ -48,6 +48,8 @@ _STREAM_OF: Final = {
 """Stream that counts the messages of each topic, "" for none; decoded in this order."""
 UNMATCHED: Final = 10
 """Consecutive heatmaps and detections without a matching image after which the operator is told."""
+MISFITS: Final = 10
+"""Consecutive images with mostly invalid boxes after which the operator is told."""
 REQUIRED: Final = ("colour", "depth", "pose")
 """Streams without which there is no frame."""
 
@@ -78,6 +80,8 @@ class FrameIntake:
         """Why no more images come, as the robot says; empty while they may."""
         self.has_tf = False
         """The robot publishes tf."""
+        self.compressed_at = 0.0
+        """`time.monotonic` when the last compressed image of the robot itself came."""
         self._framed_at = self._came_at = 0.0
         self._lateness = Lateness()
         self._match = DepthMatch(config.tolerance_s)
@@ -94,7 +98,8 @@ class FrameIntake:
             self._waiting[topic] = deque(maxlen=size)
             kept = topic in keys.KEPT
             self._receivers[topic] = self._receiver(topic, stream)
-            take = self._take_tf if topic == keys.TF else self._receivers[topic]
+            own = {keys.TF: self._take_tf, keys.COLOR: self._take_color}
+            take = own.get(topic, self._receivers[topic])
             subscribe(session, f"{robot}/{topic}", take, kept=kept)
         subscribe(session, f"{robot}/{keys.ENDED}", self._note_end)
 
@@ -106,6 +111,10 @@ class FrameIntake:
         """Take a message of the robot itself: one that was converted does not come this way."""
         self.has_tf = True
         self._receivers[keys.TF](payload)
+
+    def _take_color(self, payload: bytes) -> None:
+        self.compressed_at = time.monotonic()
+        self._receivers[keys.COLOR](payload)
 
     def listen(self, topic: str, take: Callable[[bytes], None]) -> None:
         """Pass every message of a topic on, too; `take` must return at once."""
@@ -193,6 +202,11 @@ class FrameIntake:
             notes.append(
                 "no image has the stamp of the detections: a detector must copy the header of "
                 "its colour image"
+            )
+        if self.assembler.detector.misfits >= MISFITS:
+            notes.append(
+                "most boxes of the detector are outside the image or empty, or their scores are "
+                "not 0 to 1: boxes are in pixels of the colour image"
             )
         return tuple(note for note in notes if note)
 

@@ -4,7 +4,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import zenoh
@@ -29,7 +29,8 @@ from ippon.mission.snapshot import Find, Snapshot
 
 MAX_DETECTIONS: Final = 20
 MAX_BACKLOG_BYTES: Final = 4 * 2**20
-"""Unsent bytes above which changes of the map accumulate in the tracker instead."""
+"""Unsent bytes above which changes of the map accumulate in the tracker instead, and requests for
+all of it wait."""
 MAX_WAITING: Final = 16
 """Largest number of pending requests for the whole map; more are dropped."""
 KEYFRAMES_HZ: Final = 5.0
@@ -79,7 +80,9 @@ class MapPublisher:
             self._publish_changes()
             if time.monotonic() - self._keyframe_at > self._keyframe_every_s:
                 self._keyframe_at = time.monotonic()
-                self._put(self._keyframe, self.keyframe())
+                heard: Any = self._keyframe.matching_status
+                if heard.matching:
+                    self._put(self._keyframe, self.keyframe())
         if self._last is not None and snapshot.stamp_ns < self._last.stamp_ns:
             # Viewers clear their state with the next status: publish everything after it.
             self._republish = 2
@@ -114,7 +117,9 @@ class MapPublisher:
             return True
 
     def answer(self) -> None:
-        """Answer all pending requests with one encoding of the whole map."""
+        """Answer all pending requests with one encoding of the whole map, once the link is free."""
+        if self._sender.backlog_bytes > MAX_BACKLOG_BYTES:
+            return
         with self._waiting_lock:
             queries, self._waiting = self._waiting, []
         if queries:

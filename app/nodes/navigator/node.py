@@ -123,6 +123,8 @@ class Navigator:
             self._operations.run_queued(self._mission)
             self._map.answer()
             self._start_next_goal()
+            if self._persistence is not None:
+                self._persistence.keep_state(self._goals, run_state(self._services, self._mission))
             asked = self._state.publish_labels(self._mission)
             self._intake.assembler.detector.ask(asked.labels, asked.ooi, asked.also)
             self._state.publish_levels(self._goals.active(), self._mission.rooms.text)
@@ -199,9 +201,7 @@ class Navigator:
         self._conclude(result.snapshot)
         self._memory.step(frame, self._mission.search, self._mission.floor_z_m)
         if self._persistence is not None:
-            self._persistence.keep(
-                self._mission.voxel_map, self._goals, run_state(self._services, self._mission)
-            )
+            self._persistence.keep_map(self._mission.voxel_map)
 
     def _command(self, result: StepResult, frame: Frame) -> None:
         """Command what the mission or the operator wants, after the safety filter."""

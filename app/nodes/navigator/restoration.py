@@ -2,6 +2,9 @@
 
 from collections.abc import Callable
 
+import msgspec
+
+from app.links.network.requests import RequestRefusedError
 from app.nodes.navigator.services.request_services import RequestServices
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.persistence import RunState, SavedState
@@ -43,11 +46,20 @@ def restore_goals(
         services.mux.set_mode(DriveMode.AUTO, interrupted.speed_limit)
     else:
         mission.operator.stop()
-    for request in saved.requests:
-        accepted = services.goals.search(request)
+    first: dict[int, int] = {}
+    """Number now of the first goal of each tour, by its place in the file."""
+    for place, kept in enumerate(saved.requests, 1):
+        tour = kept.joins or place
+        request = msgspec.structs.replace(kept, joins=first.get(tour))
+        try:
+            accepted = services.goals.search(request, restores=True)
+        except RequestRefusedError as error:
+            report_event("error", f"the search for {request.object} is not restored: {error}")
+            continue
+        first.setdefault(tour, accepted.goal_id)
         services.guidance.restore(accepted.goal_id, request.levels)
         counted, rejected = (
-            [one.find() for one in kept] for kept in (request.counted, request.rejected)
+            [one.find() for one in finds] for finds in (request.counted, request.rejected)
         )
         goals.note_finds(accepted.goal_id, counted, rejected)
     if goes_on:

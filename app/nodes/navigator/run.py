@@ -126,13 +126,19 @@ def _align(
         to tell the operator.
     """
     assert saved.voxel_map is not None
+    alignment, registration, problem = Alignment(session, config, saved.voxel_map), None, ""
     try:
-        registration = Alignment(session, config, saved.voxel_map).run(stop)
+        registration = alignment.run(stop)
     except RegistrationError as error:
+        problem = str(error)
+    if alignment.is_stopped:
+        # A Stop that came meanwhile holds: the search of a killed run does not go on by itself.
+        saved = replace(saved, interrupted=None)
+    if problem:
         kept = "kept"
         if config.keep_map:
             kept = f"kept as {set_aside(Path(config.keep_map)).name}"
-        note = f"the kept map cannot be aligned: {error}; it is {kept}, and a new map begins"
+        note = f"the kept map cannot be aligned: {problem}; it is {kept}, and a new map begins"
         return replace(saved, voxel_map=None), None, note
     if registration is None:
         return saved, None, ""

@@ -56,7 +56,10 @@ class StreamConverter:
         self._poses: deque[bytes] = deque(maxlen=100)
         self._image: bytes | None = None
         self._started = time.monotonic()
-        self._wants_images = self._closed = False
+        self._closed = False
+        self._asked_at = 0.0
+        self._end_images: Callable[[], None] | None = None
+        """Ends the subscription to uncompressed images; None without one."""
         self._problems: dict[str, str] = {}
         self._put = {
             topic: session.declare_publisher(
@@ -70,20 +73,21 @@ class StreamConverter:
         threading.Thread(target=self._run, name="stream conversion", daemon=True).start()
 
     def check(self) -> None:
-        """Ask for uncompressed images while no compressed ones come; report what went wrong.
+        """Take uncompressed images while no compressed ones come; report what went wrong.
 
         The mission's thread calls it.
         """
         age_s = self._intake.monitors["colour"].age_s()
         silent_s = time.monotonic() - self._started if age_s is None else age_s
-        if silent_s > SILENT_S and not self._wants_images:
-            # Not before: a bridge carries whatever somebody subscribes to.
-            self._wants_images = True
-            subscribe(
-                self._session,
-                f"{self._robot}/{keys.COLOR_RAW}",
-                partial(self._take, keys.COLOR_RAW),
-            )
+        # Not before, nor for longer: a bridge carries whatever somebody subscribes to.
+        if silent_s > SILENT_S and self._end_images is None:
+            self._asked_at = time.monotonic()
+            take = partial(self._take, keys.COLOR_RAW)
+            key = f"{self._robot}/{keys.COLOR_RAW}"
+            self._end_images = subscribe(self._session, key, take)
+        elif self._end_images is not None and self._intake.compressed_at > self._asked_at:
+            self._end_images()
+            self._end_images = None
         for topic in tuple(self._problems):
             self._intake.refuse(_STREAM_OF[topic], f"{topic}: {self._problems.pop(topic)}")
 

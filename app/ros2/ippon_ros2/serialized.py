@@ -74,7 +74,7 @@ def _numbers_of(payload: bytes, count: int, kind: str) -> tuple[float, ...]:
 
 
 class RateLimit:
-    """Passes one message of each period of stamps, so that colour and depth of one image stay."""
+    """Passes one message of each period of stamps, so that colour and depth of one stamp stay."""
 
     def __init__(self, max_hz: float) -> None:
         self._max_hz = max_hz

@@ -50,6 +50,11 @@ class Aim:
     about: tuple[float, float]
     """Centre of the view, metres; identifies the target."""
 
+    def __post_init__(self) -> None:
+        numbers = (*self.stand, self.yaw_rad, self.tilt_rad, *self.about)
+        if not all(math.isfinite(number) for number in numbers):
+            raise ValueError(f"an aim has finite numbers; got {self}")
+
 
 Untried = Callable[[tuple[float, float]], bool]
 """Tells whether a target at a point has not been abandoned."""

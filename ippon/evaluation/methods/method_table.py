@@ -262,8 +262,12 @@ def method_named(name: str) -> Method:
         return METHODS[name]
     added = extensions.names(extensions.METHODS)
     if name not in added:
-        raise ValueError(f"no method {name!r}; there are {', '.join((*METHODS, *added))}")
+        raise ValueError(
+            f"no method {name!r}; there are {', '.join((*METHODS, *added))}; one of your own is an "
+            "installed package (docs/guides/extending.md)"
+        )
     method = extensions.load(extensions.METHODS, name)
     if not isinstance(method, Method) or method.name != name:
-        raise ValueError(f"the installed method {name!r} is no Method of that name: {method!r}")
+        what = f"a Method named {method.name!r}" if isinstance(method, Method) else repr(method)
+        raise ValueError(f"the installed method {name!r} is no Method of that name: it is {what}")
     return method

@@ -4,12 +4,12 @@ Text in an image may contain instructions. Only names of things in the knowledge
 from an answer.
 """
 
-import json
 from collections.abc import Sequence
 from typing import Any, cast
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.naming import resolve_object
+from ippon.guidance.prompts.reply import answer_of, object_in
 
 MAX_NAMES = 10
 MAX_NAME_CHARS = 40
@@ -58,12 +58,7 @@ def parse_scene_reply(text: str, vocabulary: Sequence[str]) -> tuple[str, ...]:
 
 
 def _names(text: str) -> list[str]:
-    start = text.find("{")
-    try:
-        value, _ = json.JSONDecoder().raw_decode(text[max(start, 0) :])
-    except (ValueError, RecursionError):  # Also of a number with thousands of digits.
-        return []
-    things = cast("dict[str, object]", value).get("things") if isinstance(value, dict) else None
+    things = (object_in(answer_of(text)) or {}).get("things")
     if not isinstance(things, list):
         return []
     return [thing for thing in cast("list[object]", things) if isinstance(thing, str)]

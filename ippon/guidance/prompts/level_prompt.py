@@ -12,6 +12,7 @@ from typing import Any, Literal, cast
 
 from ippon.guidance.language.words import plain
 from ippon.guidance.levels import LabelLevel, Level
+from ippon.guidance.prompts.reply import answer_of
 from ippon.vocabulary import canonical_label
 
 ReplyFormat = Literal["lines", "json"]
@@ -125,7 +126,7 @@ def parse_reply(text: str, vocabulary: Sequence[str]) -> ParsedReply:
 
     The last rating of a category counts, because models correct themselves.
     """
-    text = _THOUGHT.sub(" ", text[:MAX_REPLY_CHARS])
+    text = answer_of(text)[:MAX_REPLY_CHARS]
     by_label = {canonical_label(label): label for label in vocabulary}
     found: dict[str, LabelLevel] = {}
     unknown: list[str] = []
@@ -145,7 +146,6 @@ def parse_reply(text: str, vocabulary: Sequence[str]) -> ParsedReply:
 _Rating = tuple[str, Level, str]
 _LEVEL = r"(?P<level>certain|near|average|far)"
 _MARK = r"[*_`\"'\[\](){}#|]*"
-_THOUGHT = re.compile(r"<think(?:ing)?>.*?(?:</think(?:ing)?>|\Z)", re.IGNORECASE | re.DOTALL)
 _LINE = re.compile(
     rf"(?:[-*•+]|\d{{1,3}}[.)])?\s*{_MARK}(?P<name>[^\W_][\w\- ]{{0,60}}?){_MARK}\s*[:|–—]"
     rf"(?P<reason>.*?)(?:\b|^){_LEVEL}\b{_MARK}[\s.!,;|]*$",

@@ -7,13 +7,15 @@ the operator, are taken from an answer.
 import json
 from typing import Any, Final, Literal
 
+from ippon.guidance.prompts.reply import answer_of, object_in
+
 Verdict = Literal["yes", "no", "unsure"]
 
 VERDICTS: Final[tuple[Verdict, ...]] = ("yes", "no", "unsure")
 MAX_REASON: Final = 160
 """Most characters of a reason."""
 MAX_REPLY: Final = 4000
-"""Longer replies are not parsed."""
+"""Longer answers are not parsed."""
 
 OPINION_SCHEMA: dict[str, Any] = {
     "type": "object",
@@ -47,28 +49,18 @@ def parse_opinion_reply(text: str) -> tuple[Verdict, str] | None:
     Returns:
         The answer and the reason, cut to one printable line.
     """
+    text = answer_of(text)
     if len(text) > MAX_REPLY:
         return None
     word = text.strip().strip('."').lower()
     for verdict in VERDICTS:
         if word == verdict:
             return verdict, ""
-    try:
-        content = json.loads(_unfenced(text))
-    except (ValueError, RecursionError):
-        return None
-    if not isinstance(content, dict):
+    content = object_in(text)
+    if content is None:
         return None
     answer, because = content.get("answer"), content.get("because", "")
     if answer not in VERDICTS or not isinstance(because, str):
         return None
     line = " ".join("".join(c if c.isprintable() else " " for c in because).split())
     return answer, line[:MAX_REASON]
-
-
-def _unfenced(text: str) -> str:
-    """Return a reply without the code fence that some models put around JSON."""
-    text = text.strip()
-    if text.startswith("```") and text.endswith("```") and "\n" in text:
-        return text[text.index("\n") : -3]
-    return text

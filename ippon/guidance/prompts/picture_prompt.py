@@ -4,15 +4,15 @@ Text in an image may contain instructions. Only a short name is taken from an an
 like the words of an operator.
 """
 
-import json
 from typing import Any, Final
 
 from ippon.guidance.language.goals.goal import Request
 from ippon.guidance.language.requests.sentence import MAX_OBJECT_CHARS, read_request
 from ippon.guidance.language.words import plain
+from ippon.guidance.prompts.reply import answer_of, object_in
 
 MAX_REPLY: Final = 4000
-"""Longer replies are not parsed."""
+"""Longer answers are not parsed."""
 
 PICTURE_SCHEMA: dict[str, Any] = {
     "type": "object",
@@ -36,16 +36,9 @@ def parse_picture_reply(text: str) -> Request | None:
     A goal of which the model is not sure is marked doubtful: the operator sees it before the robot
     moves.
     """
-    if len(text) > MAX_REPLY:
-        return None
-    start = text.find("{")
-    if start < 0:
-        return None
-    try:
-        content, _ = json.JSONDecoder().raw_decode(text[start:])
-    except (ValueError, RecursionError):
-        return None
-    if not isinstance(content, dict):
+    text = answer_of(text)
+    content = object_in(text) if len(text) <= MAX_REPLY else None
+    if content is None:
         return None
     name, sure = content.get("name"), content.get("sure")
     if not isinstance(name, str) or not isinstance(sure, bool) or len(name) > MAX_OBJECT_CHARS:

@@ -1,6 +1,5 @@
 """One sentence read by a language model: the question, and what is taken from the answer."""
 
-import json
 from collections.abc import Sequence
 from typing import Any, Final, cast, get_args
 
@@ -23,6 +22,7 @@ from ippon.guidance.language.requests.sentence import (
     MAX_SENTENCE_CHARS,
 )
 from ippon.guidance.language.words import plain
+from ippon.guidance.prompts.reply import answer_of, object_in
 
 _MAX_COUNT: Final = 999
 _MAX_PARTS: Final = 12
@@ -97,15 +97,13 @@ def parse_request_reply(text: str, sentence: str, previous: Sequence[Goal] = ())
     An object that an English request does not hold is kept and marked doubtful: the operator sees
     it before the robot moves.
     """
-    start = text.find("{")
-    if start < 0:
+    fields = object_in(answer_of(text))
+    if fields is None:
         return None
     try:
-        value, _ = json.JSONDecoder().raw_decode(text[start:])
-        fields = cast("dict[str, Any]", value)
         goals = tuple(_goal(one) for one in _list(fields["goals"], MAX_GOALS))
         unused = tuple(_text(one, 200) for one in _list(fields.get("unused", []), 50))
-    except (ValueError, LookupError, TypeError, RecursionError):
+    except (ValueError, LookupError, TypeError):
         return None
     reasons = [reason for goal in goals for reason in _doubts(goal, sentence, previous)]
     if not goals:

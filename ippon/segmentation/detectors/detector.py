@@ -19,7 +19,7 @@ from ippon.segmentation.detectors.labels import (
     read_description,
     read_labels_file,
 )
-from ippon.segmentation.detectors.model_file import find_model, open_network
+from ippon.segmentation.detectors.model_file import HUB_FOLDER, find_model, open_network
 from ippon.segmentation.detectors.network import LARGEST_SIDE_PX, Network, Tensors
 from ippon.segmentation.detectors.suppression import non_maximum_suppression
 from ippon.segmentation.detectors.vocabulary import Assignment
@@ -106,14 +106,16 @@ class Detector:
     def _feeds(self, values: NDArray[np.float32]) -> Tensors:
         """Return the network's inputs for one prepared image."""
         feeds: dict[str, NDArray[Any]] = {}
-        for name in self._network.inputs:
+        for name, said in self._network.inputs.items():
             if name == self._image:
                 feeds[name] = values[None]
             elif name in _SIZES:
                 # Width before height, so that boxes are in pixels of the input.
                 feeds[name] = np.array([values.shape[:0:-1]], np.int64)
             elif name == _MASK:
-                feeds[name] = np.ones((1, *values.shape[1:]), np.int64)
+                # Some exports fix its size, others take that of the image.
+                sides = zip(said[1:], values.shape[1:], strict=True)
+                feeds[name] = np.ones((1, *(fixed or side for fixed, side in sides)), np.int64)
         return feeds
 
     def _read(self, outputs: Tensors) -> Candidates:
@@ -169,10 +171,14 @@ class Detector:
 def source_name(path: Path) -> str:
     """Return the name of a network: that of its file, or of its folder for generic file names.
 
-    Exports of `transformers` are called model.onnx, those of Ultralytics model.ncnn.param.
+    Exports of `transformers` are called model.onnx, those of the hub onnx/model.onnx, those of
+    Ultralytics model.ncnn.param.
     """
     stem = path.stem.removesuffix(".ncnn")
-    return path.absolute().parent.name if stem.split("_", maxsplit=1)[0] == "model" else stem
+    if stem.split("_", maxsplit=1)[0] != "model":
+        return stem
+    folder = path.absolute().parent
+    return folder.parent.name if folder.name == HUB_FOLDER else folder.name
 
 
 def image_name_and_size(network: Network, input_px: int) -> tuple[str, tuple[int, int]]:
@@ -188,7 +194,7 @@ def image_name_and_size(network: Network, input_px: int) -> tuple[str, tuple[int
     images = {name: shape for name, shape in network.inputs.items() if len(shape) == 4}
     others = set(network.inputs) - set(images) - {*_SIZES, _MASK}
     name, shape = next(iter(images.items()), ("", None))
-    fits = shape is not None and shape[0] in {None, 1} and shape[1] in {None, 3}
+    fits = shape is not None and shape[0] in {None, 1} and shape[1] in {None, 3} and shape[3] != 3
     if shape is None or not fits or len(images) != 1 or others:
         said = ", ".join(f"{one} {size}" for one, size in network.inputs.items())
         raise CheckpointError(

@@ -11,6 +11,7 @@ from ippon.segmentation.detectors.decoding.detr import decode_labelled, decode_q
 from ippon.segmentation.detectors.decoding.nanodet import STRIDES as NANODET_STRIDES
 from ippon.segmentation.detectors.decoding.nanodet import decode_nanodet
 from ippon.segmentation.detectors.decoding.yolo import (
+    OBJECTNESS,
     STRIDES,
     decode_rows,
     decode_yolov8,
@@ -193,7 +194,9 @@ def _grids(
     if rows == nanodet and columns > 8:
         return OutputLayout(family="nanodet", names=(name,), classes=classes or 80)
     if rows in {cells, 3 * cells} and columns > 5:
-        family: Family = "yolox" if rows == cells else "yolov5"
+        # YOLOv6 has YOLOX's rows and YOLOv5's input; its objectness is the constant 1.
+        constant = bool((shaped[name][:, OBJECTNESS] == 1.0).all())
+        family: Family = "yolox" if rows == cells and not constant else "yolov5"
         return OutputLayout(family=family, names=(name,), classes=columns - 5)
     if columns == 6 and rows <= _MOST_ROWS:
         return OutputLayout(family="yolov10", names=(name,), classes=None)

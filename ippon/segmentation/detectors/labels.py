@@ -12,6 +12,7 @@ import yaml
 from ippon.segmentation.detectors.coco import COCO_80, COCO_91, NO_CLASS, synonyms_of_class
 from ippon.segmentation.detectors.errors import OutputError
 from ippon.segmentation.detectors.families import OutputLayout
+from ippon.segmentation.detectors.model_file import HUB_FOLDER
 from ippon.segmentation.detectors.vocabulary import ClosedVocabulary
 from ippon.segmentation.errors import CheckpointError
 from ippon.vocabulary import canonical_label
@@ -94,13 +95,16 @@ def labels_beside(model: Path, notes: Mapping[str, str]) -> ClosedVocabulary | N
 
 
 def read_description(model: Path, name: str = "config.json") -> Mapping[str, Any]:
-    """Return the content of a file beside a model; empty if there is none.
+    """Return the content of a file beside a model or above its `HUB_FOLDER`; empty without one.
 
     Raises:
         CheckpointError: The file is not a JSON or YAML object.
     """
-    path = model.parent / name
-    if not path.is_file():
+    beside = [model.parent / name]
+    if model.absolute().parent.name == HUB_FOLDER:
+        beside.append(model.absolute().parent.parent / name)
+    path = next((path for path in beside if path.is_file()), None)
+    if path is None:
         return {}
     try:
         text = path.read_text(encoding="utf-8")

@@ -8,6 +8,8 @@ from ippon.segmentation.detectors.network import Network
 from ippon.segmentation.errors import CheckpointError, MissingPackageError
 
 DETECTOR_HINT: Final = 'pip install "ippon[detector]", or scripts/setup --detector'
+HUB_FOLDER: Final = "onnx"
+"""Folder of a repository of the Hugging Face hub with its models; their description is above it."""
 _SMALLEST: Final = 16
 """Bytes; no network is smaller."""
 _PICKLES: Final = frozenset({".pt", ".pth", ".pkl", ".pickle", ".ckpt"})

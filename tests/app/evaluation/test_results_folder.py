@@ -70,13 +70,22 @@ def test_what_a_killed_writer_left_is_no_row(folder, make_row):
 
 def test_other_settings_need_another_folder(folder, make_row):
     other = {"fixed": {"seed": 1, "robot": "zed"}, "version": "1"}
-    with pytest.raises(UsageError, match="was begun, without results yet, with another setup"):
+    with pytest.raises(UsageError, match=r"was begun, without .*same options, or delete it"):
         folder.open_for(other)
     folder.write(make_row())
     with pytest.raises(UsageError, match=r"another setup: seed 0 \(now 1\); use another folder"):
         folder.open_for(other)
     folder.open_for({**_SETTINGS, "version": "2"})
     assert folder.settings()["version"] == "2"
+
+
+def test_settings_that_are_stored_only_where_unusual_are_named_by_what_they_were(folder, make_row):
+    folder.write(make_row())
+    unusual = {"segmentation_errors": "detector", "mission": {"map": {"fusion": "paper"}}}
+    changed = {**_SETTINGS, "fixed": {**_SETTINGS["fixed"], **unusual}}
+    with pytest.raises(UsageError, match=r"errors 'paper' \(now 'detector'\)") as raised:
+        folder.open_for(changed)
+    assert "mission the defaults (now {'map': {'fusion': 'paper'}})" in str(raised.value)
 
 
 @pytest.mark.parametrize("damaged", ["{", "[]"])
@@ -91,7 +100,7 @@ def test_damage_is_named(folder, make_row, damaged):
     values = json.loads(path.read_text())
     del values["spl"]
     path.write_text(json.dumps(values))
-    with pytest.raises(UsageError, match="lacks or adds spl"):
+    with pytest.raises(UsageError, match="lacks or adds spl; delete it to run that search again"):
         folder.rows()
 
 

@@ -14,7 +14,7 @@ from ippon.robot import ZED
 def test_groups_of_methods():
     assert expand_methods("ippon,ablations,no_bayes") == ("ippon", *ABLATIONS)
     assert expand_methods("all") == tuple(METHODS)
-    with pytest.raises(UsageError, match=r"no method 'magic'.*or all, ablations, baselines"):
+    with pytest.raises(UsageError, match=r"no method 'magic'.*groups are all, ablations"):
         expand_methods("ippon,magic")
     with pytest.raises(UsageError, match="no methods; there are ippon"):
         expand_methods(" , ")

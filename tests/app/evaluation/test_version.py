@@ -14,7 +14,7 @@ def test_the_code_of_an_installed_method_is_named_and_changes_with_its_files(tmp
     monkeypatch.setattr(
         extensions,
         "module_of",
-        lambda _, name: "my_planner.rule" if name == "mine" else None,
+        lambda _, name: "my_planner.rule" if name in {"mine", "ippon"} else None,
     )
     before = code_of("mine")
     assert before.startswith("mine code ")

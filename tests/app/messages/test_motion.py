@@ -37,6 +37,14 @@ def test_transforms_round_trip(yaw):
     np.testing.assert_allclose(back.T_parent_child, T, atol=1e-12)
 
 
+def test_a_slash_before_a_frame_does_not_count_as_in_tf2():
+    slashed = StampedTransform(
+        stamp_ns=7, parent="/map", child="/base_link", T_parent_child=np.eye(4)
+    )
+    (back,) = decode_transforms(encode_transforms([slashed]))
+    assert (back.parent, back.child) == ("map", "base_link")
+
+
 def tf_message(*, rotation=(0.0, 0.0, 0.0, 1.0), translation=(0.0, 0.0, 0.0), count=1):
     xyzw = dict(zip("xyzw", rotation, strict=True))
     xyz = dict(zip("xyz", translation, strict=True))

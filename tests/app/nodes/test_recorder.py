@@ -3,6 +3,7 @@
 import random
 import threading
 import time
+from concurrent.futures import Future
 
 import msgspec
 import pytest
@@ -184,3 +185,16 @@ def test_what_finds_no_room_is_counted():
         backlog.put("k", b"12345")
     assert len(backlog.take(0.0)) == 2
     assert backlog.dropped == 1
+
+
+def test_what_was_refused_because_the_disk_was_slow_is_not_done_later(tmp_path, monkeypatch):
+    monkeypatch.setattr(recorder, "REPLY_S", 0.05)
+    slow = Recorder(RecorderConfig(robot=ROBOT, root=tmp_path))
+    slow._begin()
+    with pytest.raises(RequestRefusedError, match="busy writing; try again"):
+        slow._handle(RecordRequest(action="mark", text="here"))
+    slow._requests.append((RecordRequest(action="mark", text="there"), Future()))
+    slow._heard_at = time.monotonic()
+    slow._step()
+    assert [note.text for note in read_notes(slow._session.writer.path)] == ["there"]
+    slow._end("the test is over")

@@ -1,5 +1,6 @@
 """Places in words, and the images that are chosen of a find."""
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -31,6 +32,7 @@ def view(number, *, yaw=0.0, score=0.9, box=(10.0, 10.0, 60.0, 50.0)):
         detections=Detections(
             source="x", labels=("cup",), ooi=None, image_size=(60, 80), instances=(cup,)
         ),
+        masks=(None,),
     )
 
 
@@ -131,3 +133,32 @@ def test_a_stored_view_is_small_and_reads_the_pixels_of_the_heatmap(size):
     if height % 120 == 0:
         assert first == second
     assert one.depth_at(width - 1.0, height - 1.0) > 0.0
+
+
+def test_a_stored_view_keeps_its_masks_in_little_memory():
+    height, width = 480, 640
+    v, u = np.mgrid[:120, :160]
+    masks = [
+        (v - 7 * k % 120) ** 2 + (u - 11 * k % 160) ** 2 < (4 + k % 20) ** 2 for k in range(99)
+    ]
+    instances = [
+        Instance(label="cup", score=0.5, box_px=(0.0, 0.0, 9.0, 9.0), mask=mask)
+        for mask in (*masks, None)
+    ]
+    frame = Frame(
+        stamp_ns=0, color=np.zeros((height, width, 3), np.uint8),
+        depth=np.ones((height, width), np.float32),
+        camera=PinholeCamera.from_horizontal_fov(width, height, 1.2),
+        T_world_camera=np.eye(4), T_world_base=np.eye(4), tilt_rad=0.0,
+    )  # fmt: skip
+    one = View.of(
+        0, frame,
+        Detections(
+            source="x", labels=("cup",), ooi=None, image_size=(height, width),
+            instances=tuple(instances),
+        ),
+    )  # fmt: skip
+    again = [instance.mask for instance in one.with_masks().instances]
+    for mask, expected in zip(again, (*masks, None), strict=True):
+        assert (mask is None) if expected is None else (mask == expected).all()
+    assert len(pickle.dumps(one)) < 0.2 * sum(mask.nbytes for mask in masks)

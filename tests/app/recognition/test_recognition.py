@@ -5,6 +5,7 @@ import math
 import re
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,12 +13,14 @@ from PIL import Image
 
 from app.cli.main import run
 from app.cli.tools import recognise as command
+from app.recognition import page as page_module
 from app.recognition.frames import Tally, open_source
 from app.recognition.recognition import Recognition, labels_of
 from ippon.camera import PinholeCamera
 from ippon.frame import Frame
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
-from ippon.observation import Detections, Instance
+from ippon.observation import Detections, Heatmap, Instance
+from ippon.observation_model import NOT_RECOGNISED
 from ippon.segmentation.detectors.vocabulary import ClosedVocabulary
 from ippon.tracking.upright import UprightCheck
 from tests.locations import ROOT, SHARED
@@ -47,7 +50,7 @@ def recognise(*arguments):
 CAMERA = PinholeCamera(width=160, height=120, fx=150.0, fy=150.0, cx=79.5, cy=59.5)
 
 
-def on_a_wall(scores, asked, gives=None):
+def on_a_wall(scores, asked, gives=None, also=None):
     """Return what is found on a wall 1.5 m away; of some images a detector sees a cup on it."""
     recognition = Recognition(asked, memory_limit_mb=128.0)
     T_world_camera = make_transform(R_BASE_CAMERA_LEVEL, (0.0, 0.0, 1.0))
@@ -65,7 +68,7 @@ def on_a_wall(scores, asked, gives=None):
         cup = Instance(label="cup", score=score, box_px=(70.0, 50.0, 90.0, 70.0))
         seen = Detections(
             source="x", labels=known, ooi=None, image_size=(120, 160),
-            instances=(cup,) if score else (),
+            instances=(*([cup] if score else []), *([also] if also else [])),
         )  # fmt: skip
         recognition.add(frame, seen)
     return recognition.finds("cup"), recognition.map_of("cup").best_ooi()
@@ -77,6 +80,9 @@ def test_a_find_does_not_depend_on_what_else_is_asked_for():
     others = [f"thing_{n}" for n in range(60)]
     assert on_a_wall([0.45] * 8, ["cup", *others[:3]]) == (alone, best)
     assert on_a_wall([0.45] * 8, ["cup", *others[:8]]) == (alone, best)
+    vase = Instance(label="vase", score=0.9, box_px=(71.0, 51.0, 89.0, 69.0))
+    finds, _ = on_a_wall([0.45] * 8, ["cup", "vase"], also=vase)
+    assert finds == alone, "what else is seen in its place is another matter"
 
 
 def test_what_most_images_do_not_recognise_is_no_find_although_the_map_believes_it():
@@ -255,3 +261,75 @@ def test_refused_frames_and_images_that_are_upside_down_are_told(
     told = capsys.readouterr().err
     assert "1 of 2 frames were refused; the last one: camera at (30000.00, 0.00" in told
     assert "the camera's images are upside down" in told
+
+
+def test_a_network_whose_boxes_are_mostly_invalid_is_told(fake, tmp_path, capsys):
+    cup = Instance(label="cup", score=0.2, box_px=(70.0, 50.0, 90.0, 70.0))
+    seen = Detections(
+        source="own", labels=("cup",), ooi=None, image_size=(120, 160), instances=(cup,), dropped=1
+    )
+    fake.segment = lambda *_: seen
+    assert run(["recognise", str(tmp_path), "--find", "cup"]) == 0
+    assert "boxes" not in capsys.readouterr().err
+    fake.segment = lambda *_: replace(seen, dropped=40)
+    assert run(["recognise", str(tmp_path), "--find", "cup"]) == 0
+    assert "40 boxes of the network were not used, being outside the" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("unit_m", "millimetres", "note"),
+    [
+        (0.001, 1500, ""),
+        (1.0, 1500, "the depth of the images is 1500 m (median)"),
+        (0.00001, 1500, "the depth of the images is 0.015 m (median)"),
+        (0.001, 0, "no image has any depth"),
+    ],
+)
+def test_depth_of_another_unit_is_told(fake, tmp_path, capsys, unit_m, millimetres, note):
+    del fake
+    read = json.loads((tmp_path / "sequence.json").read_text())
+    (tmp_path / "sequence.json").write_text(json.dumps(read | {"depth_unit_m": unit_m}))
+    depth = np.full((120, 160), millimetres, np.uint16)
+    Image.fromarray(depth).save(tmp_path / "0.depth.png")
+    assert run(["recognise", str(tmp_path), "--find", "cup"]) == 0
+    told = capsys.readouterr().err
+    assert note in told
+    assert bool(note) == ("depth" in told)
+
+
+def test_a_page_of_a_network_without_instances_says_nothing_of_them(
+    tmp_path, monkeypatch, fake, capsys
+):
+    del fake
+
+    class Dense:
+        """Scores the middle of every image as a cup."""
+
+        def segment(self, color, labels, ooi):
+            scores = np.full((12, 16, len(labels)), NOT_RECOGNISED, np.uint8)
+            scores[5:7, 7:9, labels.index("cup")] = 200
+            return Heatmap(labels=labels, ooi=ooi, probabilities=scores, kind="scores", source="x")
+
+    monkeypatch.setattr(command, "segmenter_of", lambda _: Dense())
+    page = tmp_path / "page.html"
+    assert run(["recognise", str(tmp_path), "--find", "cup,hat", "--page", str(page)]) == 0
+    assert re.search(r"^  p 0\.\d\d at .* m long$", capsys.readouterr().out, re.MULTILINE)
+    text = page.read_text()
+    assert text.count('class="find"') == 1
+    assert "<p>No find.</p>" in text
+    assert "Recognised in" not in text
+    assert "recognised it in no image" not in text
+
+
+def test_the_finds_of_two_words_for_one_class_have_one_mark(fake, tmp_path, monkeypatch):
+    cup = Instance(label="cup", score=0.9, box_px=(70.0, 50.0, 90.0, 70.0))
+    seen = Detections(
+        source="own", labels=("cup",), ooi=None, image_size=(120, 160), instances=(cup,)
+    )
+    fake.segment = lambda *_: seen
+    drawn = []
+    monkeypatch.setattr(page_module, "plan", lambda _, marks: drawn.extend(marks))
+    page = tmp_path / "page.html"
+    assert run(["recognise", str(tmp_path), "--find", "cup,mug", "--page", str(page)]) == 0
+    assert [text for text, _ in drawn] == ["1, 2"]
+    assert page.read_text().count('class="find"') == 2

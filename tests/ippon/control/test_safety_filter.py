@@ -5,14 +5,14 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import HealthCheck, assume, example, given, settings
 from hypothesis import strategies as st
 
 from ippon.command import Command
 from ippon.control.obstacles import body_clearance, mapped_obstacles
 from ippon.control.safety_filter import (
     OVERLAP_TOLERANCE_M,
-    _stopping_path,
+    _stopping_paths,
     filter_among_obstacles,
     filter_command,
     limits_ahead,
@@ -28,21 +28,26 @@ quick = settings(max_examples=30, deadline=None)
 AHEAD = Command(linear_m_s=0.8, tilt_rad=-0.2)
 
 
-def motion(command: Command, pose, robot: RobotProfile, horizon_s: float) -> np.ndarray:
-    """Return (N, 3) poses, a millisecond apart, of a command and of braking after it."""
+def motion(command: Command, pose, robot: RobotProfile, horizon_s: float, apart=True) -> np.ndarray:
+    """Return (N, 3) poses, a millisecond apart, of a command and of braking after it.
+
+    Linear and yaw rate brake apart, each by its own limit, or together.
+    """
     x, y, yaw = pose
     linear, rate = command.linear_m_s, command.yaw_rate_rad_s
-    poses, t = [], 0.0
-    while linear != 0.0 or rate != 0.0:
-        if t > horizon_s:
-            slower = robot.max_linear_acceleration_m_s2 * 1e-3
-            linear = math.copysign(max(abs(linear) - slower, 0.0), linear)
-            slower = robot.max_yaw_acceleration_rad_s2 * 1e-3
-            rate = math.copysign(max(abs(rate) - slower, 0.0), rate)
-        x, y = x + linear * 1e-3 * math.cos(yaw), y + linear * 1e-3 * math.sin(yaw)
-        yaw, t = yaw + rate * 1e-3, t + 1e-3
-        poses.append((x, y, yaw))
-    return np.array(poses or [pose])
+    stop_s = abs(linear) / robot.max_linear_acceleration_m_s2
+    stop_turning_s = abs(rate) / robot.max_yaw_acceleration_rad_s2
+    if not apart:
+        stop_s = stop_turning_s = stop_s if robot.is_round else max(stop_s, stop_turning_s)
+    time_s = horizon_s + max(stop_s, stop_turning_s)
+    steps = math.ceil(1e3 * time_s)
+    step_s = time_s / steps
+    t = (np.arange(steps) + 0.5) * step_s
+    driven = linear * step_s * np.clip(1.0 - (t - horizon_s) / max(stop_s, 1e-9), 0.0, 1.0)
+    turned = rate * step_s * np.clip(1.0 - (t - horizon_s) / max(stop_turning_s, 1e-9), 0.0, 1.0)
+    heading = yaw + np.cumsum(turned) - 0.5 * turned
+    along = driven[:, None] * np.column_stack([np.cos(heading), np.sin(heading)])
+    return np.column_stack([np.add((x, y), np.cumsum(along, axis=0)), yaw + np.cumsum(turned)])
 
 
 def test_in_the_open_a_command_passes_as_it_is(floor_with):
@@ -107,6 +112,8 @@ def test_an_arc_that_passes_is_not_slowed(floor_with):
     yaw=st.floats(-3.0, 3.0),
     seed=st.integers(0, 200),
 )
+# Turning stops 0.5 s before driving does.
+@example(linear=-0.625, rate=0.625, yaw=2.5625, seed=9)
 @pytest.mark.parametrize("robot", [ZED, HABITAT, LONG])
 def test_carrying_out_the_filtered_command_never_meets_an_obstacle(
     floor_with, robot, linear, rate, yaw, seed
@@ -123,9 +130,10 @@ def test_carrying_out_the_filtered_command_never_meets_an_obstacle(
     start = body_clearance(robot, np.array([[0.0, 0.0, yaw]]), obstacles)
     command = Command(linear_m_s=linear, yaw_rate_rad_s=rate)
     safe, _ = filter_command(command, pose, robot, arrays, 0.4)
-    poses = motion(safe, (0.0, 0.0, yaw), robot, 0.4)
     allowed = np.minimum(-OVERLAP_TOLERANCE_M, start - 0.002)
-    assert (body_clearance(robot, poses, obstacles) >= allowed - 0.015).all()
+    for apart in (True, False):
+        poses = motion(safe, (0.0, 0.0, yaw), robot, 0.4, apart)
+        assert (body_clearance(robot, poses, obstacles) >= allowed - 0.015).all()
 
 
 @pytest.mark.parametrize("robot", [ZED, HABITAT, LONG])
@@ -214,31 +222,30 @@ def test_a_share_of_a_command_is_taken_where_the_next_larger_one_is_not_free(sha
     rate=st.floats(-1.2, 1.2),
     robot=st.sampled_from((ZED, LONG)),
 )
-def test_the_path_that_is_checked_is_the_arc_to_standstill(linear, rate, robot):
+def test_the_paths_that_are_checked_are_both_ways_to_stop(linear, rate, robot):
     x, y, yaw = 2.0, -3.0, 0.7
     command = Command(linear_m_s=linear, yaw_rate_rad_s=rate)
-    poses = _stopping_path(command, np.array([x, y, yaw]), robot, HORIZON_S)
-    braking_s = 0.5 * abs(linear) / robot.max_linear_acceleration_m_s2
-    if robot is LONG:
-        braking_s = max(braking_s, 0.5 * abs(rate) / robot.max_yaw_acceleration_rad_s2)
-    assert poses[-1, 2] == pytest.approx(yaw + rate * (HORIZON_S + braking_s))
-    poses = np.vstack([(x, y, yaw), poses])
-    turned = np.diff(poses[:, 2])
-    assert len(poses) > 2
-    assert np.ptp(turned) < 1e-9, "evenly spaced"
-    assert np.abs(turned).max() <= 0.1 * (HORIZON_S + braking_s) + 1e-9
-    step = np.hypot(*np.diff(poses[:, :2], axis=0).T)
-    driven = abs(linear) * (HORIZON_S + braking_s)
-    assert step.max() <= 0.03
-    # A chord of the arc, which points to the middle of its two headings.
-    half = 0.5 * turned
-    chord = driven / len(step) * np.sinc(half / math.pi)
-    np.testing.assert_allclose(step, chord, atol=1e-9)
-    middle = poses[:-1, 2] + half
-    along = np.column_stack([np.cos(middle), np.sin(middle)]) * np.copysign(chord, linear)[:, None]
-    np.testing.assert_allclose(np.diff(poses[:, :2], axis=0), along, atol=1e-9)
-    fewest = max(driven / 0.03, abs(rate) / 0.1)
-    assert len(step) <= max(2, fewest + 1), "no more of them than that takes"
+    together, *apart = _stopping_paths(command, np.array([x, y, yaw]), robot, HORIZON_S)
+    stop_s = abs(linear) / robot.max_linear_acceleration_m_s2
+    stop_turning_s = abs(rate) / robot.max_yaw_acceleration_rad_s2
+    braking_s = stop_s if robot is ZED else max(stop_s, stop_turning_s)
+    assert len(apart) == (linear != 0.0 and rate != 0.0 and stop_s != stop_turning_s)
+    # The chord of an arc points to its middle heading.
+    time_s = HORIZON_S + 0.5 * braking_s
+    half = 0.5 * rate * time_s
+    chord = linear * time_s * np.sinc(half / math.pi)
+    end = (x + chord * math.cos(yaw + half), y + chord * math.sin(yaw + half), yaw + 2.0 * half)
+    np.testing.assert_allclose(together[-1], end, atol=1e-9)
+    for path in apart:
+        steps = motion(command, (x, y, yaw), robot, HORIZON_S)
+        last = min(len(steps), math.ceil(1e3 * (HORIZON_S + braking_s))) - 1
+        np.testing.assert_allclose(path[-1], steps[last], atol=2e-3)
+    for path, longest_s in ((together, time_s), *((path, time_s + braking_s) for path in apart)):
+        steps = np.diff(np.vstack([(x, y, yaw), path]), axis=0)
+        assert np.hypot(steps[:, 0], steps[:, 1]).max() <= 0.03 + 1e-9
+        assert np.abs(steps[:, 2]).max() <= 0.1 + 1e-9
+        fewest = max(abs(linear) / 0.03, abs(rate) / 0.1) * longest_s
+        assert len(path) <= max(2.0, fewest + 1.0), "no more of them than that takes"
 
 
 def test_a_robot_that_can_neither_drive_nor_turn_stands():
@@ -336,22 +343,15 @@ def test_a_filtered_command_is_a_share_of_the_wanted_one(linear, rate, obstacles
 @quick
 @given(**scene)
 def test_the_largest_share_that_is_free_is_taken(linear, rate, obstacles, robot):
-    """Against the motion in steps of a millisecond, of the command's time and its braking path."""
+    """Against the motion in steps of a millisecond, of the command's time and both ways to stop."""
     points = np.array(obstacles)
     start = body_clearance(robot, np.zeros((1, 3)), points)
     allowed = np.minimum(-OVERLAP_TOLERANCE_M, start - 0.002)
 
     def least_room(share: float) -> float:
-        v, w = share * linear, share * rate
-        braking_s = abs(v) / robot.max_linear_acceleration_m_s2
-        if not robot.is_round:
-            braking_s = max(braking_s, abs(w) / robot.max_yaw_acceleration_rad_s2)
-        time_s = HORIZON_S + 0.5 * braking_s
-        t = np.arange(1, 1 + math.ceil(time_s * 1e3)) / math.ceil(time_s * 1e3) * time_s
-        step = np.diff(t, prepend=0.0)
-        heading = w * (t - 0.5 * step)
-        x, y = np.cumsum(v * step * np.cos(heading)), np.cumsum(v * step * np.sin(heading))
-        poses = np.column_stack([x, y, w * t])
+        tried = Command(linear_m_s=share * linear, yaw_rate_rad_s=share * rate)
+        ways = [motion(tried, (0.0, 0.0, 0.0), robot, HORIZON_S, apart) for apart in (False, True)]
+        poses = np.concatenate(ways)
         return float((body_clearance(robot, poses, points) - allowed).min())
 
     command = Command(linear_m_s=linear, yaw_rate_rad_s=rate)

@@ -40,6 +40,11 @@ def test_a_single_home_is_resampled_by_episode():
     assert high == pytest.approx(0.60, abs=0.02)
 
 
+def test_a_single_search_has_no_interval():
+    assert mean_interval([0.9], ["a"]) is None
+    assert paired_difference([0.9], [0.5], ["a"]).ci95 is None
+
+
 def test_the_interval_repeats_for_a_seed():
     values, homes, zero = np.random.default_rng(2).random(20), range(20), np.zeros(20)
     assert mean_interval(values, homes, seed=3) == mean_interval(values, homes, seed=3)

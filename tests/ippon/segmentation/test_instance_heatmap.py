@@ -38,6 +38,21 @@ def test_an_object_in_front_takes_the_pixels():
     assert heat[70, 80].tolist() == [204, 51]
 
 
+def test_objects_that_stand_apart_have_the_scores_that_they_have_alone():
+    table = Instance(label="table", score=0.8, box_px=(20, 40, 140, 100))
+    cup = Instance(label="cup", score=0.6, box_px=(70, 60, 90, 80))
+    vase = Instance(label="vase", score=0.9, box_px=(72, 62, 88, 78))
+    labels = ("cup", "table", "vase")
+    heat = heatmap_of_instances(detections(table, cup, vase, labels=labels), scene())
+    assert heat.probabilities[70, 80].tolist() == [NOTHING_SAID, 230, NOTHING_SAID], (
+        "the vase alone"
+    )
+    heat = heatmap_of_instances(
+        detections(table, cup, vase, labels=labels), scene(), apart=("cup", "vase")
+    )
+    assert heat.probabilities[70, 80].tolist() == [NOTHING_SAID, 230, 153]
+
+
 def test_pixels_without_depth_far_away_or_at_edges_carry_no_evidence():
     depth = scene()
     depth[50:60, 50:60] = 0.0
@@ -103,8 +118,8 @@ def test_painting_agrees_with_numpy(seed):
     image[rng.random(image.shape) < 0.5] = NOTHING_SAID
     image[rng.random(image.shape) < 0.3] = NOT_RECOGNISED
     inside = rng.random((6, 7)) < 0.7
-    value, mine = int(rng.integers(2, 256)), int(rng.integers(5))
+    value, mine, is_apart = int(rng.integers(2, 256)), int(rng.integers(5)), rng.random(5) < 0.4
     expected = image.copy()
-    expected[3:9, 2:9] = reference.painted(image[3:9, 2:9], inside, value, mine)
-    _paint_kernel(inside, value, mine, image[3:9, 2:9])
+    expected[3:9, 2:9] = reference.painted(image[3:9, 2:9], inside, value, mine, is_apart)
+    _paint_kernel(inside, value, mine, is_apart, image[3:9, 2:9])
     np.testing.assert_array_equal(image, expected)

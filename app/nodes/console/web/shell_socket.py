@@ -92,9 +92,6 @@ async def _listen(
     held = NO_INPUT
     try:
         async for message in page_messages(socket, _decoder, "the shell", MAX_MESSAGE):
-            if isinstance(message, ShellPing):
-                await put(msgspec.json.encode(ShellPong(t=message.t)))
-                continue
             if isinstance(message, ShellInput):
                 held = TeleopInput(forward=message.forward, turn=message.turn, tilt=message.tilt)
                 controller.send_input(held)
@@ -120,7 +117,10 @@ async def _listen(
             if isinstance(message, ShellFrame):
                 state_feed.scene.frame(standing.browser)
                 continue
-            if isinstance(message, ShellLease):
+            if isinstance(message, ShellPing):
+                # Not awaited: a Stop must be read while the line to the page is full.
+                task = asyncio.create_task(_echo(message, put))
+            elif isinstance(message, ShellLease):
                 task = asyncio.create_task(standing.act(message))
             elif isinstance(message, ShellHover):
                 task = asyncio.create_task(_name(message, put, state_feed, standing.browser))
@@ -202,6 +202,10 @@ _Command = (
     ShellCommand | ShellDrive | ShellRoom | ShellSearch | ShellNote | ShellQueue | ShellSaved
     | ShellVerdict
 )  # fmt: skip
+
+
+async def _echo(message: ShellPing, put: Callable[[bytes], Awaitable[None]]) -> None:
+    await put(msgspec.json.encode(ShellPong(t=message.t)))
 
 
 async def _name(

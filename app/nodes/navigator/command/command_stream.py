@@ -86,6 +86,13 @@ class CommandStream:
         with self._lock:
             return self._sent
 
+    def hold(self) -> None:
+        """Let no command pass from now on, as `halt`, which follows; from any thread, at once.
+
+        Without the lock: a thread that sends may hold it while the network is busy.
+        """
+        self._halted = True
+
     def halt(self) -> None:
         """Send zero now and until `release`, whatever command is given."""
         with self._lock:

@@ -71,8 +71,12 @@ class Alignment:
             session, robot, config.command_hz, config.stale_s,
             velocities=config.profile.takes_velocities,
         )  # fmt: skip
-        self._control = serve(session, f"{robot}/{keys.CONTROL}", ControlRequest, self._obey)
-        self._stopped = False
+        self._control = serve(
+            session, f"{robot}/{keys.CONTROL}", ControlRequest, self._obey,
+            on_stop=self._stream.hold,
+        )  # fmt: skip
+        self.is_stopped = False
+        """The operator has stopped the robot."""
         # A map of its own: the kept one is in another frame.
         self._seen = VoxelMap(config.mission.map, config.labels)
         self._motion = SafeMotion(config.profile, self._seen)
@@ -96,7 +100,7 @@ class Alignment:
                 if frame is not None:
                     self._step(frame)
                 now = time.monotonic()
-                spent_s += 0.0 if self._stopped else now - before
+                spent_s += 0.0 if self.is_stopped else now - before
                 before = now
                 self._check_progress(spent_s, patience_s)
         finally:
@@ -158,11 +162,11 @@ class Alignment:
         if request.action == "cancel":
             raise RequestRefusedError("the robot is finding its place in the map; stop it instead")
         if request.action == "resume":
-            self._stopped = not self._stream.release(if_count=self._stream.halts)
+            self.is_stopped = not self._stream.release(if_count=self._stream.halts)
         else:
             self._stream.halt()
-            self._stopped = True
-        return ControlReply(state="stopped" if self._stopped else "starting")
+            self.is_stopped = True
+        return ControlReply(state="stopped" if self.is_stopped else "starting")
 
 
 def in_map_frame(frame: Frame, T_map_world: Float64Array | None) -> Frame:

@@ -40,6 +40,10 @@ class StopLatch(Protocol):
         """Number of halts so far."""
         ...
 
+    def hold(self) -> None:
+        """Let no command pass from now on; `halt` follows. Returns at once and sends nothing."""
+        ...
+
     def halt(self) -> None:
         """Send zero, whatever is commanded, until `release`."""
         ...
@@ -70,18 +74,21 @@ class GoalService:
         self.state: MissionState = "starting"
         """State of the latest status; the navigator sets it."""
 
-    def search(self, request: SearchRequest, copy_of: str = "") -> SearchAccepted:
+    def search(
+        self, request: SearchRequest, copy_of: str = "", *, restores: bool = False
+    ) -> SearchAccepted:
         """Plan a search on the embedded prior and queue its goal.
 
         Args:
             request: What to search for.
             copy_of: What it repeats; one that is searched for or waits is not queued again.
+            restores: It is of an earlier run.
         """
         planned = self.plan(request)
         if request.if_free:
             self._check_free()
         search = dataclasses.replace(planned, copy_of=copy_of, if_idle=request.if_free)
-        place = self._goals.add(search, request.joins)
+        place = self._goals.add(search, request.joins, restores=restores)
         if place is None and request.if_free:
             raise RequestRefusedError("it is not free any more: searching")
         if place is None:
@@ -170,9 +177,13 @@ class GoalService:
         found = (instance_named(things, text) for text in texts)
         return next((one for one in found if one is not None), None)
 
+    def hold(self) -> None:
+        """Let no command pass: a Stop has come, which `control` answers in its turn."""
+        self._stop_latch.hold()
+
     def control(self, request: ControlRequest) -> ControlReply:
         """Stop, resume, pause or cancel."""
-        if request.goal_id is not None and request.action != "cancel":
+        if request.goal_id is not None and request.action not in ("cancel", "stop"):
             raise RequestRefusedError(
                 f"only cancel is about one goal; {request.action} takes no goal_id"
             )

@@ -28,6 +28,7 @@ from app.messages.control import (
     SearchRequest,
     VocabularyRequest,
 )
+from app.messages.status import MOST_COUNTED, Count
 from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.planned_search import PlannedSearch
@@ -102,7 +103,7 @@ class GuidanceService:
         """Return the search of a request, with levels of the embedded prior.
 
         Raises:
-            RequestRefusedError: The object holds no word.
+            RequestRefusedError: The object holds no word, or more are wanted than are counted.
         """
         resolved = self._resolve(request.object)
         rooms = known_rooms(request.context, [room.name for room in self.room_names()])
@@ -111,7 +112,7 @@ class GuidanceService:
         attributes, count, other = tuple(request.attributes), request.count, request.other
         if named is not None:
             attributes = attributes or named.attributes
-            count = count if count != 1 else named.count
+            count = count if count != 1 else _checked_count(named.count)
             other = other or named.refers_to == "other"
         goal = Goal(
             goal_id=0,
@@ -302,6 +303,15 @@ class GuidanceService:
             return
         self._learned += 1
         self._extend(label, mission)
+
+
+def _checked_count(count: Count) -> Count:
+    """Return how many an object's name says, as `Count` limits what is sent and kept."""
+    if isinstance(count, int) and count > MOST_COUNTED:
+        raise RequestRefusedError(
+            f"at most {MOST_COUNTED} of one kind are counted; got {count}. Ask for all of them"
+        )
+    return count
 
 
 def _answered(answer: LevelsAnswer, search: PlannedSearch) -> PlannedSearch:

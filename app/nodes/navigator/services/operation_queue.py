@@ -81,6 +81,8 @@ class OperationQueue:
         answer: Future[T] = Future()
 
         def run(mission: Mission) -> None:
+            if not answer.set_running_or_notify_cancel():
+                return  # It was refused meanwhile: a robot must not drive to a point later.
             try:
                 answer.set_result(question(mission))
             except ValueError as error:
@@ -92,6 +94,8 @@ class OperationQueue:
         try:
             return answer.result(timeout=timeout_s)
         except TimeoutError as error:
+            if not answer.cancel():
+                return answer.result()  # It is under way.
             raise RequestRefusedError(
                 f"the navigator is busy and did not answer within {timeout_s:g} s; try again"
             ) from error

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, Literal
 
@@ -64,12 +65,16 @@ class Endpoint:
     access: Literal["holder", "everyone", "credential"]
     """Whose requests are accepted: the holder's of the lease, everyone's, or everyone's with the
     credential handed to the method."""
+    on_stop: Callable[[Any], None] | None = None
+    """Method of `service` for a Stop, called in zenoh's network thread."""
 
 
 ENDPOINTS: Final = (
     Endpoint(keys.SEARCH, SearchRequest, GoalService, GoalService.search, "holder"),
     Endpoint(keys.BID, BidRequest, BidService, BidService.bid, "credential"),
-    Endpoint(keys.CONTROL, ControlRequest, GoalService, GoalService.control, "holder"),
+    Endpoint(
+        keys.CONTROL, ControlRequest, GoalService, GoalService.control, "holder", GoalService.hold
+    ),
     Endpoint(keys.FEEDBACK, FeedbackRequest, GoalService, GoalService.feedback, "holder"),
     Endpoint(keys.GUIDANCE, GuidanceRequest, GuidanceService, GuidanceService.set_level, "holder"),
     Endpoint(
@@ -122,7 +127,8 @@ def _declare(
     if endpoint.access == "credential":
         return serve_with_credential(session, key, endpoint.request, handle)
     check = authorize if endpoint.access == "holder" else allow_all
-    return serve(session, key, endpoint.request, handle, check)
+    on_stop = None if endpoint.on_stop is None else partial(endpoint.on_stop, service)
+    return serve(session, key, endpoint.request, handle, check, on_stop)
 
 
 class RequestServices:

@@ -49,25 +49,27 @@ class GoalQueue:
         self.elapsed_s = 0.0
         """Robot time since the active goals were set; the mission's thread sets it."""
 
-    def add(self, search: PlannedSearch, joins: int | None = None) -> Place | None:
+    def add(
+        self, search: PlannedSearch, joins: int | None = None, *, restores: bool = False
+    ) -> Place | None:
         """Queue a search; return its number and place, None if there is no place for it.
 
         Args:
             search: The search; `asked_at` is the present time.
             joins: Number of a goal to be searched for in one tour with it. If that is not possible,
                 the search waits as the next one, and the note of its place says why.
+            restores: It is of an earlier run, whose active goals wait, too: there is always place.
 
         A copy of what is searched for or waits as the same copy is not queued again.
         """
         with self._lock:
-            copies = (
-                one for one in self._unfinished() if one.copy_of and one.copy_of == search.copy_of
-            )
-            copy = next(copies, None)
+            copies = (one for one in self._unfinished() if one.copy_of == search.copy_of)
+            copy = next(copies, None) if search.copy_of else None
             if copy is not None:
                 note = f"goal {copy.goal.goal_id} searches for it already"
                 return Place(copy.goal.goal_id, 0, None, note, is_new=False)
-            if len(self._queue) >= self._max_queue or (search.if_idle and self._unfinished()):
+            is_full = len(self._queue) >= self._max_queue and not restores
+            if is_full or (search.if_idle and self._unfinished()):
                 return None
             goal_id = self._next_id
             self._next_id += 1

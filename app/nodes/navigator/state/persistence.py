@@ -61,6 +61,8 @@ class SavedFind(msgspec.Struct, frozen=True, kw_only=True):
 class SavedGoal(SearchRequest, frozen=True, kw_only=True):
     """A goal as requested, with the levels that the operator set."""
 
+    object: str
+    """As it was understood, which may be longer than what may be asked for."""
     levels: dict[str, LevelName] = msgspec.field(default_factory=dict[str, LevelName])
     """Levels that the operator set, by label."""
     counted: list[SavedFind] = msgspec.field(default_factory=list[SavedFind])
@@ -193,13 +195,20 @@ class StatePersistence:
         for one in (path, _goals_path(path), _run_path(path)):
             remove_partial_files(one)
 
-    def keep(self, voxel_map: VoxelMap, goals: GoalQueue, run: RunState) -> None:
-        """Write what changed, if it is due: called by the mission's thread after every step."""
-        self._keep_run(run)
+    def keep_state(self, goals: GoalQueue, run: RunState) -> None:
+        """Write goals and state when they change, also while no frame comes."""
+        if self._run is None or self._run[0] != run:
+            self._put_run(run)
         if self._problem and not self._reported:
             self._reported = True
             self._report_event("error", self._problem)
         self._keep_goals(goals)
+
+    def keep_map(self, voxel_map: VoxelMap) -> None:
+        """Write the map, if it is due: called by the mission's thread after every step."""
+        if self._run is not None and time.monotonic() - self._run[1] >= self._every_s:
+            # A robot that was not heard for long may have been moved: the time is that of a frame.
+            self._put_run(self._run[0])
         if time.monotonic() < self._due_at or (self._writer and self._writer.is_alive()):
             return
         if self._map_waits():
@@ -240,11 +249,8 @@ class StatePersistence:
         else:
             self._problem, self._reported = "", False
 
-    def _keep_run(self, run: RunState) -> None:
-        now = time.monotonic()
-        if self._run is not None and self._run[0] == run and now - self._run[1] < self._every_s:
-            return
-        self._run = run, now
+    def _put_run(self, run: RunState) -> None:
+        self._run = run, time.monotonic()
         self._small.put(_run_path(self._path), msgspec.json.encode(run))
 
     def _keep_goals(self, goals: GoalQueue) -> None:

@@ -44,7 +44,7 @@ def decode_queries(
     outlines = masks
 
     def outline(rows: Sequence[int], place: Placement) -> list[NDArray[np.bool_]]:
-        return [mask_in_image(probabilities(outlines[row]), place) for row in rows]
+        return [mask_in_image(outlines[row], place) for row in rows]
 
     return Candidates(boxes=pixels, scores=scores, distinct=True, masks=outline)
 

@@ -10,19 +10,20 @@ from ippon.segmentation.detectors.decoding.candidates import (
     Candidates,
     from_centres,
     grid_cells,
-    probabilities,
 )
 from ippon.segmentation.detectors.decoding.outlines import mask_in_image
 from ippon.segmentation.detectors.image_input import Placement
 
 STRIDES: Final = (8, 16, 32)
-_BOX, _OBJECTNESS = 4, 1
+OBJECTNESS: Final = 4
+"""Column after those of the box."""
+_BOX: Final = 4
 _ON_GRID: Final = 0.9
 """Correlation of box centres with their cells from which boxes are already in pixels."""
 
 
 def decode_yolox(output: NDArray[np.float32], input_size: tuple[int, int]) -> Candidates:
-    """Decode the output of YOLOX (Ge et al., 2021), with or without its grid applied.
+    """Decode YOLOX (Ge et al., 2021), with or without its grid applied, YOLOv5 or YOLOv6.
 
     Without, centres are offsets from their cells in strides, and extents logarithms of strides.
     Centres in pixels correlate with their cells, which decides between the two.
@@ -39,7 +40,7 @@ def decode_yolox(output: NDArray[np.float32], input_size: tuple[int, int]) -> Ca
         # Clamp extents before they overflow; no object is e^10 strides wide.
         extents = np.exp(np.minimum(boxes[:, 2:], 10.0)) * stride
         boxes = np.concatenate([(boxes[:, :2] + cells[:, :2]) * stride, extents], axis=1)
-    scores = rows[:, _BOX : _BOX + 1] * rows[:, _BOX + _OBJECTNESS :]
+    scores = rows[:, OBJECTNESS, None] * rows[:, OBJECTNESS + 1 :]
     return Candidates(boxes=from_centres(boxes), scores=scores)
 
 
@@ -68,16 +69,14 @@ def decode_yolov8(outputs: Sequence[NDArray[np.float32]], classes: int) -> Candi
     scores = columns[:, _BOX : _BOX + classes]
     if len(outputs) == 1:
         return Candidates(boxes=boxes, scores=scores)
-    coefficients = columns[:, _BOX + classes :]
-    prototypes = outputs[1].astype(np.float64)
+    # Of float16 numpy multiplies slowly.
+    coefficients = outputs[0].T[:, _BOX + classes :].astype(np.float32)
+    prototypes = outputs[1].astype(np.float32)
 
     def masks(rows: Sequence[int], place: Placement) -> list[NDArray[np.bool_]]:
-        chances = [
-            probabilities(np.tensordot(coefficients[row], prototypes, axes=1)) for row in rows
-        ]
         return [
-            mask_in_image(chance, place, boxes[row])
-            for row, chance in zip(rows, chances, strict=True)
+            mask_in_image(np.tensordot(coefficients[row], prototypes, axes=1), place, boxes[row])
+            for row in rows
         ]
 
     return Candidates(boxes=boxes, scores=scores, masks=masks)

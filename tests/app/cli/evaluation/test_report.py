@@ -1,5 +1,7 @@
+import csv
 import dataclasses
 import json
+import math
 import re
 from pathlib import Path
 
@@ -53,6 +55,46 @@ def test_the_json_table_by_hand(results, capsys):
         "realtime_factor": 10.0,
     }
     assert (oracle["success"], oracle["spl_ci95"]) == (0.5, [0.0, 1.0])
+
+
+def test_a_single_search_has_a_dash_for_an_interval(tmp_path, make_row, capsys):
+    folder = EvaluationFolder(tmp_path / "one")
+    folder.open_for(_SETTINGS)
+    for method, spl in (("ippon", 0.5), ("oracle", 0.9)):
+        folder.write(make_row(method=method, spl=spl, soft_spl=spl))
+    run_eval_report(EvalReport(folder=folder.path))
+    out = capsys.readouterr().out
+    assert re.search(r"ippon\s+1\s+\S+\s+0\.500\s+-\s", out)
+    assert re.search(r"oracle\s+1\s+-0\.400\s+-\s", out)
+    assert "intervals over fewer than 10 homes are too narrow; a method has 1" in " ".join(
+        out.split()
+    )
+    page = (folder.path / "report.html").read_text()
+    assert "<td>0.500</td>" in page
+    assert "Fewer than 10 homes" in page
+    run_eval_report(EvalReport(folder=folder.path, json=True))
+    assert json.loads(capsys.readouterr().out)[0]["spl_ci95"] is None
+
+
+def test_every_search_is_a_line_of_the_csv(results, make_row):
+    results.write(make_row(episode_id="3.bed.0.untold", home="3", shortest_path_m=math.inf))
+    run_eval_report(EvalReport(folder=results.path))
+    with (results.path / "episodes.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 5
+    assert {row["method"] for row in rows} == {"ippon", "oracle"}
+    assert {row["shortest_path_m"] for row in rows if row["home"] == "3"} == {""}
+    assert "path_x_m" not in rows[0]
+
+
+def test_methods_of_ones_own_are_no_other_version_of_the_program(results, make_row):
+    rows = results.rows()
+    results.write(make_row(episode_id="3.bed.0.untold", version=f"{rows[0].version}, my code 12ab"))
+    run_eval_report(EvalReport(folder=results.path))
+    assert "different versions" not in (results.path / "report.html").read_text()
+    results.write(make_row(episode_id="3.bed.0.untold", version="ippon 0.0.1"))
+    run_eval_report(EvalReport(folder=results.path))
+    assert "different versions" in (results.path / "report.html").read_text()
 
 
 def test_the_table_fits_a_narrow_terminal(results, make_row, capsys, monkeypatch):

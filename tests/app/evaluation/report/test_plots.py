@@ -2,6 +2,7 @@ from app.evaluation.report.plots import (
     _COLOURS,
     _DASHES,
     _MARKS,
+    _label,
     goal_plot,
     legend,
     style_of,
@@ -16,6 +17,12 @@ def test_no_method_looks_like_another():
     assert len(set(styles.values())) == most
     # In black and white, or where two colours look alike, lines and marks still differ.
     assert set(_DASHES) == set(_MARKS) == {style.line for style in styles.values()}
+
+
+def test_a_long_name_keeps_both_ends_beside_a_plot():
+    assert _label("semantic_frontier") == "semantic_frontier"
+    label = _label("gain_squared (results-fusion)")
+    assert (len(label), label[:9], label[-9:]) == (20, "gain_squa", "s-fusion)")
 
 
 def test_every_style_reaches_curves_points_and_legend(make_row):

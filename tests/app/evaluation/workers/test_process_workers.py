@@ -1,6 +1,8 @@
 """Errors in worker processes come back to the program that started them."""
 
 import os
+import time
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -27,10 +29,12 @@ def work(item):
     return item
 
 
-def die(item):
-    """Die with some numbers, and once with a file that is not there."""
+def die(item, once=None):
+    """Die with some numbers, and once with a file that is not there, which dies before them."""
     if isinstance(item, int):
         if item % 10 == 3:
+            while once and not Path(once).exists():
+                time.sleep(0.01)
             os._exit(1)
         return item
     if not Path(item).exists():
@@ -51,7 +55,7 @@ def workers():
 @pytest.mark.slow
 def test_work_that_ends_its_process_does_not_end_the_others(workers, tmp_path):
     once = str(tmp_path / "once")
-    found = dict(workers.each(die, [0, once, 3, 4, 5]))
+    found = dict(workers.each(partial(die, once=once), [0, once, 3, 4, 5]))
     assert isinstance(found.pop(3), WorkerDiedError)
     assert found == {0: 0, once: "survived", 4: 4, 5: 5}
 

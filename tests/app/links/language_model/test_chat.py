@@ -30,14 +30,18 @@ def ask(endpoint: Any) -> Any:
 def test_sends_no_key_where_there_is_none(chat_server: Any, speak: Any, endpoint: Any) -> None:
     chat_server.script = speak("yes")
     reply = ask(endpoint)
-    assert (reply.text, reply.complete, reply.form) == ("yes", True, "schema")
+    assert (reply.text, reply.form) == ("yes", "schema")
     assert "Authorization" not in chat_server.headers[0]
 
 
-def test_tells_an_answer_that_was_cut(chat_server: Any, reply_with: Any, endpoint: Any) -> None:
-    body = b'{"choices": [{"message": {"content": "ye"}, "finish_reason": "length"}]}'
+def test_says_where_no_answer_fits_into_the_limit_of_length(
+    chat_server: Any, reply_with: Any, endpoint: Any
+) -> None:
+    """A model that thinks first may not come to its answer."""
+    body = b'{"choices": [{"message": {"content": ""}, "finish_reason": "length"}]}'
     chat_server.script = reply_with(200, body)
-    assert not ask(endpoint).complete
+    with pytest.raises(chat.ChatError, match="no answer before its limit of length"):
+        ask(endpoint)
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import msgspec
 import pytest
+import zenoh
 
 from app.links.network.latched_topic import LatchedTopic
 from app.links.network.requests import (
@@ -15,7 +16,14 @@ from app.links.network.requests import (
 )
 from app.links.network.sender import Sender
 from app.links.network.session import LinkError, open_client
-from app.messages.control import Accepted, ErrorReply, FeedbackRequest, SearchRequest
+from app.messages.control import (
+    Accepted,
+    ControlReply,
+    ControlRequest,
+    ErrorReply,
+    FeedbackRequest,
+    SearchRequest,
+)
 from tests.app.relay import Relay
 
 KEY = "robot/search"
@@ -149,6 +157,26 @@ def test_what_may_be_done_twice_is_sent_until_it_is_answered(sessions):
     later.join()
     with pytest.raises(LinkError, match=r"no reply on robot/another within 0\.3 s"):
         ask_until_answered(client, "robot/another", request, Accepted, 0.3)
+
+
+def test_a_stop_is_told_at_once_while_another_request_is_answered(sessions):
+    router, client = sessions
+    busy, over, stopped = threading.Event(), threading.Event(), threading.Event()
+
+    def handle(request):
+        if request.action == "pause":
+            busy.set()
+            assert over.wait(20.0)
+        return ControlReply(state="stopped")
+
+    serve(router, "robot/control", ControlRequest, handle, on_stop=stopped.set)
+    ignored = zenoh.handlers.Callback(lambda _: None)
+    client.get("robot/control", ignored, payload=b'{"action": "pause"}')
+    assert busy.wait(20.0)
+    assert not stopped.is_set()
+    client.get("robot/control", ignored, payload=b'{"action": "stop"}')
+    assert stopped.wait(20.0)
+    over.set()
 
 
 def test_a_reply_of_another_kind_is_not_taken(sessions):

@@ -14,7 +14,7 @@ from app.links.rmw_zenoh.robot_link import RobotLink
 from app.links.rmw_zenoh.streams import Streams
 from app.messages.cdr import decode
 from app.messages.motion import StampedTwist, encode_number, encode_twist
-from app.ros2.ippon_ros2.settings import read_settings
+from app.ros2.ippon_ros2.settings import Ros2Error, read_settings
 from app.ros2.ippon_ros2.zenoh_side import claim
 from tests import ports
 from tests.app.links.rmw_zenoh.rmw_robot import LATCHED, RELIABLE, SENSOR, Received, RmwRobot
@@ -340,6 +340,14 @@ def test_a_bridge_that_serves_the_robot_already_goes_first(sessions, start):
     assert not any("/ippon" in token for token in robot.graph)
     bridge.undeclare()
     robot.sees("MS/%/%/ippon/%tf/")
+
+
+def test_a_bridge_goes_first_whatever_its_clock_says(sessions, monkeypatch):
+    bridge = claim(sessions[1], "r")
+    monkeypatch.setattr(time, "time_ns", lambda: 10**9)
+    with pytest.raises(Ros2Error, match="another bridge serves the robot 'r' already"):
+        claim(sessions[1], "r")
+    bridge.undeclare()
 
 
 def test_many_lost_messages_are_said(sessions, start, monkeypatch):

@@ -244,6 +244,9 @@ def test_it_says_what_is_missing():
     assert assembler.missing() == ""
     assert assembler.take() is not None
     assert assembler.missing() == ""
+    assembler.add_color(color(PERIOD))
+    assert assembler.take() is None
+    assert assembler.missing() == "colour images with a new stamp"
 
 
 def test_a_late_heatmap_is_joined_to_the_frame_that_went_without_it(assembler):

@@ -124,6 +124,21 @@ def test_masks_are_used_where_they_fit_and_boxes_where_not():
     assert "not in proportion" in one.problem
 
 
+@pytest.mark.parametrize(
+    "row",
+    [((0.3, 0.3, 0.6, 0.7), 0.9, "cup"), (BOX, 90.0, "cup")],
+    ids=["shares of the image", "percent"],
+)
+def test_images_of_a_detector_in_other_units_are_counted(row):
+    one = detector(names=["cup"])
+    for _ in range(3):
+        one.heatmap(boxes(row), None, DEPTH)
+        one.heatmap(boxes(), None, DEPTH)
+    assert one.misfits == 3
+    one.heatmap(boxes((BOX, 0.9, "cup"), row), None, DEPTH)
+    assert one.misfits == 0
+
+
 def test_boxes_that_are_none_change_nothing():
     bad = [
         ((np.nan, 0.0, 9.0, 9.0), 0.9, "cup"),

@@ -6,7 +6,7 @@ import pytest
 from app.messages import keys
 from app.messages.images import encode_camera, encode_color, encode_depth
 from app.messages.motion import encode_flag, encode_transforms, robot_transforms
-from app.nodes.navigator.frame_intake import MAX_WAITING, FrameIntake, Stopwatch
+from app.nodes.navigator.frame_intake import MAX_WAITING, MISFITS, FrameIntake, Stopwatch
 from ippon.camera import PinholeCamera
 from ippon.geometry import base_pose
 from ippon.robot import ZED
@@ -183,3 +183,12 @@ def test_medians():
     for seconds in (9.0, 0.001, 0.003, 0.002):
         watch.add("step", seconds)
     assert watch.median_ms("step") == pytest.approx(2.0)
+
+
+def test_a_detector_in_other_units_is_told(intake):
+    detector = intake.assembler.detector
+    detector.misfits = MISFITS - 1
+    assert intake.notes() == ()
+    detector.misfits = MISFITS
+    (note,) = intake.notes()
+    assert "boxes are in pixels of the colour image" in note

@@ -4,6 +4,8 @@ import dataclasses
 import math
 import queue
 import threading
+import time
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -111,6 +113,39 @@ def test_on_a_slow_link_changes_gather_and_nothing_is_lost(
     whole = decode_voxels(shown.keyframe())
     voxel_m = mission.config.map.voxel_size_m
     assert add_up([delta], voxel_m) == add_up([whole], voxel_m) != set()
+
+
+def test_the_whole_map_is_published_while_somebody_hears_it(sessions, mission, steps, sender):
+    shown = MapPublisher(sessions[0], "r", mission.voxel_map, 0.0, sender)
+    encoded, keyframe = [], shown.keyframe
+    shown.keyframe = lambda: encoded.append(1) or keyframe()
+    shown.publish(steps())
+    assert encoded == []
+    heard = threading.Event()
+    subscribe(sessions[1], "r/**", lambda _: heard.set())
+    deadline = time.monotonic() + 10.0
+    while not encoded:
+        assert time.monotonic() < deadline
+        shown.publish(steps())
+    assert heard.wait(10.0)
+
+
+def test_requests_for_the_map_wait_while_the_link_is_busy(shown, sender, monkeypatch):
+    monkeypatch.setattr(publisher, "MAX_BACKLOG_BYTES", 10_000)
+    free, done, replies = threading.Event(), threading.Event(), []
+    sender.put(20_000, lambda: free.wait(30.0))
+    query = MagicMock()
+    query.reply.side_effect = lambda *_: replies.append(1)
+    for _ in range(3):
+        assert shown.ask(query)
+        shown.answer()
+    assert sender.backlog_bytes == 20_000, "not a byte was added to what already waits too long"
+    sender.put(0, done.set)
+    free.set()
+    assert done.wait(10.0)
+    shown.answer()
+    sender.close()
+    assert len(replies) == 3
 
 
 def test_what_images_show_is_told_when_it_changes(steps):

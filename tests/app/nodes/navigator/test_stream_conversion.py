@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from app.messages import keys
-from app.messages.images import encode_camera, encode_depth
+from app.messages.images import encode_camera, encode_color, encode_depth
 from app.messages.motion import decode_transforms, encode_transforms
 from app.nodes.navigator import stream_conversion
 from app.nodes.navigator.frame_intake import FrameIntake
@@ -105,6 +105,25 @@ def test_raw_images_and_odometry_make_frames_and_go_to_the_others(make, sessions
     names = {(t.parent, t.child) for t in decode_transforms(heard[keys.TF].payload.to_bytes())}
     assert names == {("map", "base_link"), ("base_link", "optical")}
     del subscribers
+
+
+@pytest.mark.usefixtures("impatient")
+def test_raw_images_are_not_carried_once_compressed_ones_are_back(make, sessions):
+    _, robot = sessions
+    intake, streams = make()
+    raw = robot.declare_publisher(f"r/{keys.COLOR_RAW}")
+    jpeg = encode_color(np.zeros((10, 16, 3), np.uint8), PERIOD, "optical")
+
+    def wait_until(is_wanted, meanwhile=lambda: None):
+        deadline = time.monotonic() + 10.0
+        while raw.matching_status.matching != is_wanted:
+            assert time.monotonic() < deadline
+            meanwhile()
+            take(intake, streams, 0.05)
+
+    for _ in range(2):  # The line is broken for a while, and comes back.
+        wait_until(is_wanted=True)
+        wait_until(is_wanted=False, meanwhile=lambda: robot.put(f"r/{keys.COLOR}", jpeg))
 
 
 def test_tf_of_the_robot_wins_over_odometry(make, sessions):

@@ -7,6 +7,7 @@ gives up its goal when it accepts another. By x, a goal is refused (over 50), ac
 """
 
 import contextlib
+import faulthandler
 import json
 import sys
 import threading
@@ -113,6 +114,8 @@ def main():
     executor.add_node(node)
     with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
         executor.spin()
+    # The shutdown of the middleware hangs at times, as `ippon_ros2.__main__` says.
+    faulthandler.dump_traceback_later(5.0, exit=True)
 
 
 if __name__ == "__main__":

@@ -50,6 +50,14 @@ def _all(_about) -> bool:
     return True
 
 
+@pytest.mark.parametrize("odd", [{"stand": (math.nan, 0.0)}, {"yaw_rad": math.inf}])
+def test_an_aim_that_is_no_number_is_refused(odd):
+    aim = {"stand": (0.0, 0.0), "yaw_rad": 0.0, "tilt_rad": 0.0, "worth": 1.0, "about": (0.0, 0.0)}
+    assert Aim(**aim).stand == (0.0, 0.0)
+    with pytest.raises(ValueError, match="an aim has finite numbers"):
+        Aim(**(aim | odd))
+
+
 def test_the_nearest_frontier_is_the_nearest(hall):
     aim = NearestFrontier().choose(_plan(), hall, None, _all)
     assert aim is not None

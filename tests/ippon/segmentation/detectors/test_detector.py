@@ -12,6 +12,7 @@ pytest.importorskip("onnx", reason="the development packages are not installed")
 
 from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.detectors.coco import COCO_80, COCO_91
+from ippon.segmentation.detectors.decoding.candidates import grid_cells
 from ippon.segmentation.detectors.detector import source_name
 from ippon.segmentation.errors import CheckpointError, SegmentationError
 from ippon.segmentation.loading import load_segmenter
@@ -223,6 +224,51 @@ def test_files_beside_a_transformers_export_are_read(tmp_path):
         load(path)
 
 
+def test_files_above_the_hubs_folder_of_exports_are_read(tmp_path):
+    folder = tmp_path / "our_detr-ONNX" / "onnx"
+    folder.mkdir(parents=True)
+    outputs = {
+        "logits": np.zeros((1, 5, 3), np.float32),
+        "pred_boxes": np.full((1, 5, 4), 0.5, np.float32),
+    }
+    # The hub's exports of DETR take a mask of 64x64, whatever the size of the image.
+    inputs = [
+        image_input("pixel_values", (None, 3, None, None)),
+        image_input("pixel_mask", (None, 64, 64), 7),
+    ]
+    said = {"model_type": "detr", "id2label": {"0": "hat", "1": "cap"}}
+    (folder.parent / "config.json").write_text(json.dumps(said))
+    detector = load(constant_network(folder / "model.onnx", outputs, inputs=inputs))
+    assert detector.vocabulary.names == ("hat", "cap")
+    assert (detector.layout.family, detector.source) == ("detr", "our_detr-ONNX")
+    feeds = detector._feeds(np.zeros((3, 640, 640), np.float32))
+    assert feeds["pixel_mask"].shape == (1, 64, 64)
+    # What lies beside the file goes before.
+    (folder / "config.json").write_text(json.dumps(said | {"id2label": {"0": "a", "1": "b"}}))
+    assert load(folder / "model.onnx").vocabulary.names == ("a", "b")
+
+
+@pytest.mark.parametrize(
+    ("objectness", "family", "fit", "channels"),
+    [(1.0, "yolov5", "centre", "RGB"), (0.5, "yolox", "corner", "BGR")],
+)
+def test_yolov6_is_told_from_yolox_by_its_constant_objectness(
+    tmp_path, objectness, family, fit, channels
+):
+    rows = np.zeros((1, CELLS, 85), np.float32)
+    middles = grid_cells((64, 64), (8, 16, 32))
+    rows[0, :, :2] = (middles[:, :2] + 0.5) * middles[:, 2:]
+    rows[0, :, 2:4] = 20.0
+    rows[0, :, 4] = objectness
+    rows[0, 27, 5 + COCO_80.index("cup")] = 0.9
+    detector = load(constant_network(tmp_path / "yolo.onnx", {"outputs": rows}))
+    assert detector.layout.family == family
+    assert (detector.image_input.fit, detector.image_input.channels) == (fit, channels)
+    (one,) = detector.segment(np.zeros((64, 64, 3), np.uint8), ("cup",), None).instances
+    assert one.score == pytest.approx(0.9 * objectness)
+    assert one.box_px == (18.0, 18.0, 38.0, 38.0)
+
+
 @pytest.mark.parametrize("kind", ["rt_detr", "rt_detr_v2", "d_fine", "rf_detr"])
 @pytest.mark.parametrize("classes", [91, 92])
 def test_the_type_of_a_transformers_model_tells_its_family(tmp_path, kind, classes):
@@ -246,6 +292,7 @@ def test_a_network_is_named_by_its_file_or_folder(tmp_path):
     assert source_name(tmp_path / "yolox_s.onnx") == "yolox_s"
     assert source_name(tmp_path / "rtdetr_r18" / "model.onnx") == "rtdetr_r18"
     assert source_name(tmp_path / "rtdetr_r18" / "model_fp16.onnx") == "rtdetr_r18"
+    assert source_name(tmp_path / "rfdetr-ONNX" / "onnx" / "model_q4.onnx") == "rfdetr-ONNX"
     assert source_name(tmp_path / "yolo11n_ncnn_model" / "model.ncnn.param") == "yolo11n_ncnn_model"
 
 
@@ -273,6 +320,7 @@ def test_other_architectures_are_refused(tmp_path, outputs, text):
         ([image_input(shape=(1, 1, 64, 64))], "takes images (1, 1, 64, 64); a detector takes one"),
         ([image_input(shape=(8, 3, 64, 64))], "takes images (8, 3, 64, 64)"),
         ([image_input(shape=(1, 64, 64, 3))], "takes images (1, 64, 64, 3)"),
+        ([image_input(shape=(None, None, None, 3))], "takes images (None, None, None, 3)"),
         ([image_input(), image_input("prompt", (1, 77))], "prompt (1, 77); a detector takes one"),
         ([image_input("ids", (1, 7))], "this network takes ids (1, 7)"),
         ([image_input(shape=(1, 3, 10**6, 640))], "640x1000000; a detector takes at most 8192"),

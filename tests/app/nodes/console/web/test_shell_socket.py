@@ -1,12 +1,15 @@
 """The shell's line: state out, commands in, and the lease of a page."""
 
+import asyncio
 import time
+from types import SimpleNamespace
 
 import pytest
 
 from app.messages.control import ControlRequest, QueueRequest, SavedSearchRequest
 from app.messages.memory import MemoryNoteRequest
 from app.nodes.console.web import shell_socket
+from app.nodes.console.web.page_messages import ShellCommand, ShellPing
 from tests.app.nodes.console.served import closing_code, hear
 
 
@@ -207,3 +210,28 @@ def test_a_verdict_is_about_the_find_that_the_page_showed(client, navigator):
             assert hear(shell, "reply")["ok"]
     sent = [one for one in navigator.actions if one != "renew"]
     assert sent == [("confirm", 7, 2), ("reject", 7, None)]
+
+
+def test_a_stop_is_read_while_the_line_to_the_page_is_full(monkeypatch):
+    stopped = asyncio.Event()
+
+    async def messages(*_):
+        yield ShellPing(t=1.0)
+        yield ShellCommand(id=1, action="stop")
+        await asyncio.sleep(30.0)
+
+    async def control(request):
+        assert request.action == "stop"
+        stopped.set()
+
+    async def never(_):
+        await asyncio.Event().wait()
+
+    async def run():
+        controller = SimpleNamespace(control=control)
+        listening = asyncio.create_task(shell_socket._listen(None, never, controller, None, None))
+        await asyncio.wait_for(stopped.wait(), 10.0)
+        listening.cancel()
+
+    monkeypatch.setattr(shell_socket, "page_messages", messages)
+    asyncio.run(run())

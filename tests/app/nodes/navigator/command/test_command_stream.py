@@ -116,6 +116,15 @@ def test_stop_is_at_once_and_holds_whatever_is_given(stream, heard):
     assert any(t.linear_m_s == 0.5 for t in heard.twists())
 
 
+def test_a_hold_waits_for_no_thread_that_sends(stream, heard):
+    stream.give(DRIVE, stamp_ns=1)
+    with stream._lock:  # As while the network does not take a command.
+        stream.hold()
+    heard.since()
+    stream.give(DRIVE, stamp_ns=2)
+    assert not any(t.linear_m_s for t in heard.twists())
+
+
 def test_a_release_that_was_asked_for_before_a_halt_does_not_undo_it(stream, heard):
     stream.halt()
     asked_at = stream.halts

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import threading
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,12 +12,14 @@ from app.cli.main import run
 from app.links.network.requests import RequestRefusedError, ask
 from app.messages import keys
 from app.messages.control import ControlReply, ControlRequest
+from app.nodes.navigator import run as navigator_run
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.localization.alignment import (
     Alignment,
     in_map_frame,
     said_registration,
 )
+from app.nodes.navigator.state.persistence import RunState, SavedState
 from ippon.command import Command
 from ippon.geometry import invert_transform, make_transform, rotation_z, yaw_of
 from ippon.guidance.language.naming import is_instance_of
@@ -174,3 +177,16 @@ def test_an_alignment_is_said_in_degrees_and_metres():
         "aligned to the kept map: turned by 45.8 degrees, moved by (2.00, -1.00, 0.00) m; 97% of "
         "what is seen fits, with an error of 0.05 m"
     )
+
+
+@pytest.mark.parametrize("is_stopped", [False, True])
+def test_a_stop_during_the_alignment_holds_the_search_of_a_killed_run(monkeypatch, is_stopped):
+    monkeypatch.setattr(
+        navigator_run,
+        "Alignment",
+        lambda *_: SimpleNamespace(run=lambda _: None, is_stopped=is_stopped),
+    )
+    ran = RunState(held=False, mode="auto", speed_limit=1.0)
+    saved = SavedState(voxel_map=VoxelMap(MAP, ("wall",)), requests=(), interrupted=ran)
+    left, _, _ = navigator_run._align(None, CONFIG, saved, threading.Event())
+    assert left.interrupted == (None if is_stopped else ran)

@@ -1,4 +1,5 @@
 import dataclasses
+import threading
 from types import SimpleNamespace
 
 import msgspec
@@ -45,6 +46,9 @@ class StopLatch:
         self.halts = 0
         self.halted = False
         self.before_release = lambda: None
+
+    def hold(self):
+        self.halted = True
 
     def halt(self):
         self.calls.append("halt")
@@ -120,11 +124,27 @@ def test_an_empty_object_and_a_full_queue_are_refused(office):
         office.service.search(SearchRequest(object="hat"))
 
 
-def test_stop_reaches_the_wheels_before_the_mission(office):
-    reply = office.service.control(ControlRequest(action="stop"))
+def test_more_than_can_be_counted_are_refused(office):
+    assert start(office, "99 cups").goal.count == 99
+    with pytest.raises(RequestRefusedError, match="at most 99 of one kind are counted; got 150"):
+        office.service.search(SearchRequest(object="150 cups"))
+
+
+@pytest.mark.parametrize("goal_id", [None, 7])
+def test_stop_reaches_the_wheels_before_the_mission(office, goal_id):
+    reply = office.service.control(ControlRequest(action="stop", goal_id=goal_id))
     assert (reply.state, office.wheels.calls, office.mission.calls) == ("stopped", ["halt"], [])
     office.operations.run_queued(office.mission)
     assert office.mission.names() == ["stop"]
+
+
+def test_a_stop_over_the_wire_holds_the_wheels_before_its_turn(office):
+    held = threading.Event()
+    office.wheels.hold = held.set
+    payload = b'{"action": "stop"}'
+    (reply,) = office.client.get(f"r/{keys.CONTROL}", payload=payload, timeout=5.0)
+    assert b"stopped" in reply.ok.payload.to_bytes()
+    assert held.is_set()
 
 
 def test_a_stop_right_after_a_resume_holds(office):

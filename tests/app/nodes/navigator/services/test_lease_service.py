@@ -147,6 +147,17 @@ def test_an_attachment_that_is_no_credential_is_refused(office):
     assert office.handled == []
 
 
+@pytest.mark.parametrize("attached", [b"{", b'{"session": "aaaaaaaaaaaaaaaaaaaa", "of": "1.9"}'])
+def test_stop_needs_no_credential_that_can_be_read(office, attached):
+    replies = office.client.get("r/control", payload=b'{"action":"stop"}', attachment=attached)
+    (reply,) = list(replies)
+    assert b'"stopped"' in reply.ok.payload.to_bytes()
+    replies = office.client.get("r/control", payload=b'{"action":"resume"}', attachment=attached)
+    (reply,) = list(replies)
+    assert b"the attachment is not a Credential" in reply.ok.payload.to_bytes()
+    assert office.handled == [ControlRequest(action="stop")]
+
+
 def test_what_changes_is_told_once(office):
     assert office.service.watch() == ((), False, False)
     anna = holding(office, ANNA)

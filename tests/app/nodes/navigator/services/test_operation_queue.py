@@ -67,3 +67,31 @@ def test_requests_are_refused_while_too_many_wait(operations):
         operations.ask(lambda _: 1)
     operations.run_queued(None)
     operations.check_room()
+
+
+def test_what_was_refused_because_it_waited_is_not_done_later(operations):
+    ran = []
+    with pytest.raises(RequestRefusedError, match=r"not answer within 0\.05 s; try again"):
+        operations.ask(lambda _: ran.append("drive there"), timeout_s=0.05)
+    operations.run_queued(None)
+    assert ran == []
+
+
+def test_what_is_under_way_is_waited_for(operations):
+    begun = threading.Event()
+
+    def run():
+        while not operations._operations:
+            time.sleep(0.01)
+        operations.run_queued(None)
+
+    def think(_):
+        begun.set()
+        time.sleep(0.3)
+        return "there"
+
+    mission = threading.Thread(target=run)
+    mission.start()
+    assert operations.ask(think, timeout_s=0.2) == "there"
+    assert begun.is_set()
+    mission.join()

@@ -4,14 +4,23 @@ import dataclasses
 import os
 import queue
 import threading
+import time
 
 import msgspec
 import numpy as np
 import pytest
 
+from app.links.network.requests import ask
 from app.links.network.subscription import is_alive, subscribe
 from app.messages import keys
-from app.messages.control import GuidanceRequest, SearchRequest, decode
+from app.messages.control import (
+    ControlReply,
+    ControlRequest,
+    GuidanceRequest,
+    SearchAccepted,
+    SearchRequest,
+    decode,
+)
 from app.messages.status import CountedFind, LevelTable
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.node import Navigator
@@ -63,7 +72,8 @@ def keep(path, voxel_map, goals, run):
 
 
 def keep_with(persistence, voxel_map, goals, run):
-    persistence.keep(voxel_map, goals, run)
+    persistence.keep_state(goals, run)
+    persistence.keep_map(voxel_map)
     persistence._small.wait()
 
 
@@ -77,7 +87,8 @@ def test_map_and_goals_are_there_for_the_next_start(open_office, voxel_map, tmp_
     search(office, "mug", "", start=False)
     path = tmp_path / "home.map"
     persistence = StatePersistence(path, lambda *_: None, every_s=0.0)
-    persistence.keep(voxel_map, office.goals, RUN)
+    persistence.keep_state(office.goals, RUN)
+    persistence.keep_map(voxel_map)
     persistence.close(voxel_map, office.goals)
     kept = read_saved_state(path, CONFIG)
     assert [(r.object, r.context) for r in kept.requests] == [("hat", "on the sofa"), ("mug", "")]
@@ -123,6 +134,38 @@ def test_the_goals_of_a_tour_that_were_not_found_are_one_tour_again(
         assert [g.object for g in navigator._goals.tour()] == ["mug", "keys"]
         assert navigator._mission.goals.asked == ("mug", "keys")
         assert navigator._mission.state is MissionState.STOPPED
+    finally:
+        navigator.close()
+
+
+def test_all_goals_of_a_full_queue_are_there_for_the_next_start(open_office, tmp_path, sessions):
+    office = open_office()
+    for name, joins in (("hat", None), ("mug", 1), ("keys", None), ("plant", None)):
+        office.goals.add(office.guidance.plan(SearchRequest(object=name), 0.0), joins)
+    office.goals.next()
+    path = tmp_path / "home.map"
+    keep(path, office.mission.voxel_map, office.goals, RUN)
+    kept = read_saved_state(path, CONFIG)
+    navigator = Navigator(NavigatorConfig(robot="r", max_queue=2), sessions[0], saved=kept)
+    try:
+        assert [s.goal.object for s in navigator._goals.unfinished()] == [
+            "hat", "mug", "keys", "plant"
+        ]  # fmt: skip
+    finally:
+        navigator.close()
+
+
+def test_a_goal_that_cannot_be_taken_up_keeps_none_of_the_others(tmp_path, sessions):
+    path = tmp_path / "home.map"
+    requests = [{"object": "?"}, {"object": "mug", "joins": 1}, {"object": "keys", "joins": 1}]
+    requests.append({"object": "x" * 160})
+    path.with_name("home.map.goals.json").write_bytes(msgspec.json.encode(requests))
+    kept = read_saved_state(path, CONFIG)
+    navigator = Navigator(NavigatorConfig(robot="r"), sessions[0], saved=kept)
+    try:
+        navigator._start_next_goal()
+        assert [g.object for g in navigator._goals.tour()] == ["mug", "keys"]
+        assert len(navigator._goals.unfinished()) == 3
     finally:
         navigator.close()
 
@@ -250,10 +293,11 @@ def test_a_disk_that_takes_its_time_holds_up_nobody(open_office, voxel_map, tmp_
     path, office = tmp_path / "home.map", open_office()
     persistence = StatePersistence(path, lambda *_: None)
     search(office, "hat")
-    persistence.keep(voxel_map, office.goals, RUN)
+    persistence.keep_state(office.goals, RUN)
+    persistence.keep_map(voxel_map)
     search(office, "mug", "", start=False)
     held = RunState(held=True, mode="auto", speed_limit=1.0)
-    persistence.keep(voxel_map, office.goals, held)
+    persistence.keep_state(office.goals, held)
     assert not path.with_name("home.map.goals.json").exists()
     disk.release(4)
     persistence._small.wait()
@@ -295,6 +339,28 @@ def test_a_killed_run_is_told_from_one_that_ended(open_office, voxel_map, tmp_pa
     assert read_saved_state(path, CONFIG).interrupted is None
     persistence.close(voxel_map, office.goals)
     assert not run_file.exists()
+
+
+def test_a_stop_and_a_goal_are_kept_while_no_frame_comes(tmp_path, sessions):
+    path = tmp_path / "home.map"
+    navigator = Navigator(NavigatorConfig(robot="r", keep_map=str(path)), sessions[0])
+    stop = threading.Event()
+    thread = threading.Thread(target=navigator.run, args=(stop,))
+    thread.start()
+    try:
+        ask(sessions[1], "r/search", SearchRequest(object="hat"), SearchAccepted, 10.0)
+        ask(sessions[1], "r/control", ControlRequest(action="stop"), ControlReply, 10.0)
+        deadline = time.monotonic() + 20.0
+        kept = None
+        while not (kept and kept.interrupted and kept.interrupted.held):
+            assert time.monotonic() < deadline, kept
+            stop.wait(0.02)
+            kept = read_saved_state(path, CONFIG)
+        assert [request.object for request in kept.requests] == ["hat"]
+    finally:
+        stop.set()
+        thread.join()
+        navigator.close()
 
 
 def test_who_drove_by_hand_is_not_succeeded_by_the_plan():

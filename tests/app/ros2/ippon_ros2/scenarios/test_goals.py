@@ -11,6 +11,7 @@ import pytest
 import yaml
 
 from app.links.network.session import open_client, open_router
+from app.messages import keys
 from app.messages.navigation import decode_pose
 from app.nodes.navigator.command.command_stream import CommandStream
 from app.nodes.navigator.command.goal_output import GoalOutput
@@ -48,6 +49,7 @@ class Rig:
                 "robot/cancelled", lambda s: self.cancelled.put(float(s.payload.to_string()))
             ),
         ]
+        self._sends_goals = self.router.declare_publisher(f"ippon/{keys.NAVIGATION_GOAL}")
         output = GoalOutput(self.router, "ippon", lambda *report: self.reports.put(report))
         self.stream = CommandStream(self.router, "ippon", 30.0, 60.0, output, velocities=False)
         profile = {"motion": {"takes": ["goals"]}, "ros2": ros2}
@@ -69,6 +71,11 @@ class Rig:
         profile = ["--profile", str(self.folder / "scout.yaml")]
         bridge = Ros2Process([*arguments, *profile], self.domain, log)
         bridge.wait_for_log("goals go to")
+        # The router learns of its subscription a moment later, and a goal is sent once.
+        deadline = time.monotonic() + 20.0
+        while not self._sends_goals.matching_status.matching:
+            assert time.monotonic() < deadline, bridge.log()
+            time.sleep(0.01)
         return bridge
 
     def give(self, number, x=3.0):

@@ -12,8 +12,8 @@ def test_a_mask_of_a_stretched_image_keeps_its_place(shape):
     """A mask and its mirror image are mirrored in the image."""
     place = ImageInput(size=(432, 432), fit="stretch").place(shape)
     v, u = np.mgrid[:108, :108]
-    chance = (np.hypot(v - 40.0, u - 61.0) < 24.0).astype(np.float64)
-    there, back = mask_in_image(chance, place), mask_in_image(chance[::-1, ::-1], place)
+    logits = 24.0 - np.hypot(v - 40.0, u - 61.0)
+    there, back = mask_in_image(logits, place), mask_in_image(logits[::-1, ::-1], place)
     for axis, side in enumerate(there.shape):
         middle, mirrored = (np.argwhere(one)[:, axis].mean() for one in (there, back))
         assert abs(middle - (side - 1 - mirrored)) < 0.35

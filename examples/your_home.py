@@ -1,0 +1,40 @@
+# %% [markdown]
+# Make a mesh searchable: FOLDER holds scene.glb, whose nodes are named `<category>.<index>`, in
+# metres, z up, the floor at 0. The robot starts at X and Y.
+"""Write the scene.json of a mesh of your own: FOLDER X Y, then `ippon eval run --homes FOLDER`."""
+
+# %% The mesh
+import json
+import sys
+from pathlib import Path
+
+import trimesh
+
+from ippon.vocabulary import MATTERPORT_40
+
+folder = Path(sys.argv[1])
+x_m, y_m = float(sys.argv[2]), float(sys.argv[3])
+scene = trimesh.load_scene(folder / "scene.glb")
+
+# %% Each node with its box; what is no category of Matterport is one of its "others"
+instances = []
+for node in scene.graph.nodes_geometry:
+    pose, name = scene.graph[node]
+    corners = trimesh.transform_points(trimesh.bounds.corners(scene.geometry[name].bounds), pose)
+    category = node.rpartition(".")[0]
+    instances.append(
+        {
+            "node": node,
+            "category": category if category in MATTERPORT_40 else "others",
+            "label": category.replace("_", " "),
+            "aabb_min": corners.min(axis=0).tolist(),
+            "aabb_max": corners.max(axis=0).tolist(),
+        }
+    )
+
+# %% The file
+facts = {"name": folder.name, "source": "", "licence": "", "up": "z", "units": "m"}
+start = {"x": x_m, "y": y_m, "z": 0.0, "yaw": 0.0}
+file = folder / "scene.json"
+file.write_text(json.dumps({**facts, "instances": instances, "start_poses": [start]}, indent=1))
+print(f"{file}: {len(instances)} things")
