@@ -1,5 +1,6 @@
 // Manual driving: reads the keys and the pad and sends the operator's input. Releasing sends zero once.
 
+import { setText } from "./text.js";
 import { say } from "./words.js";
 
 const PERIOD_MS = 50;
@@ -65,7 +66,7 @@ export class Drive {
     const { intervention, waypoint } = this.drive;
     const isLacking = kind === "control";
     const shown = isLacking ? text : intervention || text || (waypoint ? say("pad.waypoint") : "");
-    if (at("pad-note").textContent !== shown) at("pad-note").textContent = shown;
+    setText(at("pad-note"), shown);
     at("pad-note").dataset.kind = intervention || text ? "warn" : "";
     at("pad-take").hidden = !isLacking;
   }

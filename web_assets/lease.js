@@ -1,6 +1,7 @@
 // Control lease: one browser commands, the others watch, and each can stop the robot.
 
 import { get } from "./base.js";
+import { setText } from "./text.js";
 import { say } from "./words.js";
 
 const BEAT_MS = 1000;
@@ -70,7 +71,7 @@ export class Lease {
     at("log-out").hidden = !you.has_login;
     at("log-out").title = say("lease.logout.hint", { name: you.name, role });
     at("asked").hidden = !(this.holds && lease.requester);
-    at("asked-text").textContent = say("asked.text", { name: lease.requester });
+    setText(at("asked-text"), say("asked.text", { name: lease.requester }));
     this.disablePanels();
   }
 

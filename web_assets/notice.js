@@ -1,6 +1,7 @@
 // What the page says over the scene, with buttons that lead on.
 
 import { button } from "./side.js";
+import { setText } from "./text.js";
 import { decimal, say } from "./words.js";
 
 const CLOSED = "ippon-closed-notices";
@@ -32,10 +33,10 @@ export class Notice {
     const { key = "", title, text = "", acts = [], counts = false } = told(state, shown, notDelivered, mayJudge);
     this.key = key && `${state.instance} ${key}`;
     at("notice").hidden = !title || (key !== "" && this.closed().includes(this.key));
-    at("notice-title").textContent = title;
+    setText(at("notice-title"), title);
     // Seconds that count up are not read out each time.
     at("notice-text").ariaLive = counts ? "off" : null;
-    at("notice-text").textContent = text;
+    setText(at("notice-text"), text);
     at("notice-close").hidden = key === "";
     const now = JSON.stringify([key, acts]);
     if (now === this.shown) return;

@@ -7,6 +7,7 @@ import { cellImage, COLORS, drawPlan, scaleBar } from "./plan_drawing.js";
 
 const EVERY_MS = 500;
 const CELLS_MS = 2000;
+const SAME_ROOM_M = 2;
 const at = (id) => document.getElementById(id);
 
 export class Plan {
@@ -22,6 +23,7 @@ export class Plan {
     this.points = [];
     this.pointed = null;
     this.rooms = "";
+    this.placed = [];
     this.fetchedAt = 0;
     this.isFetching = false;
     at("plan-open").addEventListener("click", () => this.toggle());
@@ -329,10 +331,12 @@ export class Plan {
     const rooms = this.scene?.rooms ?? [];
     const key = JSON.stringify(rooms);
     if (key !== this.rooms) {
+      const held = this.placed[[...at("plan-rooms").children].indexOf(document.activeElement)];
       this.rooms = key;
-      const held = at("plan-rooms").contains(document.activeElement);
-      at("plan-rooms").replaceChildren(...rooms.map((room) => this.roomButton(room)));
-      if (held) this.canvas.focus();
+      this.placed = rooms;
+      const buttons = rooms.map((room) => this.roomButton(room));
+      at("plan-rooms").replaceChildren(...buttons);
+      if (held) (buttons[sameRoom(held, rooms)] ?? this.canvas).focus({ preventScroll: true });
     }
     for (const [n, button] of [...at("plan-rooms").children].entries()) {
       const [u, v] = place(rooms[n].x_m, rooms[n].y_m);
@@ -371,6 +375,13 @@ export class Plan {
     at("plan-answer").textContent = reply?.text ?? say("link.silence.sentence");
     this.canvas.focus({ preventScroll: true });
   }
+}
+
+// Index of a room in a later list: the closest one. A room that grows moves its name.
+function sameRoom(room, rooms) {
+  const away = rooms.map(({ x_m, y_m }) => Math.hypot(x_m - room.x_m, y_m - room.y_m));
+  const least = Math.min(...away);
+  return least < SAME_ROOM_M ? away.indexOf(least) : -1;
 }
 
 // Returns null while there is no map.

@@ -23,6 +23,7 @@ import { showWalk } from "./walk.js";
 import { followSceneArea } from "./scene_area.js";
 import { closeScene, isSceneGone, onScene, reloadScene } from "./scene_frame.js";
 import { Stop } from "./stop.js";
+import { setText } from "./text.js";
 import { Waiting } from "./waiting.js";
 import { decimal, has, say } from "./words.js";
 
@@ -258,13 +259,13 @@ function render() {
   const shown = shownState();
   const live = state !== null;
   document.body.dataset.state = shown;
-  at("state").textContent = stateWord(shown);
+  setText(at("state"), stateWord(shown));
   if (state?.robot) robot = state.robot;
-  at("robot").textContent = robot;
-  at("why").textContent = state?.link === "live" ? state.why : "";
+  setText(at("robot"), robot);
+  setText(at("why"), state?.link === "live" ? state.why : "");
   at("why").title = at("why").textContent;
-  at("goal").textContent = state?.object ?? "";
-  at("elapsed").textContent = state?.object ? clock(state.elapsed_s) : "";
+  setText(at("goal"), state?.object ?? "");
+  setText(at("elapsed"), state?.object ? clock(state.elapsed_s) : "");
   document.title = state?.object ? `${stateWord(shown)}: ${state.object} – IPPON` : "IPPON";
   const age = live && state.link === "live" ? state.frame_age_ms : null;
   at("frame-age").textContent = age === null ? "–" : `${Math.round(age)} ms`;
@@ -303,9 +304,9 @@ function renderVeil(shown) {
     if (!document.body.classList.contains("review")) introduction.begin();
     return;
   }
-  at("veil-title").textContent = say(text[0]);
-  at("veil-text").textContent = text[1];
-  at("veil-hint").textContent = text[2];
+  setText(at("veil-title"), say(text[0]));
+  setText(at("veil-text"), text[1]);
+  setText(at("veil-hint"), text[2]);
 }
 
 // viser's client reconnects only while its document has the focus. A wall display never has it,

@@ -1,5 +1,6 @@
 // Directions for the person who carries the camera: an arrow, what to do now, and what comes next.
 
+import { setText } from "./text.js";
 import { decimal, say } from "./words.js";
 
 const at = (id) => document.getElementById(id);
@@ -47,6 +48,6 @@ export function showWalk(walk) {
     ? `rotate(${walk.look_up_deg > 0 ? 0 : 180}deg)`
     : `perspective(220px) rotateX(38deg) rotate(${heading ?? 0}deg)`;
   arrow.toggleAttribute("hidden", walk.step === "hold");
-  if (at("walk-do").textContent !== now) at("walk-do").textContent = now;
-  if (at("walk-then").textContent !== next) at("walk-then").textContent = next;
+  setText(at("walk-do"), now);
+  setText(at("walk-then"), next);
 }

@@ -1,6 +1,7 @@
 """The page around the scene in a real browser, with a console in the process of the test."""
 
 import asyncio
+import itertools
 import re
 import threading
 import time
@@ -401,6 +402,62 @@ def test_a_plan_without_a_map_has_no_rooms(page):
     page.route("**/api/export/plan.json", lambda route: route.fulfill(status=404))
     expect(page.locator("#plan-none")).to_be_visible()
     expect(page.locator("#plan-rooms button")).to_have_count(0)
+
+
+def test_a_room_that_grows_keeps_the_focus(page):
+    def show(*rooms):
+        rooms = [
+            {"x_m": x, "y_m": 1.0, "name": name, "kind": "", "area_m2": area}
+            for name, x, area in rooms
+        ]
+        scene = {"revision": 1, "explored_m2": 4.0, "rooms": rooms, "things": [], "trail": [],
+                 "path": [], "painted": [], "find": None, "robot": None}  # fmt: skip
+        page.unroute("**/api/export/plan.json")
+        page.route("**/api/export/plan.json", lambda route: route.fulfill(json=scene))
+
+    cells = {
+        "revision": 1,
+        "origin_m": [0.0, 0.0],
+        "size": [9, 9],
+        "cell_m": 1.0,
+        "packed": "A" * 28,
+    }
+    page.route("**/api/export/plan-cells.json", lambda route: route.fulfill(json=cells))
+    show(("hall", 1.0, 4.0), ("study", 6.0, 3.0))
+    page.keyboard.press("p")
+    page.locator("#plan-rooms button").last.focus()
+    show(("study", 6.5, 5.0), ("hall", 1.0, 4.0))
+    expect(page.locator("#plan-rooms button").first).to_have_text("study")
+    expect(page.locator("#plan-rooms button").first).to_be_focused()
+
+
+def test_a_text_that_stays_the_same_is_not_written_again(page, post):
+    page.evaluate(
+        """() => { globalThis.writes = [];
+        const keep = (all) => writes.push(...all.map((one) => one.target.id));
+        const watch = new MutationObserver(keep);
+        for (const id of ["state", "goal", "elapsed", "asked-text", "notice-title"])
+          watch.observe(document.getElementById(id), { childList: true, characterData: true }); }"""
+    )
+    post(why="going to the sofa")
+    expect(page.locator("#why")).to_have_text("going to the sofa")
+    post(elapsed_s=61.0)
+    expect(page.locator("#elapsed")).to_have_text("1:01")
+    assert page.evaluate("writes") == ["elapsed"]
+
+
+@pytest.mark.parametrize("width", [970, 1024, 1100])
+def test_the_header_of_a_small_window_shows_its_texts_side_by_side(page, post, width):
+    page.set_viewport_size({"width": width, "height": 768})
+    looking = msgspec.structs.replace(SEARCHING, state="looking_around", object="washing machine")
+    post(looking, elapsed_s=754.0)
+    expect_state(page, "Looking around")
+    ends = [
+        page.locator(part).bounding_box()
+        for part in ("#state", "#goal", "#elapsed", ".gauges", "#control", ".actions")
+    ]
+    for left, right in itertools.pairwise(ends):
+        assert left["x"] + left["width"] <= right["x"]
 
 
 def test_ages_are_those_of_the_console_whatever_the_clock_of_the_tablet_says(
