@@ -198,7 +198,9 @@ class ReviewPages:
         picture = await run_in_threadpool(thumbnail, image)
         if picture is None:
             return Response(status_code=204)
-        return Response(picture, media_type="image/jpeg", headers={"Cache-Control": "private, max-age=600"})
+        return Response(
+            picture, media_type="image/jpeg", headers={"Cache-Control": "private, max-age=600"}
+        )
 
     async def _asset(self, request: Request) -> Response:
         name = request.path_params["name"]

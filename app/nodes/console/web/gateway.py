@@ -193,7 +193,9 @@ class Gateway:
             return _text(f"{error}\n", 502)
         if not jpeg:
             return Response(status_code=204)
-        return Response(jpeg, media_type="image/jpeg", headers={"Cache-Control": "private, max-age=600"})
+        return Response(
+            jpeg, media_type="image/jpeg", headers={"Cache-Control": "private, max-age=600"}
+        )
 
     async def _stop(self, request: Request) -> Response:
         """Stop the robot without a WebSocket; the shell's fallback."""
