@@ -118,8 +118,6 @@ def _chain(parents: dict[str, set[str]], optical: str | None) -> list[Finding]:
             detail += f": nothing is above {name!r}; there is {', '.join(sorted(known)[:6])}"
         else:
             detail += f": it ends at {way[-1]!r}"
-        if any(frame.startswith("/") for frame in known):
-            detail += "; names of frames must not begin with a slash"
         do = "publish the missing transform (static_transform_publisher)"
         if name == BASE_FRAME:
             do += "; a robot without a map frame publishes a fixed one from 'map' to 'odom'"
