@@ -1,6 +1,5 @@
 import queue
 import threading
-import time
 
 import pytest
 
@@ -16,9 +15,10 @@ class Desk:
 
     def __init__(self):
         self.answered = []
-        self.may_answer = threading.Semaphore(0)
+        self.begins, self.may_answer = threading.Semaphore(0), threading.Semaphore(0)
 
     def answer(self, query):
+        self.begins.release()
         self.may_answer.acquire(timeout=30.0)
         with query:
             self.answered.append(text := query.payload.to_string())
@@ -55,11 +55,20 @@ def test_what_comes_faster_than_the_rate_is_refused_and_after_a_while_admitted(s
 def test_an_urgent_query_goes_before_those_that_wait_and_past_the_limit(sessions):
     router, client = sessions
     desk = Desk()
-    QueryQueue(router, KEY, desk.answer, None, lambda q: q.payload.to_string() == "stop", burst=3)
-    replies = send(client, *"abcdefg", "stop")
-    time.sleep(0.5)
+    stop_came = threading.Event()
+
+    def is_urgent(query):
+        if is_stop := query.payload.to_string() == "stop":
+            stop_came.set()
+        return is_stop
+
+    QueryQueue(router, KEY, desk.answer, None, is_urgent, burst=3)
+    first = send(client, "a")
+    assert desk.begins.acquire(timeout=10.0)
+    others = send(client, *"bcdefg", "stop")
+    assert stop_came.wait(10.0)
     desk.may_answer.release(10)
-    for _ in range(4):
+    for replies in (first, others, others, others):
         replies.get(timeout=10.0)
     assert desk.answered[:4] == ["a", "stop", "b", "c"]
 
