@@ -74,8 +74,8 @@ def test_boxes_lie_in_the_image_with_their_best_first(seen):
 
 @pytest.fixture(scope="module")
 def cups(nanodet):
-    """Detections for a cup in each image of the room, by the file's name."""
-    files = sorted((ROOM / "color").iterdir())
+    """Detections for a cup in every second image of the room, by the file's name."""
+    files = sorted((ROOM / "color").iterdir())[::2]
     found = (nanodet.segment(np.asarray(Image.open(f)), ("wall",), "cup") for f in files)
     return {f.name: one.instances for f, one in zip(files, found, strict=True)}
 
@@ -110,9 +110,9 @@ def test_the_white_cup_is_where_it_was_labelled(cups):
 @real
 @pytest.mark.slow
 def test_scores_are_those_that_others_measured(cups):
-    """Boxes for a cup that touch no border, by score, as another program found them."""
+    """Boxes for a cup that touch no border, by score, as another program found them in all images."""
     edges = (0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 1.0)
-    measured = np.array([389, 111, 46, 60, 26, 93])
+    measured = 0.5 * np.array([389, 111, 46, 60, 26, 93])
     scores = []
     for found in cups.values():
         for one in found:
@@ -120,7 +120,7 @@ def test_scores_are_those_that_others_measured(cups):
             if left > 1 and top > 1 and right < 639 and bottom < 479:
                 scores.append(one.score)
     counted, _ = np.histogram(scores, edges)
-    assert abs(counted[-1] - 93) <= 10
+    assert abs(counted[-1] - measured[-1]) <= 5
     assert (np.abs(counted - measured) <= 0.3 * measured).all(), counted
 
 

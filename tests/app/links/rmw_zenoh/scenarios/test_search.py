@@ -76,7 +76,7 @@ def test_a_robot_behind_its_own_router_finds_a_hat(launch, tmp_path, free_endpoi
     assert is_alive(session, f"ippon/{keys.NAVIGATOR_ALIVE}", 20.0)
     scene = load_scene(room)
     config = RobotSimConfig(
-        connect="", robot="ippon", profile=read_profile(str(path)), speed="2", image_width=160
+        connect="", robot="ippon", profile=read_profile(str(path)), speed="1", image_width=160
     )
     robot = RosRobot(RmwRobot(node, domain=7), config, session, scene, scene.start_poses[0])
     robot.await_labels()
