@@ -30,6 +30,8 @@ CONNECT_S = 3.0
 CHECK_S = 4.0
 ALWAYS_SENT = ("color", "depth", "camera_info", "tf", "tf_static", "odom")
 """What a robot sends all the time, or has sent once; the others may be silent for long."""
+LAST_S = 0.5
+"""Longest time to deliver zero velocity before the node ends."""
 LAST_SPINS = 4
 END_S = 10.0
 """A middleware whose shutdown hangs for so long is left behind: its traces go to the log."""
@@ -278,9 +280,13 @@ def _watch(node: Any, stop: StopFlag) -> None:
 
 
 def _send_the_last(node: Any) -> None:
-    """Let a cancelled goal leave: the calls of an action are made by the executor."""
+    """Let zero velocity and a cancelled goal leave, whose call is made by the executor."""
+    import rclpy.duration  # noqa: PLC0415
     import rclpy.executors  # noqa: PLC0415
 
+    # What a node that ends has not delivered yet is lost.
+    for publisher in node.publishers:
+        publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=LAST_S))
     if node.goals is None:
         return
     executor = rclpy.executors.SingleThreadedExecutor()
