@@ -110,7 +110,7 @@ def test_the_white_cup_is_where_it_was_labelled(cups):
 @real
 @pytest.mark.slow
 def test_scores_are_those_that_others_measured(cups):
-    """Boxes for a cup that touch no border, by score; another program found twice as many in all."""
+    """Cups that touch no border, by score; another program found twice as many in all images."""
     edges = (0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 1.0)
     measured = 0.5 * np.array([389, 111, 46, 60, 26, 93])
     scores = []
