@@ -2,6 +2,10 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Final
+
+COMMAND_S: Final = 0.5
+"""Time after which a robot stands that gets no other command."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

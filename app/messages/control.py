@@ -91,6 +91,11 @@ class ControlRequest(_Message, frozen=True, omit_defaults=True):
     """The only goal of a tour that `cancel` ends."""
 
 
+def is_stop(request: Struct) -> bool:
+    """Return whether a request is a Stop, which is accepted from everyone and goes before all."""
+    return isinstance(request, ControlRequest) and request.action == "stop"
+
+
 class ControlReply(_Message, frozen=True):
     """Reply to `ControlRequest`: the present state of the navigator."""
 

@@ -14,9 +14,9 @@ from ippon.calibration.known_objects import KnownObjects, KnownObjectsError
 from ippon.errors import IpponError
 from ippon.frame import Frame
 from ippon.mapping.config import MapConfig
-from ippon.observation import Detections, Observation
+from ippon.observation import Observation
 from ippon.observation_model import ObservationModel, ObservationModels
-from ippon.segmentation.instance_heatmap import heatmap_of_instances
+from ippon.segmentation.instance_heatmap import as_heatmap
 from ippon.vocabulary import MATTERPORT_40
 
 ENOUGH_OBJECTS: Final = 5
@@ -93,12 +93,7 @@ class CalibrationRecording:
             CalibrationError: The network gives no scores.
         """
         for n, frame in enumerate(self.source.frames(), 1):
-            said = observe(frame)
-            heatmap = (
-                heatmap_of_instances(said, frame.depth, apart=self._apart)
-                if isinstance(said, Detections)
-                else said
-            )
+            heatmap = as_heatmap(observe(frame), frame.depth, apart=self._apart)
             if heatmap.kind != "scores":
                 raise CalibrationError(
                     f"{heatmap.source or 'this network'} gives probabilities that sum to 1, "

@@ -23,11 +23,11 @@ from ippon.mission.finds.image_check import ImageCheckConfig
 from ippon.mission.finds.size_check import SizeCheck, SizeCheckConfig
 from ippon.mission.goal import Goal
 from ippon.mission.snapshot import Find
-from ippon.observation import Detections, Heatmap, HeatmapKind, Observation
+from ippon.observation import Detections, HeatmapKind, Observation
 from ippon.observation_model import ObservationModels
 from ippon.planning.surface_scale import surface_scale
 from ippon.segmentation.detectors.vocabulary import closed_vocabulary
-from ippon.segmentation.instance_heatmap import heatmap_of_instances
+from ippon.segmentation.instance_heatmap import as_heatmap
 from ippon.segmentation.segmenter import Segmenter
 from ippon.tracking.upright import UprightCheck
 from ippon.vocabulary import MATTERPORT_40
@@ -148,11 +148,7 @@ class Recognition:
             self.boxes += len(observation.instances)
             self.invalid_boxes += observation.dropped
         self._finds.clear()
-        heatmap = (
-            observation
-            if isinstance(observation, Heatmap)
-            else heatmap_of_instances(observation, frame.depth, apart=self.apart)
-        )
+        heatmap = as_heatmap(observation, frame.depth, apart=self.apart)
         if not self._maps:
             self._begin(heatmap.kind)
         seen = replace(frame, heatmap=heatmap)

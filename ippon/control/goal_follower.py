@@ -2,17 +2,12 @@
 
 import math
 from dataclasses import dataclass
-from typing import Final
 
-from ippon.command import Command, GoalOutcome, NavigationGoal
+from ippon.command import COMMAND_S, Command, GoalOutcome, NavigationGoal
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.mapping.arrays import MapArrays
 from ippon.planning.plan import NodeKind, Plan
 from ippon.robot import RobotProfile
-
-MAX_STEP_S: Final = 0.5
-"""Longest time without motion that one step counts: while frames are missing nobody sees whether
-the robot moves, and without commands it stands."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -216,7 +211,8 @@ class GoalFollower:
         ):
             self._still_at, self._still_s, self._moved = (x, y, yaw), 0.0, True
         else:
-            self._still_s += min(dt_s, MAX_STEP_S)
+            # While frames are missing nobody sees whether it moves, and without commands it stands.
+            self._still_s += min(dt_s, COMMAND_S)
 
     def _fail(self) -> None:
         self._failed = self._goal

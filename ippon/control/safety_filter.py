@@ -145,13 +145,14 @@ def _stopping_paths(
     braking_s = stop_s if robot.is_round else max(stop_s, stop_turning_s)
     # Samples a few centimetres or degrees apart.
     spacing_s = 1.0 / max(speed / 0.03, rate / 0.1, 1e-9)
-    end_s = horizon_s + 0.5 * braking_s
-    along_arc = np.linspace(0.0, end_s, max(2, math.ceil(end_s / spacing_s)) + 1)
-    driven, turned = command.linear_m_s * along_arc, command.yaw_rate_rad_s * along_arc
-    paths = [_integrated(driven, turned, pose)]
+
+    def times(end_s: float) -> Float64Array:
+        return np.linspace(0.0, end_s, max(2, math.ceil(end_s / spacing_s)) + 1)
+
+    t = times(horizon_s + 0.5 * braking_s)
+    paths = [_integrated(command.linear_m_s * t, command.yaw_rate_rad_s * t, pose)]
     if min(speed, rate) > 0.0 and stop_s != stop_turning_s:
-        end_s = horizon_s + braking_s
-        t = np.linspace(0.0, end_s, max(2, math.ceil(end_s / spacing_s)) + 1)
+        t = times(horizon_s + braking_s)
         driven = command.linear_m_s * _time_at_full_rate(t, horizon_s, stop_s)
         turned = command.yaw_rate_rad_s * _time_at_full_rate(t, horizon_s, stop_turning_s)
         paths.append(_integrated(driven, turned, pose))

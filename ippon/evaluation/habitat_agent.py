@@ -24,7 +24,7 @@ from ippon.mission.mission import Mission
 from ippon.mission.snapshot import MissionState
 from ippon.observation import Heatmap
 from ippon.robot import HABITAT, RobotProfile
-from ippon.segmentation.instance_heatmap import heatmap_of_instances
+from ippon.segmentation.instance_heatmap import as_heatmap
 from ippon.segmentation.segmenter import Segmenter
 from ippon.vocabulary import MATTERPORT_40
 
@@ -178,7 +178,7 @@ class IpponAgent:
 
     def _segment(self, color: NDArray[np.uint8], depth: NDArray[np.float32]) -> Heatmap:
         seen = self._segmenter.segment(color, self._config.labels, self._ooi)
-        return seen if isinstance(seen, Heatmap) else heatmap_of_instances(seen, depth)
+        return as_heatmap(seen, depth)
 
     def _action(self, *, stop: bool) -> Action:
         """Scale the command to -1 to 1 and integrate the tilt, which no sensor reports."""

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Final
 
-from ippon.command import Command
+from ippon.command import COMMAND_S, Command
 from ippon.control.acceleration_limits import limit_acceleration
 from ippon.control.safety_filter import filter_command
 from ippon.frame import Frame
@@ -16,10 +16,6 @@ MAX_HORIZON_S: Final = 0.5
 MAX_AGE_S: Final = 1.0
 """Age of a frame beyond which its obstacles are checked no farther ahead: robots refuse commands
 that answer older ones."""
-
-
-COMMAND_S: Final = 0.5
-"""Time after which a robot stands that gets no other command."""
 
 
 def moves_base(command: Command) -> bool:

@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ippon.observation import Detections, Heatmap, Instance
+from ippon.observation import Detections, Heatmap, Instance, Observation
 from ippon.observation_model import LEAST_SCORE, NOT_RECOGNISED, NOTHING_SAID
 
 WELL_SEEN_M: Final = 3.0
@@ -80,6 +80,13 @@ def heatmap_of_instances(
         kind="scores",
         source=detections.source,
     )
+
+
+def as_heatmap(
+    seen: Observation, depth: NDArray[np.float32], *, apart: Collection[str] = ()
+) -> Heatmap:
+    """Return a heatmap as it is, and that of instances; see `heatmap_of_instances`."""
+    return seen if isinstance(seen, Heatmap) else heatmap_of_instances(seen, depth, apart=apart)
 
 
 @njit(cache=True, nogil=True)

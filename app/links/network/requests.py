@@ -12,7 +12,7 @@ import zenoh
 from app.links.network.query_queue import RATE_HZ, QueryQueue
 from app.links.network.session import LinkError
 from app.messages import keys
-from app.messages.control import ControlRequest, ErrorReply, M, decode, encode
+from app.messages.control import ControlRequest, ErrorReply, M, decode, encode, is_stop
 from app.messages.lease import Credential
 from app.messages.recording import Exchange
 
@@ -104,10 +104,10 @@ def serve_with_credential(
             query.reply(key, busy, encoding=zenoh.Encoding.APPLICATION_JSON)
 
     def stops(query: zenoh.Query) -> bool:
-        is_stop = _is_stop(query)
-        if is_stop and on_stop is not None:
+        urgent = _is_stop(query)
+        if urgent and on_stop is not None:
             on_stop()
-        return is_stop
+        return urgent
 
     return QueryQueue(session, key, answer, refuse, stops if kind is ControlRequest else None)
 
@@ -118,7 +118,7 @@ def _is_stop(query: zenoh.Query) -> bool:
     if len(payload) > _MOST_STOP_BYTES or b'"stop"' not in payload:
         return False
     try:
-        return decode(payload, ControlRequest).action == "stop"
+        return is_stop(decode(payload, ControlRequest))
     except msgspec.DecodeError:
         return False
 
@@ -154,7 +154,7 @@ def _answer(
             who = _credential(query)
         except RequestRefusedError:
             # Stop is accepted from everyone, so also with a credential of another version.
-            if not (isinstance(message, ControlRequest) and message.action == "stop"):
+            if not is_stop(message):
                 raise
         return who, handle(message, who)
     except msgspec.DecodeError as error:

@@ -3,12 +3,11 @@
 import math
 from dataclasses import dataclass
 
-from ippon.command import Command
+from ippon.command import COMMAND_S, Command
 from ippon.frame import FLOORS_APART_M
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.mission.behaviors.behavior import Action, StepContext
 from ippon.mission.behaviors.config import FloorCheckConfig
-from ippon.mission.safe_motion import COMMAND_S
 from ippon.mission.snapshot import MissionState
 from ippon.planning.plan import NodeKind, Plan
 from ippon.robot import RobotProfile

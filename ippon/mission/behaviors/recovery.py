@@ -2,12 +2,11 @@
 
 import math
 
-from ippon.command import Command
+from ippon.command import COMMAND_S, Command
 from ippon.frame import NANOSECONDS, Frame
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.mission.behaviors.behavior import Action, StepContext
 from ippon.mission.behaviors.config import RecoveryConfig
-from ippon.mission.safe_motion import COMMAND_S
 from ippon.robot import RobotProfile
 
 

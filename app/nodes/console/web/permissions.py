@@ -7,7 +7,7 @@ from typing import Final
 
 import msgspec
 
-from app.messages.control import ControlRequest
+from app.messages.control import is_stop
 from app.messages.lease import LeaseStatus
 from app.nodes.console.web.browsers import Browser
 from app.view.words import Words
@@ -64,8 +64,7 @@ def may_send(browser: Browser, message_type: str, control_uuid: str, *, panels: 
 
 def request_refusal(browser: Browser, request: msgspec.Struct, say: Words) -> str:
     """Return why a browser may not send a request, empty when it may. Everyone may stop."""
-    is_stop = isinstance(request, ControlRequest) and request.action == "stop"
-    if may_command(browser) or is_stop:
+    if may_command(browser) or is_stop(request):
         return ""
     return say("refusal.viewer")
 

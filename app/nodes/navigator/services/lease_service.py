@@ -8,7 +8,7 @@ from typing import Final
 import msgspec
 
 from app.links.network.requests import RequestRefusedError
-from app.messages.control import ControlRequest
+from app.messages.control import is_stop
 from app.messages.driving import TeleopTag
 from app.messages.lease import Credential, LeaseReply, LeaseRequest, LeaseStatus, TakeRequest
 from app.nodes.navigator.state.lease import Lease
@@ -65,7 +65,7 @@ class LeaseService:
         Raises:
             RequestRefusedError: Somebody else has control.
         """
-        if isinstance(message, ControlRequest) and message.action == "stop":
+        if is_stop(message):
             return
         with self._lock:
             problem = self._lease.refusal(who, self._clock())

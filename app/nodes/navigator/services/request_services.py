@@ -28,6 +28,7 @@ from app.messages.control import (
     SearchRequest,
     SentenceRequest,
     VocabularyRequest,
+    is_stop,
 )
 from app.messages.driving import DriveRequest, GotoRequest, PaintRequest
 from app.messages.lease import Credential, LeaseRequest, TakeRequest
@@ -203,5 +204,5 @@ class RequestServices:
             RequestRefusedError: Somebody else has control, or too many requests wait.
         """
         self.control.authorize(message, who)
-        if not (isinstance(message, ControlRequest) and message.action == "stop"):
+        if not is_stop(message):
             self._operations.check_room()
