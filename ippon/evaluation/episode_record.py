@@ -16,7 +16,7 @@ from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
 from ippon.mapping.far_evidence.joint_evidence import EvidenceAhead
 from ippon.mission.mission import Mission
-from ippon.mission.operator_control import WeighingPlanner
+from ippon.mission.operator_control import WeighingPlanner, path_to
 from ippon.mission.snapshot import Snapshot, StepResult
 from ippon.planning.interface import Planner
 from ippon.planning.plan import Plan
@@ -62,6 +62,10 @@ class TimedPlanner:
         """See `WeighingPlanner.set_regions`; methods without it ignore regions."""
         if isinstance(self._planner, WeighingPlanner):
             self._planner.set_regions(strokes, rooms)
+
+    def path_to_point(self, T_world_base: Float64Array, xy: Float64Array) -> Float64Array | None:
+        """See `PathPlanner.path_to_point`; None for methods without it."""
+        return path_to(self._planner, (float(xy[0]), float(xy[1])), T_world_base)
 
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
         """See `Planner.mark_contact`."""

@@ -12,6 +12,7 @@ from ippon.mission.behaviors.config import (
     FloorCheckConfig,
     LookAroundConfig,
     RecoveryConfig,
+    StepCloserConfig,
     TravelPitchConfig,
 )
 from ippon.mission.finds.attributes.attribute_check import AttributeCheckConfig
@@ -39,6 +40,7 @@ class MissionConfig:
     floor_check: FloorCheckConfig = field(default_factory=FloorCheckConfig)
     travel_pitch: TravelPitchConfig = field(default_factory=TravelPitchConfig)
     recovery: RecoveryConfig = field(default_factory=RecoveryConfig)
+    step_closer: StepCloserConfig = field(default_factory=StepCloserConfig)
     exhaustion: ExhaustionConfig = field(default_factory=ExhaustionConfig)
     image_check: ImageCheckConfig = field(default_factory=ImageCheckConfig)
     size_check: SizeCheckConfig = field(default_factory=SizeCheckConfig)

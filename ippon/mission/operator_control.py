@@ -42,12 +42,17 @@ class WeighingPlanner(Protocol):
 
 
 @runtime_checkable
-class SteerablePlanner(WeighingPlanner, Protocol):
-    """A planner that also plans to points of the operator, and previews other levels."""
+class PathPlanner(Protocol):
+    """A planner that also plans to points."""
 
     def path_to_point(self, T_world_base: Float64Array, xy: Float64Array) -> Float64Array | None:
         """Return (K, 2) points from the robot to as near `xy` (2,) as it can stand, or None."""
         ...
+
+
+@runtime_checkable
+class SteerablePlanner(WeighingPlanner, PathPlanner, Protocol):
+    """A planner that plans to points of the operator, and previews other levels."""
 
     def preview(self, map_arrays: MapArrays, *, cues: bool) -> Viewpoint | None:
         """Return what would be chosen on such a map; the planner does not change."""
@@ -163,7 +168,7 @@ def path_to(
     planner: Planner, xy: tuple[float, float], T_world_base: Float64Array
 ) -> Float64Array | None:
     """Return (K, 2) points from the robot to a point; None where the planner finds no path."""
-    if not isinstance(planner, SteerablePlanner):
+    if not isinstance(planner, PathPlanner):
         return None
     return planner.path_to_point(T_world_base, np.array(xy))
 

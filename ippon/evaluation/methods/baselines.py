@@ -124,6 +124,10 @@ class BaselinePlanner:
     def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:
         """Ignore it: the published baselines do not use such evidence."""
 
+    def path_to_point(self, T_world_base: Float64Array, xy: Float64Array) -> Float64Array | None:
+        """See `PathPlanner.path_to_point`: the last step to a find is that of all methods."""
+        return self._tree.path_to_point(T_world_base, xy)
+
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
         """See `Planner.mark_contact`."""
         self._tree.mark_contact(T_world_base, motion)

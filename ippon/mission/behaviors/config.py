@@ -123,6 +123,35 @@ class TravelPitchConfig:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class StepCloserConfig:
+    """The last step towards a find that a detector has recognised."""
+
+    share: float = 0.25
+    """Share of what the last images recognise that must lie within the metre of the task; more goes
+    closer more often."""
+    near_m: float = 0.8
+    """Distance within which that share lies at the end of the step, by more than the robot's
+    tolerances less than a metre; less ends nearer to the object and takes longer."""
+    least_gain_m: float = 0.05
+    """How much nearer the way has to lead; more leaves out small steps."""
+    detour_m: float = 0.5
+    """How much longer than straight the way may be; more goes round obstacles."""
+    most_s: float = 6.0
+    """Seconds after which the search ends where the robot is; more waits longer where something
+    blocks the way."""
+
+    def __post_init__(self) -> None:
+        """Reject distances without meaning."""
+        if not 0.0 <= self.share <= 1.0:
+            raise ValueError(f"share must lie in 0 to 1; got {self.share}")
+        if min(self.near_m, self.least_gain_m, self.most_s) <= 0.0 or self.detour_m < 0.0:
+            raise ValueError(
+                "near_m, least_gain_m and most_s must be above 0 and detour_m not negative; got "
+                f"{self.near_m}, {self.least_gain_m}, {self.most_s}, {self.detour_m}"
+            )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ExhaustionConfig:
     """When a search ends without a find."""
 

@@ -1,18 +1,23 @@
 """Decides at a terminating viewpoint whether the candidate is the object (Sec. Node Selection)."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 from ippon.command import Command
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.behaviors.behavior import Action, StepContext
+from ippon.mission.behaviors.step_closer import StepCloser
 from ippon.mission.config import MissionConfig
 from ippon.mission.finds.attributes.attribute_check import by_model, contradiction
 from ippon.mission.finds.context_check import contradicts_context
 from ippon.mission.finds.find_geometry import (
+    ARRIVED_M,
     at_heights,
     find_from,
+    gap_m,
     nearest_find,
     reached_find,
+    same_find,
 )
 from ippon.mission.finds.rejection import set_aside
 from ippon.mission.finds.second_opinion import SecondOpinions
@@ -20,6 +25,15 @@ from ippon.mission.journal import Journal
 from ippon.mission.places.room_regions import RoomRegions
 from ippon.mission.search import Search
 from ippon.mission.snapshot import Find, MissionState
+
+
+class _Verified(NamedTuple):
+    """A find that ends a search once the robot is close enough."""
+
+    goal_id: int
+    find: Find
+    sentence: str | None
+    """What the model said of it."""
 
 
 class Confirmation:
@@ -32,6 +46,7 @@ class Confirmation:
         journal: Journal,
         opinions: SecondOpinions,
         rooms: RoomRegions,
+        closer: StepCloser,
     ) -> None:
         self._confirm_steps = config.confirm_steps
         self._context = config.context_check
@@ -42,12 +57,17 @@ class Confirmation:
         self._rooms = rooms
         self._voxel_map = voxel_map
         self._journal = journal
+        self._closer = closer
+        self._verified: _Verified | None = None
 
     def act(self, step: StepContext) -> Action | None:
         """See `Behavior.act`."""
         search, plan = step.search, step.plan
         if search is None:
             return None
+        ended = self._end_closer(step, search)
+        if ended is not None:
+            return ended
         still = Command(tilt_rad=step.follow_plan().tilt_rad)
         arrived = plan.ends_search and step.follower.reached
         # Frames without the object reduce the count as fast as others raise it.
@@ -94,14 +114,56 @@ class Confirmation:
         opinion = weighed.opinion
         if opinion is not None:
             judged = by_model(judged, opinion.verdict, opinion.by or "the model")
-        search.announce(replace(weighed.find, attributes=judged) if judged else weighed.find)
+        verified = replace(weighed.find, attributes=judged) if judged else weighed.find
+        sentence = None if weighed.opinion is None else weighed.sentence
+        if self._closer.begin(step, search, verified):
+            self._verified = _Verified(search.goal.goal_id, verified, sentence)
+            action = self._closer.act(step, search, verified)
+            if action is not None:
+                return action
+        return self._announce(step, search, verified, sentence)
+
+    def _end_closer(self, step: StepContext, search: Search) -> Action | None:
+        """Go on to a verified find that was not close enough, and end the search there."""
+        verified, self._verified = self._verified, None
+        if verified is None or verified.goal_id != search.goal.goal_id:
+            return None
+        action = self._closer.act(step, search, verified.find)
+        if action is not None:
+            self._verified = verified
+            return action
+        now = same_find(search.candidates, verified.find)
+        if now is None or gap_m(step.frame.T_world_base[:2, 3], now) > ARRIVED_M:
+            # It has disappeared, or somebody has moved the robot away.
+            return None
+        find = replace(
+            verified.find,
+            position_world=now.position_world,
+            size_m=now.size_m,
+            voxels=now.voxels,
+            box_px=now.box_px,
+        )
+        return self._announce(step, search, find, verified.sentence)
+
+    def _announce(
+        self, step: StepContext, search: Search, find: Find, sentence: str | None
+    ) -> Action:
+        """End the search with a find.
+
+        Args:
+            step: The present step.
+            search: The search.
+            find: The find.
+            sentence: What the model said of it; None without a model.
+        """
+        search.announce(find)
         why = search.found_text(step.frame.T_world_base)
         if self._rooms.is_elsewhere(search, find):
             why = f"{why}, in another room than you said"
-        if weighed.opinion is not None:
-            why = f"{why}; {weighed.sentence}"
+        if sentence is not None:
+            why = f"{why}; {sentence}"
         self._journal.note(MissionState.FOUND.value, why)
-        return Action(still, MissionState.FOUND, why)
+        return Action(Command(tilt_rad=step.frame.tilt_rad), MissionState.FOUND, why)
 
     def _pass_by(self, search: Search, find: Find, still: Command, instead: str) -> Action:
         """Set a find aside that is another one than was meant, and report what it is."""

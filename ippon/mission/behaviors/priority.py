@@ -9,6 +9,7 @@ from ippon.mission.behaviors.look_around import LookAround
 from ippon.mission.behaviors.operator_drive import GoToPoint, ManualDrive
 from ippon.mission.behaviors.pursuit import Pursuit
 from ippon.mission.behaviors.recovery import Recovery
+from ippon.mission.behaviors.step_closer import StepCloser
 from ippon.mission.config import MissionConfig
 from ippon.mission.finds.second_opinion import SecondOpinions
 from ippon.mission.journal import Journal
@@ -41,7 +42,14 @@ class Behaviors:
             self.look_around,
             Exhaustion(config, voxel_map, planner, journal),
             FloorCheck(config.floor_check, robot),
-            Confirmation(config, voxel_map, journal, opinions, rooms),
+            Confirmation(
+                config,
+                voxel_map,
+                journal,
+                opinions,
+                rooms,
+                StepCloser(config.step_closer, planner, robot),
+            ),
             Pursuit(config.travel_pitch, robot, voxel_map),
         )
 

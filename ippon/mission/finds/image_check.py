@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, invert_transform, transform_points
+from ippon.mission.finds.recognised_points import points_at, recognised_points
 from ippon.mission.snapshot import Find
 from ippon.observation_model import NOTHING_SAID, ObservationModels
 
@@ -106,6 +107,8 @@ class _Track:
     """Votes of the last images that showed it, oldest first."""
     by_instance: bool
     """The votes are those of a detector."""
+    points: deque[Float64Array]
+    """(M, 2) where each of its last images recognised it, oldest first, metres."""
 
 
 class ImageScore(NamedTuple):
@@ -171,6 +174,9 @@ class ImageCheck:
             frame, self._label, centres_world, self._models, self._config.depth_tolerance_m
         )
         by_instance = heatmap.kind == "scores"
+        recognised = np.zeros((0, 3))
+        if by_instance:
+            recognised = recognised_points(frame, self._label, self._models)
         kept: list[_Track] = []
         # Smaller candidates in view are tracked as well, since each may end the search.
         most = self._config.max_tracks
@@ -180,8 +186,12 @@ class ImageCheck:
             track = self._of(find)
             if track is None or track.by_instance != by_instance:
                 shares = deque[float](maxlen=self._config.images)
-                track = _Track(centre=centre, shares=shares, by_instance=by_instance)
+                points = deque[Float64Array](maxlen=self._config.min_images)
+                track = _Track(centre=centre, shares=shares, by_instance=by_instance, points=points)
             track.centre = centre
+            here = points_at(recognised, find, self._config.same_m)
+            if len(here):
+                track.points.append(here)
             inside = np.abs(centres_world - track.centre) <= 0.5 * np.array(find.size_m) + 1e-6
             mine = inside.all(axis=1) & seen
             if mine.any():
@@ -194,6 +204,15 @@ class ImageCheck:
         """Return the mean share of a find's images; None with fewer than `min_images`."""
         track = self._track_with_enough(find)
         return None if track is None else float(np.mean(track.shares))
+
+    def recognised_at(self, find: Find) -> tuple[Float64Array, ...]:
+        """Return where each of the last images of a detector recognised a find.
+
+        Returns:
+            (M, 2) world x and y of points on the surface, metres, for each image that shows it.
+        """
+        track = self._of(find)
+        return () if track is None else tuple(track.points)
 
     def score(
         self, find: Find, *, again: bool = False, elsewhere: bool = False

@@ -45,7 +45,9 @@ def searching(monkeypatch):
         )
         votes = None
         if share is not None:
-            votes = _Track(centre=np.zeros(3), shares=deque([share]), by_instance=False)
+            votes = _Track(
+                centre=np.zeros(3), shares=deque([share]), by_instance=False, points=deque()
+            )
         monkeypatch.setattr(search.image_check, "_track_with_enough", lambda _: votes)
         return search
 

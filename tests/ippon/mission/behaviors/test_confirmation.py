@@ -13,6 +13,7 @@ from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.behaviors.behavior import StepContext
 from ippon.mission.behaviors.confirmation import Confirmation
 from ippon.mission.behaviors.pursuit import Pursuit
+from ippon.mission.behaviors.step_closer import StepCloser
 from ippon.mission.config import MissionConfig
 from ippon.mission.finds.second_opinion import SecondOpinions
 from ippon.mission.journal import Journal
@@ -34,7 +35,8 @@ def before_a_bed(searcher, room):
     follower = PathFollower(config.follower, ZED)
     voxel_map = robot.mission.voxel_map
     opinions = SecondOpinions(config.second_opinion)
-    confirmation = Confirmation(config, voxel_map, Journal(), opinions, robot.mission.rooms)
+    closer = StepCloser(config.step_closer, robot.mission._planner, ZED)
+    confirmation = Confirmation(config, voxel_map, Journal(), opinions, robot.mission.rooms, closer)
     pursuit = Pursuit(config.travel_pitch, ZED, voxel_map)
     search = Search(goal, guidance, config)
     search.candidates = robot.last.candidates
@@ -118,7 +120,8 @@ def test_what_lies_on_another_storey_is_not_what_the_viewpoint_shows(floor_z_m):
     voxel_map = VoxelMap(config.map, ["bed"])
     rooms = SimpleNamespace(is_elsewhere=lambda *_: False)
     opinions = SecondOpinions(config.second_opinion)
-    confirmation = Confirmation(config, voxel_map, Journal(), opinions, rooms)
+    closer = StepCloser(config.step_closer, SimpleNamespace(), ZED)
+    confirmation = Confirmation(config, voxel_map, Journal(), opinions, rooms, closer)
     chosen = SimpleNamespace(candidates=(above, below, here))
     step = SimpleNamespace(
         frame=SimpleNamespace(T_world_base=T_world_base),
