@@ -17,7 +17,8 @@ from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import decode as decode_json
-from app.messages.images import encode_camera, encode_color, encode_depth
+from app.messages.depth.depth_images import encode_depth
+from app.messages.images import encode_camera, encode_color
 from app.messages.keys import CAMERA_FRAME
 from app.messages.motion import (
     StampedTwist,

@@ -9,13 +9,8 @@ from app.doctor.robot.alignment import edge_score
 from app.doctor.robot.checkup import check_robot
 from app.messages import keys
 from app.messages.cdr import encode, header
-from app.messages.images import (
-    decode_color,
-    decode_depth,
-    decompress_color,
-    encode_color,
-    encode_depth,
-)
+from app.messages.depth.depth_images import decode_depth, encode_depth
+from app.messages.images import decode_color, decompress_color, encode_color
 from app.messages.motion import (
     StampedTransform,
     StampedTwist,
