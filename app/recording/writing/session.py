@@ -29,7 +29,7 @@ from app.recording.timeline import (
 )
 from app.recording.writing.limits import LimitCheck, RecordingLimits, check_limits
 from app.recording.writing.markers import encode_markers
-from app.recording.writing.subsampling import SensorSubsampling
+from app.recording.writing.subsampling import Arrived, SensorSubsampling
 from app.recording.writing.writer import SessionWriter
 
 THUMBNAIL: Final = "ippon/thumbnail.jpg"
@@ -79,7 +79,7 @@ class Session:
         self._found_image: bytes | None = None
         self._tree: bytes | None = None
         self._finds: bytes | None = None
-        self._marked_at = -math.inf
+        self._marked_at = self._now_s = -math.inf
         self.writer.note_metadata(VERSIONS, {**_versions(robot), "sensor_hz": f"{sensor_hz:g}"})
         self.writer.flush()
 
@@ -89,9 +89,12 @@ class Session:
         Raises:
             OSError: The disk cannot be written.
         """
-        if not self._thinning.keeps(key, payload):
+        self._now_s = now_s
+        kept = self._thinning.take(Arrived(key, payload, wall_ns))
+        if not kept:
             return
-        self.writer.add(key, payload, wall_ns, now_s)
+        for one in kept:
+            self.writer.add(one.key, one.payload, one.wall_ns, now_s)
         if key in TIMELINE_KEYS:
             had = self.timeline.found_ns
             self.timeline.take(key, payload, wall_ns)
@@ -122,6 +125,8 @@ class Session:
         """End the session: timeline, summary, picture, indexes."""
         end_ns = time.time_ns()
         writer = self.writer
+        for one in self._thinning.drain():
+            writer.add(one.key, one.payload, one.wall_ns, self._now_s)
         writer.attach(TIMELINE_ATTACHMENT, "application/zstd", pack_timeline(self.timeline), end_ns)
         picture = thumbnail(self._found_image or self._image)
         if picture is not None:

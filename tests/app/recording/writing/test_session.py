@@ -15,7 +15,6 @@ from app.recording.reading.recording import Recording
 from app.recording.writing.limits import RecordingLimits, check_limits
 from app.recording.writing.markers import encode_markers
 from app.recording.writing.session import Session, session_name
-from app.recording.writing.subsampling import SensorSubsampling
 from tests.locations import ROOT
 
 GB = 10**9
@@ -68,11 +67,6 @@ def test_depth_and_heatmaps_are_thinned_together_and_nothing_else(made_up, tmp_p
     assert len(stamps[keys.DEPTH]) == 12
     assert len(recording.times_ns(keys.COLOR)) == 30
     recording.close()
-
-
-def test_without_thinning_and_without_a_stamp_everything_is_kept():
-    assert SensorSubsampling(0.0).keeps(keys.DEPTH, b"")
-    assert SensorSubsampling(2.0).keeps(keys.DEPTH, b"short")
 
 
 def test_notes_lie_beside_the_recording_which_stays_as_it_is(session_folder):
