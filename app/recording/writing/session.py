@@ -25,10 +25,12 @@ from app.recording.timeline import (
     TIMELINE_ATTACHMENT,
     TIMELINE_KEYS,
     SessionTimeline,
+    decoded,
     pack_timeline,
 )
 from app.recording.writing.limits import LimitCheck, RecordingLimits, check_limits
 from app.recording.writing.markers import encode_markers
+from app.recording.writing.rest import RestWatch
 from app.recording.writing.subsampling import SensorSubsampling
 from app.recording.writing.writer import SessionWriter
 
@@ -75,6 +77,7 @@ class Session:
         self.start_ns = wall_ns
         self._limits = limits
         self._thinning = SensorSubsampling(sensor_hz)
+        self._rest = RestWatch()
         self._image: bytes | None = None
         self._found_image: bytes | None = None
         self._tree: bytes | None = None
@@ -89,16 +92,18 @@ class Session:
         Raises:
             OSError: The disk cannot be written.
         """
-        if not self._thinning.keeps(key, payload):
+        if key == keys.COLOR:
+            self._image = payload
+        if not self._thinning.keeps(key, payload, is_resting=self._rest.is_at_rest(now_s)):
             return
         self.writer.add(key, payload, wall_ns, now_s)
         if key in TIMELINE_KEYS:
             had = self.timeline.found_ns
-            self.timeline.take(key, payload, wall_ns)
+            message = decoded(key, payload)
+            self.timeline.add(message, wall_ns)
+            self._rest.note(message, now_s)
             if self.timeline.found_ns != had:
                 self._found_image = self._image
-        elif key == keys.COLOR:
-            self._image = payload
         elif key == keys.CONFIGURATION:
             self.writer.attach(CONFIGURATION, "application/json", payload, wall_ns)
         elif key == keys.PLAN_TREE:
