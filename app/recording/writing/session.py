@@ -84,7 +84,11 @@ class Session:
         self._finds: bytes | None = None
         self._marked_at = -math.inf
         self.writer.note_metadata(VERSIONS, {**_versions(robot), "sensor_hz": f"{sensor_hz:g}"})
-        self.writer.flush()
+        try:
+            self.writer.flush()
+        except OSError:
+            self.writer.discard()
+            raise
 
     def add(self, key: str, payload: bytes, wall_ns: int, now_s: float) -> None:
         """Write a message unchanged.

@@ -1,5 +1,6 @@
 """Limits, thinning, notes, markers, and a recorder that is killed."""
 
+import errno
 import io
 import subprocess
 import sys
@@ -21,6 +22,7 @@ from app.recording.writing.limits import RecordingLimits, check_limits
 from app.recording.writing.markers import encode_markers
 from app.recording.writing.session import THUMBNAIL, Session, session_name
 from app.recording.writing.subsampling import SensorSubsampling
+from app.recording.writing.writer import SessionWriter
 from tests.locations import ROOT
 
 GB = 10**9
@@ -161,6 +163,16 @@ def test_sessions_of_one_second_get_folders_of_their_own(tmp_path):
     for session in sessions:
         session.close()
     assert session_name("ippon/home 3", 0.0).endswith("_ippon_home_3")
+
+
+def test_a_session_that_cannot_begin_leaves_no_folder(tmp_path, monkeypatch):
+    def refuse(_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(SessionWriter, "flush", refuse)
+    with pytest.raises(OSError, match="No space left"):
+        Session(tmp_path, "r", RecordingLimits(min_free_gb=0.0), 1)
+    assert list(tmp_path.iterdir()) == []
 
 
 KILL = """
