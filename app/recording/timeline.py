@@ -28,6 +28,9 @@ TIMELINE_KEYS: Final = (keys.STATUS, keys.EVENT, keys.TF, keys.TF_STATIC, keys.L
 STATUS_EVERY_NS: Final = 500_000_000
 TRAIL_STEP_M: Final = 0.05
 _MAX_BYTES: Final = 1 << 28
+_SAMPLE_NS: Final = 2_000_000_000
+_POSES_NS: Final = 250_000_000
+"""Time before a sample in which the transforms between world and base are read."""
 
 MarkKind = Literal[
     "query", "levels", "detection", "found", "rejected", "confirmed", "takeover", "contact",
@@ -214,4 +217,20 @@ def timeline_of(recording: Recording) -> SessionTimeline:
     timeline = SessionTimeline()
     for message in recording.all_messages(TIMELINE_KEYS):
         timeline.take(message.key, message.payload, message.time_ns)
+    return timeline
+
+
+def sampled_timeline(recording: Recording) -> SessionTimeline:
+    """Return statuses and trail of every other second, for a summary of a file that grows."""
+    timeline = SessionTimeline()
+    for message in recording.all_messages((keys.TF_STATIC,)):
+        timeline.take(message.key, message.payload, message.time_ns)
+    now_ns, before_ns = recording.start_ns, recording.start_ns - 1
+    while before_ns < recording.end_ns:
+        for message in recording.between(now_ns - _POSES_NS, now_ns, (keys.TF,)):
+            timeline.take(message.key, message.payload, message.time_ns)
+        status = recording.latest(keys.STATUS, now_ns)
+        if status is not None and status.time_ns > before_ns:
+            timeline.take(status.key, status.payload, status.time_ns)
+        before_ns, now_ns = now_ns, min(now_ns + _SAMPLE_NS, recording.end_ns)
     return timeline
