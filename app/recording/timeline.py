@@ -225,7 +225,8 @@ def sampled_timeline(recording: Recording) -> SessionTimeline:
     timeline = SessionTimeline()
     for message in recording.all_messages((keys.TF_STATIC,)):
         timeline.take(message.key, message.payload, message.time_ns)
-    now_ns, before_ns = recording.start_ns, recording.start_ns - 1
+    before_ns = recording.start_ns - 1
+    now_ns = min(recording.start_ns + _POSES_NS, recording.end_ns)
     while before_ns < recording.end_ns:
         for message in recording.between(now_ns - _POSES_NS, now_ns, (keys.TF,)):
             timeline.take(message.key, message.payload, message.time_ns)
