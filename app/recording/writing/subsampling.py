@@ -1,4 +1,4 @@
-"""Subsampling of depth images, heatmaps and detections in recordings."""
+"""Subsampling of images, heatmaps, detections and whole maps in recordings."""
 
 import struct
 from collections import deque
@@ -12,6 +12,8 @@ _DEPTHS: Final = (keys.DEPTH, keys.DEPTH_RAW)
 _SEEN: Final = (keys.HEATMAP, keys.BOXES, keys.MASKS, keys.MASKS_COMPRESSED)
 SUBSAMPLED: Final = frozenset((*_DEPTHS, *_SEEN))
 """Topics that make up most of the data."""
+RESTING_S: Final = {**dict.fromkeys(SUBSAMPLED, 10.0), keys.COLOR: 1.0, keys.MAP_KEYFRAME: 60.0}
+"""Least time between two messages of a robot that rests: it sees the same all the time."""
 HELD_S: Final = 1.5
 """How long a depth image waits for what the network says of the image of its time."""
 MOST_HELD_BYTES: Final = 64_000_000
@@ -121,6 +123,24 @@ class SensorSubsampling:
                 self._written[key].append(one.stamp_ns)
                 kept.append(one.message)
         return kept
+
+
+class RestSubsampling:
+    """Keeps fewer messages of a robot that rests, one of each period of its clock."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, int] = {}
+
+    def keeps(self, message: Arrived) -> bool:
+        """Return whether a message of a robot that rests is written."""
+        stamp_ns, longest_s = _stamp_of(message), RESTING_S.get(message.key)
+        if longest_s is None or stamp_ns is None:
+            return True
+        period = stamp_ns // round(longest_s * NANOSECONDS)
+        if self._kept.get(message.key) == period:
+            return False
+        self._kept[message.key] = period
+        return True
 
 
 def _stamp_of(message: Arrived) -> int | None:
