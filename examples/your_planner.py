@@ -28,7 +28,7 @@ class AheadFirst(NearestFrontier):
     """Goes to the nearest frontier, where one behind the robot counts three seconds more."""
 
     def choose(self, plan, routes, last, untried):  # noqa: ARG002 - the rule may use the plan
-        """Return the next target; None ends the search."""
+        """Return the next target; None leaves the choice to the planner of ippon."""
 
         def cost_s(one):
             before = last.yaw_rad if last is not None else one.yaw_rad

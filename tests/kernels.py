@@ -14,7 +14,8 @@ import ippon
 _NOT_OF_THE_NAVIGATOR = (
     "ippon.calibration",
     "ippon.evaluation",
-    "ippon.segmentation",
+    "ippon.segmentation.backends",
+    "ippon.segmentation.detectors",
     "ippon.simulation",
 )
 

@@ -79,6 +79,9 @@ let asked = 0;
 let answered = 0;
 let state = { position_s: 0, playing: false, speed: 1, problem: "" };
 let dragging = false;
+let marked = "";
+let marks = [];
+let pictured = { of: "", count: 0, duration_s: 0 };
 
 // Returns whether the console was there to be sent it.
 function send(action, value = 0, words = "") {
@@ -115,19 +118,10 @@ async function load(next) {
   answered = number;
   const isFirst = session === null;
   session = loaded;
-  track.replaceChildren(done, head, tip);
-  for (const m of [...session.marks, ...session.notes]) addMark(m);
-  const kinds = new Set([...session.marks, ...session.notes].map((m) => (m.kind === "mark" ? "note" : m.kind)));
-  legend.replaceChildren();
-  for (const kind of KINDS.filter((one) => kinds.has(one))) {
-    const item = make("span");
-    item.append(make("i", kind), kindOf(kind));
-    legend.append(item);
-  }
+  drawMarks();
   sessions.hidden = !session.has_list;
   compare();
   drawStrip();
-  search();
   render();
   if (isFirst) openMoment();
 }
@@ -140,8 +134,37 @@ function openMoment() {
 
 const pictureOf = (at) => `/review/moment?at=${at.toFixed(1)}&v=${version}`;
 
+// A session that is being recorded is loaded every other second: what is pressed, focused or read
+// stays while it is the same.
+function drawMarks() {
+  const all = [...session.marks, ...session.notes];
+  const key = JSON.stringify(all);
+  if (key !== marked) {
+    marked = key;
+    track.replaceChildren(done, head, tip);
+    marks = all.map(addMark);
+    const kinds = new Set(all.map((m) => (m.kind === "mark" ? "note" : m.kind)));
+    legend.replaceChildren();
+    for (const kind of KINDS.filter((one) => kinds.has(one))) {
+      const item = make("span");
+      item.append(make("i", kind), kindOf(kind));
+      legend.append(item);
+    }
+    search();
+  }
+  for (const { node, at_s } of marks) {
+    node.style.left = `${(100 * at_s) / Math.max(session.duration_s, 0.1)}%`;
+  }
+}
+
+// Its pictures stay until they are half a picture off.
 function drawStrip() {
   const count = Math.max(3, Math.min(16, Math.floor(strip.clientWidth / PICTURE_PX)));
+  const of = JSON.stringify([session.link, session.sessions.map((one) => one.name)]);
+  const grown = session.duration_s - pictured.duration_s;
+  const isSame = of === pictured.of && count === pictured.count;
+  if (isSame && grown >= 0 && 2 * count * grown <= pictured.duration_s) return;
+  pictured = { of, count, duration_s: session.duration_s };
   strip.replaceChildren();
   for (let n = 0; n < count; n++) {
     const at = (session.duration_s * (n + 0.5)) / count;
@@ -187,7 +210,6 @@ function addMark(m) {
   const kind = m.kind === "mark" ? "note" : m.kind;
   const button = make("button", `mark ${kind} lane${m.lane}`);
   button.type = "button";
-  button.style.left = `${(100 * m.at_s) / Math.max(session.duration_s, 0.1)}%`;
   button.setAttribute("aria-label", `${clock(m.at_s)} ${m.text || kindOf(kind)}`);
   button.onclick = (event) => {
     event.stopPropagation();
@@ -198,6 +220,7 @@ function addMark(m) {
   button.onpointerenter = () => show(m.at_s, `${clock(m.at_s)}  ${m.text || kindOf(kind)}`);
   button.onpointerleave = () => (tip.hidden = true);
   track.append(button);
+  return { node: button, at_s: m.at_s };
 }
 
 function compare() {

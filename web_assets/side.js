@@ -48,9 +48,9 @@ export class Sides {
     if (this.opener?.checkVisibility()) this.opener.focus({ preventScroll: true });
   }
 
-  // A recording calls nobody and knows no other robots.
+  // A recording calls nobody, knows no other robots and holds no memory of things.
   isMissing(name) {
-    return document.body.classList.contains("review") && ["calls", "robots"].includes(name);
+    return document.body.classList.contains("review") && ["calls", "robots", "things"].includes(name);
   }
 
   onKey(event) {

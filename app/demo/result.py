@@ -17,11 +17,14 @@ from app.errors import DemoError
 from app.links.network.requests import last_message
 from app.messages import keys
 from app.messages.control import decode
-from app.messages.status import GoalStatus, Status, goal_of
+from app.messages.status import GoalStatus, Status, goal_of, name_of
 from app.nodes.robot_sim import GroundTruth
 from app.process.children import Child, wait_for_end
 from ippon.atomic_file import replace_file
 from ippon.evaluation.metrics import Judge
+from ippon.guidance.language.goals.goal import Attribute
+from ippon.guidance.language.requests.sentence import goal_named
+from ippon.mission.finds.attributes.colour_regions import region_of
 from ippon.robot import RobotProfile
 from ippon.simulation.scene import Scene
 
@@ -96,7 +99,7 @@ def measured_result(
         raise DemoError("the simulated robot does not report its trajectory")
     truth = msgspec.json.decode(payload, type=GroundTruth)
     found = goal.outcome == "found"
-    judge = Judge(scene, profile, goal.object)
+    judge = judge_of(goal, profile, scene)
     metrics = judge.metrics(np.array(truth.trajectory, np.float64), stopped=found)
     return {
         "found": found,
@@ -109,3 +112,18 @@ def measured_result(
         "out_of_reach_m": None if status.find is None else status.find.out_of_reach_m,
         "session": None,
     }
+
+
+def judge_of(goal: GoalStatus, profile: RobotProfile, scene: Scene) -> Judge:
+    """Return what tells whether a search ended at its object: of "red mug" at a red one.
+
+    Other attributes, and colours that were denied, are not judged.
+    """
+    named = goal_named(name_of(goal))
+    colours = [one.value for one in named.attributes if _is_colour(one)] if named else []
+    return Judge(scene, profile, goal.object, colour=next(iter(colours), ""))
+
+
+def _is_colour(attribute: Attribute) -> bool:
+    wanted = attribute.kind == "colour" and not attribute.negated
+    return wanted and region_of(attribute.value) is not None

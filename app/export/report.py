@@ -22,6 +22,7 @@ from app.export.search_table import (
     effort_of,
     is_found,
     outcome_text,
+    places_text,
     search_table,
     table,
     table_row,
@@ -165,6 +166,9 @@ def _figures(session: SessionData, goals: Sequence[GoalStatus], say: Words) -> s
             *([("best", f"{say.percent(last.best_ooi)}")] if len(goals) < 2 else []),
             ("frames", f"{last.frames}"),
         ]
+    place = places_text(goals[0], say) if len(goals) == 1 else ""
+    if place:
+        cells.append(("place", escape(place)))
     truth = _truth(session)
     if truth is not None:
         right = say("report.yes" if truth.get("correct") else "report.no")

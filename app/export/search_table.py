@@ -32,17 +32,31 @@ def search_table(session: SessionData, goals: Sequence[GoalStatus], say: Words) 
                 escape(say.goal(goal)),
                 escape(goal.context),
                 escape(_result(goal, say)),
+                escape(places_text(goal, say)),
                 f"{say.number(effort.seconds, 1)} s",
                 f"{say.number(effort.path_length_m, 1)} m",
             )
         )
-    names = ("object", "context", "outcome", "time", "path")
+    names = ("object", "context", "outcome", "place", "time", "path")
     return f"<h2>{escape(say('report.searched'))}</h2>{table(names, rows, say)}"
 
 
 def outcome_text(goal: GoalStatus, say: Words) -> str:
     """Return the outcome of a goal."""
     return say(f"outcome.{outcome_of(goal)}")
+
+
+def places_text(goal: GoalStatus, say: Words) -> str:
+    """Return where a goal was found, room and position of each find; empty for no find."""
+    places = [(one.room, one.position_world) for one in goal.counted]
+    if goal.position_world is not None:
+        places.append((goal.room, goal.position_world))
+    texts: list[str] = []
+    for room, position in places:
+        x, y, z = (say.number(value, 1) for value in position)
+        where = say("panel.places.where", x=x, y=y, z=z)
+        texts.append(f"{say.room(room)}, {where}" if room else where)
+    return "; ".join(texts)
 
 
 def _result(goal: GoalStatus, say: Words) -> str:

@@ -12,6 +12,7 @@ from app.export.session_data import SessionData, Trajectory
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.scene import FoundObject, decode_found_objects
+from app.recording.session_goals import goals_of
 
 
 def write_tum(session: SessionData, path: Path) -> None:
@@ -48,9 +49,8 @@ def write_csv(session: SessionData, path: Path) -> None:
 
 
 def write_finds(session: SessionData, path: Path) -> None:
-    """Write finds and candidates as JSON."""
+    """Write the goals of the session with their finds, and the candidates, as JSON."""
     last = session.timeline.last
-    finds = [*last.history] if last is not None else []
     detections: list[dict[str, object]] = []
     for message in session.recording.all_messages((keys.DETECTIONS,)):
         try:
@@ -61,7 +61,7 @@ def write_finds(session: SessionData, path: Path) -> None:
         detections += [{"stamp_s": stamp_ns / 1e9, **_entry(d)} for d in found]
     content = {
         "session": session.name,
-        "goals": [*finds, *([last.goal] if last is not None and last.goal else [])],
+        "goals": goals_of(session.timeline),
         "find": last.find if last is not None else None,
         "detections": detections,
     }

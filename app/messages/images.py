@@ -2,7 +2,6 @@
 
 import io
 import math
-import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
@@ -30,10 +29,6 @@ _CHANNELS: Final = {
 }  # fmt: skip
 """Bytes of a pixel, and which of them are red, green and blue."""
 _INFO: Final = "sensor_msgs/msg/CameraInfo"
-# Header of compressed_depth_image_transport before the PNG: format 0, and two parameters of
-# quantisation, which 16UC1 does not use.
-_DEPTH_HEADER: Final = struct.pack("<iff", 0, 0.0, 0.0)
-_DEPTH_FORMAT: Final = "16UC1; compressedDepth png"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,16 +39,6 @@ class CompressedColor:
     frame_id: str
     encoded: bytes
     """JPEG or PNG."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DepthImage:
-    """A depth image."""
-
-    stamp_ns: int
-    frame_id: str
-    depth: NDArray[np.float32]
-    """(H, W) metres, 0 marks no return."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -133,106 +118,6 @@ def decompress_color(encoded: bytes) -> NDArray[np.uint8]:
         raise MessageError(f"damaged JPEG of {len(encoded)} bytes: {error}") from error
 
 
-def encode_depth(depth: NDArray[np.float32], stamp_ns: int, frame_id: str) -> bytes:
-    """Write (H, W) metres as millimetres in a PNG (compressedDepth).
-
-    Anything beyond 65.5 m or not finite becomes 0, no return.
-    """
-    out = io.BytesIO()
-    PillowImage.fromarray(_to_millimetres(depth)).save(out, "PNG", compress_level=1)
-    return encode(
-        _COMPRESSED,
-        header=header(stamp_ns, frame_id),
-        format=_DEPTH_FORMAT,
-        data=np.frombuffer(_DEPTH_HEADER + out.getvalue(), np.uint8),
-    )
-
-
-def decode_depth(payload: bytes) -> DepthImage:
-    """Read a compressedDepth image: of type 16UC1, or of 32FC1 with quantised inverse depth.
-
-    Raises:
-        MessageError: Not such a message, damaged, or of another type.
-    """
-    message, data = _compressed_depth(payload)
-    values = read_png(
-        data[len(_DEPTH_HEADER) :], modes=GREY_16, expected="depth is a 16-bit grey PNG"
-    ).astype(np.float32)
-    if message.format.startswith("16UC1"):
-        depth = values * np.float32(1e-3)
-    else:
-        # By codec.cpp of compressed_depth_image_transport: inverse depth, 0 for no return.
-        _, factor, offset = struct.unpack_from("<iff", data)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            depth = np.float32(factor) / (values - np.float32(offset))
-        depth[~(np.isfinite(depth) & (depth > 0.0) & (values > 0.0))] = 0.0
-    return DepthImage(
-        stamp_ns=stamp_ns_of(message.header), frame_id=message.header.frame_id, depth=depth
-    )
-
-
-def depth_png(payload: bytes) -> tuple[int, str, bytes]:
-    """Return stamp in nanoseconds, frame and PNG, in millimetres, of a compressedDepth image.
-
-    Raises:
-        MessageError: Not such a message, empty, or of another type.
-    """
-    message, data = _compressed_depth(payload)
-    if not message.format.startswith("16UC1"):
-        image = decode_depth(payload)
-        return depth_png(encode_depth(image.depth, image.stamp_ns, image.frame_id))
-    return stamp_ns_of(message.header), message.header.frame_id, data[len(_DEPTH_HEADER) :]
-
-
-def _compressed_depth(payload: bytes) -> tuple[Any, bytes]:
-    """Return a compressedDepth message, and its data with their header."""
-    message = decode(payload, _COMPRESSED)
-    if not message.format.startswith(("16UC1", "32FC1")):
-        raise MessageError(
-            f"compressed depth is 16UC1 or 32FC1; got format {message.format[:40]!r}"
-        )
-    data = message.data.tobytes()
-    if len(data) <= len(_DEPTH_HEADER):
-        raise MessageError(f"compressed depth of {len(data)} bytes holds no image")
-    return message, data
-
-
-def encode_depth_raw(depth: NDArray[np.float32], stamp_ns: int, frame_id: str) -> bytes:
-    """Write (H, W) metres as an Image 16UC1 in millimetres."""
-    height, width = depth.shape
-    return encode(
-        _IMAGE,
-        header=header(stamp_ns, frame_id),
-        height=height,
-        width=width,
-        encoding="16UC1",
-        is_bigendian=0,
-        step=2 * width,
-        data=_to_millimetres(depth).astype("<u2").reshape(-1).view(np.uint8),
-    )
-
-
-def decode_depth_raw(payload: bytes) -> DepthImage:
-    """Read an Image 16UC1 (millimetres) or 32FC1 (metres; NaN and infinity mean no return).
-
-    Raises:
-        MessageError: Not such a message, or sizes that contradict each other.
-    """
-    message = decode(payload, _IMAGE)
-    kinds = {"16UC1": ("u2", 1e-3), "mono16": ("u2", 1e-3), "32FC1": ("f4", 1.0)}
-    if message.encoding not in kinds:
-        raise MessageError(
-            f"depth is 16UC1 in mm or 32FC1 in m; got encoding {message.encoding[:40]!r}"
-        )
-    code, scale = kinds[message.encoding]
-    dtype = np.dtype((">" if message.is_bigendian else "<") + code)
-    values = image_rows(message, dtype).astype(np.float32) * np.float32(scale)
-    values[~(np.isfinite(values) & (values > 0.0))] = 0.0
-    return DepthImage(
-        stamp_ns=stamp_ns_of(message.header), frame_id=message.header.frame_id, depth=values
-    )
-
-
 def encode_camera(camera: PinholeCamera, stamp_ns: int, frame_id: str) -> bytes:
     """Write intrinsics as a CameraInfo without distortion."""
     k = [camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0]
@@ -278,11 +163,6 @@ def decode_camera(payload: bytes) -> StampedCamera:
         frame_id=keys.frame_name(message.header.frame_id),
         camera=camera,
     )
-
-
-def _to_millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
-    valid = np.isfinite(depth) & (depth > 0.0) & (depth < 65.5)
-    return np.rint(np.where(valid, depth, 0.0) * 1000.0).astype(np.uint16)
 
 
 def check_size(width: int, height: int) -> None:
@@ -342,8 +222,3 @@ COLOR_DECODERS: Final[dict[str, Callable[[bytes], NDArray[np.uint8]]]] = {
     keys.COLOR_RAW: lambda payload: decode_color_raw(payload)[0],
 }
 """Return the (H, W, 3) RGB image of a message, by the key of its topic."""
-DEPTH_DECODERS: Final[dict[str, Callable[[bytes], DepthImage]]] = {
-    keys.DEPTH: decode_depth,
-    keys.DEPTH_RAW: decode_depth_raw,
-}
-"""Return the depth image of a message, by the key of its topic."""

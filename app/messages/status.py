@@ -73,6 +73,8 @@ class CountedFind(_Message, frozen=True):
     """Metres."""
     confirmed: bool = False
     """The operator confirmed it."""
+    room: str = ""
+    """Name or type of the room that it is in; empty where that is not clear."""
 
 
 class GoalStatus(_Message, frozen=True):
@@ -98,6 +100,8 @@ class GoalStatus(_Message, frozen=True):
     """How many are wanted."""
     counted: list[CountedFind] = []
     """Those that were found before the present find and not rejected."""
+    room: str = ""
+    """Name or type of the room that it was found in; empty where that is not clear."""
 
 
 class FindAttribute(_Message, frozen=True):

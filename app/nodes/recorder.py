@@ -9,7 +9,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import zenoh
 
@@ -28,6 +28,8 @@ from app.recording.writing.session import Session
 from app.recording.writing.write_queue import QueuedMessage, WriteQueue
 
 logger = logging.getLogger(__name__)
+
+T = TypeVar("T")
 
 STATUS_EVERY_S: Final = 0.5
 LIMITS_EVERY_S: Final = 1.0
@@ -171,27 +173,24 @@ class Recorder:
     def _write(self, one: QueuedMessage) -> None:
         self._guarded(lambda session: session.add(one.key, one.payload, one.wall_ns, one.now_s))
 
-    def _guarded(self, work: Callable[[Session], None]) -> None:
-        """Write to the file; an error of the disk ends the recording, not the recorder."""
+    def _guarded(self, work: Callable[[Session], T]) -> T | None:
+        """Use the file; an error of the disk ends the recording, not the recorder."""
         session = self._session
         if session is None:
-            return
+            return None
         try:
-            work(session)
+            return work(session)
         except OSError as error:
             self._session = None
             self._unsubscribe_kept()
             session.writer.abandon()
             self._fail(f"the recording ended: {error.strerror} ({session.writer.folder})")
+            return None
 
     def _check_limits(self) -> None:
-        session = self._session
-        if session is None:
-            return
-        try:
-            verdict = session.check()
-        except OSError as error:
-            self._fail(f"the disk of the recording is not available: {error.strerror}")
+        # A folder that was removed is noticed here: its open file takes what is written.
+        verdict, session = self._guarded(Session.check), self._session
+        if verdict is None or session is None:
             return
         if verdict.stop:
             self._end(verdict.text)

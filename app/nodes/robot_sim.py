@@ -17,7 +17,8 @@ from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import decode as decode_json
-from app.messages.images import encode_camera, encode_color, encode_depth
+from app.messages.depth.depth_images import encode_depth
+from app.messages.images import encode_camera, encode_color
 from app.messages.keys import CAMERA_FRAME
 from app.messages.motion import (
     StampedTwist,
@@ -37,6 +38,7 @@ from ippon.command import Command
 from ippon.frame import NANOSECONDS, Frame
 from ippon.guidance.language.naming import is_instance_of
 from ippon.robot import ZED, RobotProfile
+from ippon.seed import check_seed
 from ippon.simulation.robot.mobile_base import BaseConfig, camera_of
 from ippon.simulation.scene import Scene, StartPose
 from ippon.simulation.world import SimulatedWorld, WorldConfig
@@ -74,10 +76,9 @@ class RobotSimConfig:
     """Pixels; the height follows from the robot's camera."""
 
     def __post_init__(self) -> None:
-        """Refuse cameras that cannot be simulated, and a negative seed."""
+        """Refuse cameras that cannot be simulated, and an invalid seed."""
         keys.check_prefix(self.robot)
-        if self.seed < 0:
-            raise ValueError(f"a seed is a whole number from 0; got {self.seed}")
+        check_seed(self.seed)
         if not 0.5 <= self.rate_hz <= PHYSICS_HZ:
             raise ValueError(
                 f"the camera takes 0.5 to {PHYSICS_HZ:g} frames a second; got {self.rate_hz:g}"

@@ -16,8 +16,7 @@ from ippon.frame import Frame
 from ippon.mapping.config import MapConfig
 from ippon.observation import Observation
 from ippon.observation_model import ObservationModel, ObservationModels
-from ippon.segmentation.instance_heatmap import as_heatmap
-from ippon.vocabulary import MATTERPORT_40
+from ippon.segmentation.instance_heatmap import as_heatmap, objects_apart
 
 ENOUGH_OBJECTS: Final = 5
 """Number of known objects from which a label gets its own table."""
@@ -74,7 +73,7 @@ class CalibrationRecording:
         self.source = source
         self._known = known
         # As in a search for one of them.
-        self._apart = frozenset(labels) - frozenset(MATTERPORT_40)
+        self._apart = objects_apart(labels)
         range_m = MapConfig().ooi_max_range_m
         self._collector = EvidenceCollector(labels, voxel_size_m, range_m)
         self.network = ""

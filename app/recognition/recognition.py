@@ -27,7 +27,7 @@ from ippon.observation import Detections, HeatmapKind, Observation
 from ippon.observation_model import ObservationModels
 from ippon.planning.surface_scale import surface_scale
 from ippon.segmentation.detectors.vocabulary import closed_vocabulary
-from ippon.segmentation.instance_heatmap import as_heatmap
+from ippon.segmentation.instance_heatmap import as_heatmap, objects_apart
 from ippon.segmentation.segmenter import Segmenter
 from ippon.tracking.upright import UprightCheck
 from ippon.vocabulary import MATTERPORT_40
@@ -99,7 +99,7 @@ class Recognition:
         self.models = models or ObservationModels()
         self._config = MapConfig(voxel_size_m=voxel_size_m, memory_limit_mb=memory_limit_mb)
         self._objects = tuple(dict.fromkeys(objects))
-        self.apart = frozenset(self._objects) - frozenset(MATTERPORT_40)
+        self.apart = objects_apart(self._objects)
         """Objects that are read each for itself, see `heatmap_of_instances`."""
         self._maps: list[VoxelMap] = []
         self._goals: list[GoalLayers] = []

@@ -5,7 +5,8 @@ from typing import Final
 
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.images import COLOR_DECODERS, DEPTH_DECODERS, decode_camera
+from app.messages.depth.depth_images import DEPTH_DECODERS
+from app.messages.images import COLOR_DECODERS, decode_camera
 from app.recording.reading.recording import Recording
 
 COLORS: Final = tuple(COLOR_DECODERS)

@@ -11,11 +11,12 @@ import msgspec
 from app.messages.control import decode
 from app.messages.status import GoalStatus
 from app.recording.errors import RecordingError
+from app.recording.live_file import is_held
 from app.recording.reading.bag_files import is_one_bag
 from app.recording.reading.file_index import ByteRange
 from app.recording.reading.recording import Recording
 from app.recording.session_goals import SessionGoal, session_goal
-from app.recording.timeline import timeline_of
+from app.recording.timeline import sampled_timeline, timeline_of
 from app.recording.writing.session import SUMMARY, THUMBNAIL, summary_of
 from ippon.atomic_file import replace_file
 
@@ -141,7 +142,10 @@ def _read(path: Path, name: str, size: int, changed_ns: int) -> SessionEntry:
     try:
         summary = recording.index.metadata.get(SUMMARY)
         if summary is None:
-            summary = summary_of(timeline_of(recording), recording.duration_s)
+            # What is being recorded changes until the list is shown again.
+            is_growing = not recording.index.complete and is_held(path)
+            timeline = sampled_timeline(recording) if is_growing else timeline_of(recording)
+            summary = summary_of(timeline, recording.duration_s)
         picture = recording.index.attachments.get(THUMBNAIL, ByteRange(offset=0, length=0))
         start = time.localtime(recording.start_ns * 1e-9)
         return SessionEntry(

@@ -6,6 +6,7 @@ without one it is built by reading the messages.
 
 import itertools
 import math
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, Literal
 
@@ -15,7 +16,7 @@ import zstandard
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import decode
-from app.messages.motion import decode_transforms
+from app.messages.motion import StampedTransform, decode_transforms
 from app.messages.status import Event, LevelTable, Status
 from app.recording.base_pose import BasePose
 from app.recording.errors import RecordingError
@@ -27,6 +28,9 @@ TIMELINE_KEYS: Final = (keys.STATUS, keys.EVENT, keys.TF, keys.TF_STATIC, keys.L
 STATUS_EVERY_NS: Final = 500_000_000
 TRAIL_STEP_M: Final = 0.05
 _MAX_BYTES: Final = 1 << 28
+_SAMPLE_NS: Final = 2_000_000_000
+_POSES_NS: Final = 250_000_000
+"""Time before a sample in which the transforms between world and base are read."""
 
 MarkKind = Literal[
     "query", "levels", "detection", "found", "rejected", "confirmed", "takeover", "contact",
@@ -83,6 +87,32 @@ class Mark(msgspec.Struct, frozen=True):
     text: str
 
 
+@dataclass(frozen=True, slots=True)
+class Transforms:
+    """A message of `tf` or `tf_static`."""
+
+    transforms: tuple[StampedTransform, ...]
+    are_fixed: bool
+
+
+TimelineMessage = Status | Event | LevelTable | Transforms
+
+
+def decoded(key: str, payload: bytes) -> TimelineMessage | None:
+    """Return a message of `TIMELINE_KEYS`; None if it cannot be decoded."""
+    try:
+        if key == keys.STATUS:
+            return decode(payload, Status)
+        if key == keys.EVENT:
+            return decode(payload, Event)
+        if key in (keys.TF, keys.TF_STATIC):
+            return Transforms(decode_transforms(payload), are_fixed=key == keys.TF_STATIC)
+        return decode(payload, LevelTable) if key == keys.LEVELS else None
+    except (MessageError, msgspec.DecodeError):
+        # The reader of the file counts broken messages.
+        return None
+
+
 class SessionTimeline(msgspec.Struct, kw_only=True, dict=True):
     """Summary of a session over time; built by `take` of every message of `TIMELINE_KEYS`."""
 
@@ -104,25 +134,25 @@ class SessionTimeline(msgspec.Struct, kw_only=True, dict=True):
 
     def take(self, key: str, payload: bytes, time_ns: int) -> None:
         """Add one message; ignore it if it cannot be decoded."""
-        try:
-            if key == keys.STATUS:
-                self._take_status(decode(payload, Status), time_ns)
-            elif key == keys.EVENT:
-                self._take_event(decode(payload, Event), time_ns)
-            elif key in (keys.TF, keys.TF_STATIC):
-                self._take_transforms(key, payload, time_ns)
-            elif key == keys.LEVELS:
-                self._take_levels(decode(payload, LevelTable), time_ns)
-        except (MessageError, msgspec.DecodeError):
-            # The reader of the file counts broken messages.
-            return
+        self.add(decoded(key, payload), time_ns)
+
+    def add(self, message: TimelineMessage | None, time_ns: int) -> None:
+        """Add one decoded message; None adds nothing."""
+        if isinstance(message, Status):
+            self._add_status(message, time_ns)
+        elif isinstance(message, Event):
+            self._add_event(message, time_ns)
+        elif isinstance(message, Transforms):
+            self._add_transforms(message, time_ns)
+        elif isinstance(message, LevelTable):
+            self._add_levels(message, time_ns)
 
     def driven_m(self) -> float:
         """Return the length of the way over the floor, metres."""
         points = [(p.x, p.y) for p in self.trail]
         return sum(math.dist(a, b) for a, b in itertools.pairwise(points))
 
-    def _take_status(self, status: Status, time_ns: int) -> None:
+    def _add_status(self, status: Status, time_ns: int) -> None:
         before = self.last
         self.last = status
         likely = status.best_ooi >= 0.5
@@ -134,7 +164,7 @@ class SessionTimeline(msgspec.Struct, kw_only=True, dict=True):
         brief = msgspec.structs.replace(status, streams=[], queue=[], history=[], notes=[], why="")
         self.statuses.append(TimedStatus(time_ns, brief))
 
-    def _take_event(self, event: Event, time_ns: int) -> None:
+    def _add_event(self, event: Event, time_ns: int) -> None:
         self.events.append(TimedEvent(time_ns, event))
         kind = MARKS.get(event.kind)
         if kind is not None:
@@ -142,14 +172,14 @@ class SessionTimeline(msgspec.Struct, kw_only=True, dict=True):
         if event.kind == "found":
             self.found_ns = time_ns
 
-    def _take_levels(self, table: LevelTable, time_ns: int) -> None:
+    def _add_levels(self, table: LevelTable, time_ns: int) -> None:
         # The first table of a goal belongs to its query; later ones are edits or answers.
         if table.goal_id == self.levels_of:
             self.marks.append(Mark(time_ns, "levels", f"levels changed ({table.provider})"))
         self.levels_of = table.goal_id
 
-    def _take_transforms(self, key: str, payload: bytes, time_ns: int) -> None:
-        self._base.take(decode_transforms(payload), fixed=key == keys.TF_STATIC)
+    def _add_transforms(self, message: Transforms, time_ns: int) -> None:
+        self._base.take(message.transforms, fixed=message.are_fixed)
         T_world_base = self._base.pose()
         if T_world_base is None:
             return
@@ -187,4 +217,21 @@ def timeline_of(recording: Recording) -> SessionTimeline:
     timeline = SessionTimeline()
     for message in recording.all_messages(TIMELINE_KEYS):
         timeline.take(message.key, message.payload, message.time_ns)
+    return timeline
+
+
+def sampled_timeline(recording: Recording) -> SessionTimeline:
+    """Return statuses and trail of every other second, for a summary of a file that grows."""
+    timeline = SessionTimeline()
+    for message in recording.all_messages((keys.TF_STATIC,)):
+        timeline.take(message.key, message.payload, message.time_ns)
+    before_ns = recording.start_ns - 1
+    now_ns = min(recording.start_ns + _POSES_NS, recording.end_ns)
+    while before_ns < recording.end_ns:
+        for message in recording.between(now_ns - _POSES_NS, now_ns, (keys.TF,)):
+            timeline.take(message.key, message.payload, message.time_ns)
+        status = recording.latest(keys.STATUS, now_ns)
+        if status is not None and status.time_ns > before_ns:
+            timeline.take(status.key, status.payload, status.time_ns)
+        before_ns, now_ns = now_ns, min(now_ns + _SAMPLE_NS, recording.end_ns)
     return timeline

@@ -1,10 +1,10 @@
 """Fit of a score table: maximum a posteriori of the truth under the map's filter.
 
 A voxel's posterior under a table is that of the fusion by places (`ippon.mapping.objects`). Its log
-loss is minimised over the table's nats, which rise with the score. A Gaussian prior of width
-`SPREAD_NATS` around an earlier table limits the change for few objects (Bishop, Pattern Recognition
-and Machine Learning, 2006, 1.2.5). Each known object has weight 1, whatever its size, and so has
-other surface of an object's average size.
+loss is minimised over the table's nats, which rise with the score, from "not recognised" on. A
+Gaussian prior of width `SPREAD_NATS` around an earlier table limits the change for few objects
+(Bishop, Pattern Recognition and Machine Learning, 2006, 1.2.5). Each known object has weight 1,
+whatever its size, and so has other surface of an object's average size.
 """
 
 from collections.abc import Sequence
@@ -30,7 +30,8 @@ SPREAD_NATS: Final = 2.0
 """Prior standard deviation of the difference between the nats of two networks."""
 _NOT_RECOGNISED_SPREAD: Final = 0.5
 _LEAST_NOT_RECOGNISED: Final = -1.0
-_LEAST_NATS: Final = -2.0
+_MOST_FIRST: Final = 2.0
+"""Upper bound of the nats of the first knot above those of "not recognised"."""
 BELIEVED: Final = 0.5
 """Probability from which a voxel counts as the object, as in `ippon recognise`."""
 BELIEVED_SHARE: Final = 0.25
@@ -64,11 +65,10 @@ def fit_table(
     known = before.log_ratios("scores")
     towards = np.array([*(known[round(255 * knot)] for knot in KNOTS), before.not_recognised])
     spread = np.array([SPREAD_NATS] * len(KNOTS) + [_NOT_RECOGNISED_SPREAD])
-    # Parameters: nats of the first knot, increments between knots, nats of "not recognised".
+    # Parameters: nats of "not recognised", increment from there to the first knot, increments
+    # between knots. A weak score never tells more against an object than none.
     n = len(KNOTS)
-    to_nats = np.zeros((n + 1, n + 1))
-    to_nats[:n, :n] = np.tril(np.ones((n, n)))
-    to_nats[n, n] = 1.0
+    to_nats = np.vstack([np.tril(np.ones((n, n + 1)), 1), np.eye(1, n + 1)])
 
     def cost(x: Float64Array) -> tuple[float, Float64Array]:
         nats = to_nats @ x
@@ -76,8 +76,8 @@ def fit_table(
         off = (nats - towards) / spread
         return loss + 0.5 * float(off @ off), to_nats.T @ (slope + off / spread)
 
-    start = np.array([towards[0], *np.maximum(np.diff(towards[:n]), 0.0), towards[n]])
-    bounds = [(_LEAST_NATS, 2.0), *[(0.0, MOST_NATS)] * (n - 1), (_LEAST_NOT_RECOGNISED, 0.0)]
+    start = np.array([towards[n], *np.maximum(np.diff([towards[n], *towards[:n]]), 0.0)])
+    bounds = [(_LEAST_NOT_RECOGNISED, 0.0), (0.0, _MOST_FIRST), *[(0.0, MOST_NATS)] * (n - 1)]
     start = np.clip(start, *np.array(bounds).T)
     found = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds)
     nats = np.clip(to_nats @ found.x, -MOST_NATS, MOST_NATS)

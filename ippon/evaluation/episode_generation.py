@@ -13,6 +13,7 @@ from ippon.evaluation.metrics import SUCCESS_DISTANCE_M, Judge
 from ippon.evaluation.supports import context_sentence, room_sentence
 from ippon.guidance.language.naming import resolve_object
 from ippon.robot import RobotProfile
+from ippon.seed import check_seed
 from ippon.simulation.camera.line_of_sight import LineOfSight
 from ippon.simulation.robot.navigation_grid import robot_grid
 from ippon.simulation.scene import Scene, StartPose
@@ -57,8 +58,7 @@ class EpisodeGenerationConfig:
                 f"min_shortest_path_m must be finite and at least {SUCCESS_DISTANCE_M}, where a "
                 f"search would have ended at its start; got {self.min_shortest_path_m}"
             )
-        if self.seed < 0:
-            raise ValueError(f"a seed is a whole number from 0; got {self.seed}")
+        check_seed(self.seed)
         if not self.goals or self.starts_per_goal < 1 or self.small_per_home < 0:
             raise ValueError(
                 "episodes need goals, starts_per_goal of at least 1 and small_per_home of at "

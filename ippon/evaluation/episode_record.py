@@ -39,12 +39,14 @@ class Clocks:
 
 
 class TimedPlanner:
-    """Delegates to a planner and records the time of each step."""
+    """Delegates to a planner and records the time of each step, and who chose its target."""
 
     def __init__(self, planner: Planner, cpu: Clock) -> None:
         self._planner = planner
         self._cpu = cpu
         self.seconds: list[float] = []
+        self.by_rule: list[bool | None] = []
+        """`Plan.by_rule` of each step."""
 
     def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
         """See `Planner.set_goal`."""
@@ -80,6 +82,7 @@ class TimedPlanner:
         began = self._cpu()
         plan = self._planner.step(map_arrays, T_world_base, tilt_rad)
         self.seconds.append(self._cpu() - began)
+        self.by_rule.append(plan.by_rule)
         return plan
 
 
@@ -119,6 +122,10 @@ class SearchRecord:
     """Whether the map holds a cluster of voxels at the object at the end."""
     wrong_instance: bool
     """Whether the find is of the goal's kind and has another colour."""
+    rule_steps: int
+    """Planner steps in which the method's rule was asked."""
+    unruled_steps: int
+    """Those in which it gave no target within reach."""
     planner_s: tuple[float, ...]
     step_s: tuple[float, ...]
     """Processor time of each planner step, and of each mission step."""
@@ -205,6 +212,8 @@ def search(
         ending=last.outcome or "time",
         recognised=any(is_at_instance(c, instances) for c in last.candidates),
         wrong_instance=last.find is not None and is_wrong_instance(last.find, instances, wrong),
+        rule_steps=sum(by is not None for by in planner.by_rule[began_plans:]),
+        unruled_steps=planner.by_rule[began_plans:].count(False),
         planner_s=tuple(planner.seconds[began_plans:]),
         step_s=tuple(notes.step_s),
     )

@@ -289,6 +289,8 @@ class Trial:
             seen_spl=seen_spl,
             mapped_spl=mapped_spl,
             reached_spl=reached_spl,
+            rule_steps=record.rule_steps,
+            unruled_steps=record.unruled_steps,
         )
 
 

@@ -93,6 +93,9 @@ class Plan:
     Such a plan is never exhausted."""
     max_gain_per_s: float = math.inf
     """Highest gain per second of any exploring path; infinite from planners without scores."""
+    by_rule: bool | None = None
+    """Whether the rule of a method of evaluation chose the target, whose gain is then the rule's
+    worth; False if it had none within reach and this planner chose, None if no rule was asked."""
 
     @property
     def ends_search(self) -> bool:

@@ -1,6 +1,6 @@
 """Conversion of instances to heatmaps, by mask or by the depth inside their box."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from typing import Final
 
 import numpy as np
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ippon.observation import Detections, Heatmap, Instance, Observation
 from ippon.observation_model import LEAST_SCORE, NOT_RECOGNISED, NOTHING_SAID
+from ippon.vocabulary import MATTERPORT_40
 
 WELL_SEEN_M: Final = 3.0
 """Range within which a label that was not recognised counts as evidence against it."""
@@ -87,6 +88,15 @@ def as_heatmap(
 ) -> Heatmap:
     """Return a heatmap as it is, and that of instances; see `heatmap_of_instances`."""
     return seen if isinstance(seen, Heatmap) else heatmap_of_instances(seen, depth, apart=apart)
+
+
+def objects_apart(objects: Iterable[str]) -> frozenset[str]:
+    """Return the objects that are read each for itself: those that are no label of a map.
+
+    Args:
+        objects: Labels that the network gives the requested objects.
+    """
+    return frozenset(objects) - frozenset(MATTERPORT_40)
 
 
 @njit(cache=True, nogil=True)

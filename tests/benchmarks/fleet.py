@@ -19,7 +19,8 @@ import zenoh
 
 from app.links.network.session import open_client, open_router
 from app.messages import keys
-from app.messages.images import encode_camera, encode_color, encode_depth, encode_depth_raw
+from app.messages.depth.depth_images import encode_depth, encode_depth_raw
+from app.messages.images import encode_camera, encode_color
 from app.messages.motion import StampedTransform, StampedTwist, encode_transforms, encode_twist
 from app.ros2.ippon_ros2.depth_png import compress_depth
 from ippon.frame import Frame

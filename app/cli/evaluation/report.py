@@ -13,6 +13,7 @@ from app.cli.options.evaluation import EvalReport
 from app.evaluation.report.report_data import ReportData
 from app.evaluation.report.report_files import read_report_data, write_report
 from app.evaluation.report.report_page import ENOUGH_HOMES, losses_in_order
+from ippon.evaluation.methods.rule_share import MOSTLY, rule_note
 from ippon.evaluation.statistics import PairedDifference
 from ippon.evaluation.summary import Effect, MethodSummary
 
@@ -31,6 +32,9 @@ def run_eval_report(command: EvalReport) -> int:
         _print_effects(screen, "a known home (second object with and without map)", data.seconds)
     for difference in data.other_settings:
         print(f"ippon: other settings: {difference}", file=sys.stderr)
+    for method, share in data.unruled.items():
+        if share > MOSTLY:
+            print(f"ippon: {rule_note(method, share)}", file=sys.stderr)
     for name in data.errors:
         print(f"ippon: {name} ended with an error and is not counted", file=sys.stderr)
     # Last, so that the figures are shown of a folder that cannot be written.
@@ -78,6 +82,9 @@ def _print_tables(screen: Console, data: ReportData) -> None:
         "percentile; ×: simulated over processor time",
         style="dim",
     )
+    for method, share in data.unruled.items():
+        if 0.0 < share <= MOSTLY:
+            screen.print(rule_note(method, share), style="dim", highlight=False)
     fewest = min(s.homes for s in summaries)
     if fewest < ENOUGH_HOMES:
         screen.print(

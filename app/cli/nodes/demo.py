@@ -22,6 +22,7 @@ from app.homes import load_home
 from app.process.children import port_is_free
 from app.process.stop_signal import interrupt
 from app.view.words import Words
+from ippon.seed import check_seed
 
 if TYPE_CHECKING:
     from ippon.robot import RobotProfile
@@ -96,8 +97,10 @@ def _check(command: Demo, context: str) -> "RobotProfile":
         raise UsageError(
             "--exit-when-done ends with the search, but --no-search starts none; remove one"
         )
-    if command.seed < 0:
-        raise UsageError(f"a seed is a whole number from 0; got {command.seed}")
+    try:
+        check_seed(command.seed)
+    except ValueError as error:
+        raise UsageError(str(error)) from error
     if command.port is not None and not 1 <= command.port <= 65535:
         raise UsageError(f"a port lies in 1 to 65535; got {command.port}")
     if command.port is not None and not command.headless and not port_is_free(command.port):

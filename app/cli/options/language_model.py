@@ -8,7 +8,8 @@ from pathlib import Path
 class Llm:
     """A language model that rates proximity levels; without one, the embedded prior is used.
 
-    The API key comes from IPPON_API_KEY, OPENAI_API_KEY or a file; it is never logged or recorded.
+    The API key comes from a file, IPPON_API_KEY, or OPENAI_API_KEY, which is sent only to OpenAI
+    and to the address in OPENAI_BASE_URL; no key is logged or recorded.
     """
 
     model: str | None = None

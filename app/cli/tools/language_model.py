@@ -45,14 +45,18 @@ def make_model(options: Llm, environment: Mapping[str, str]) -> "LanguageModelIn
     base_url = options.base_url or next(
         (url for name in BASE_URL_VARIABLES if (url := environment.get(name))), OPENAI_URL
     )
-    from app.links.language_model.api_key import read_api_key
+    from app.links.language_model.api_key import read_api_key, withheld_note
     from app.links.language_model.chat import ChatConfig
     from app.links.language_model.language_model import LanguageModel
 
     try:
-        key = read_api_key(environment, options.key_file)
+        key = read_api_key(environment, base_url, options.key_file)
         config = ChatConfig(
-            base_url=base_url, model=model, api_key=key, timeout_s=options.timeout_s
+            base_url=base_url,
+            model=model,
+            api_key=key,
+            without_key=withheld_note(environment, base_url),
+            timeout_s=options.timeout_s,
         )
     except ValueError as error:
         raise UsageError(f"--llm: {error}") from error

@@ -1,5 +1,6 @@
 """All checks of a live robot, in the order in which they are to be read."""
 
+import math
 from typing import Final
 
 from app.doctor.finding import Finding
@@ -125,7 +126,7 @@ def last_frame(samples: Samples, camera: CameraCheck, clock_offset_s: float = 0.
                 camera=camera.camera.camera,
                 T_world_camera=T_world_camera,
                 T_world_base=T_world_base,
-                tilt_rad=float(ahead[2]),
+                tilt_rad=math.asin(min(1.0, max(-1.0, float(ahead[2])))),
             )
         except (FrameRejectedError, ValueError):
             return None

@@ -13,13 +13,8 @@ from app.doctor.robot.clocks import rate_hz, rate_verdict
 from app.doctor.robot.samples import Arrival, Samples
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.images import (
-    COLOR_DECODERS,
-    DEPTH_DECODERS,
-    PAIRED_S,
-    StampedCamera,
-    decode_camera,
-)
+from app.messages.depth.depth_images import DEPTH_DECODERS
+from app.messages.images import COLOR_DECODERS, PAIRED_S, StampedCamera, decode_camera
 from ippon.frame import NANOSECONDS
 
 T = TypeVar("T")

@@ -35,6 +35,8 @@ class ReportData:
     """Effect of a correct sentence."""
     seconds: Sequence[Effect]
     """Effect of an existing map on the search for a second object."""
+    unruled: Mapping[str, float]
+    """Share of steps in which the rule of a method gave no target, by method."""
     errors: Sequence[str]
     settings: dict[str, Any]
     folder: Path

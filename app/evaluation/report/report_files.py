@@ -14,6 +14,7 @@ from app.evaluation.report.report_data import ReportData
 from app.evaluation.report.report_page import report_page
 from app.evaluation.results_folder import EvaluationFolder, differing_settings
 from ippon.atomic_file import replace_file
+from ippon.evaluation.methods.rule_share import unruled_shares
 from ippon.evaluation.row import PATH_COLUMNS, EpisodeRow, values_of
 from ippon.evaluation.summary import (
     REFERENCE,
@@ -76,6 +77,7 @@ def read_report_data(
         later=[row for row in rows if row.kind != "single"],
         contexts=context_effects(rows),
         seconds=second_object_effects(rows),
+        unruled=unruled_shares(compared),
         errors=[error for one in pooled for error in one.errors()],
         settings=folder.settings(),
         folder=path,

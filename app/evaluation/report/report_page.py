@@ -17,6 +17,7 @@ from app.evaluation.version import program_of
 from app.report_style import REPORT_STYLE
 from ippon.evaluation.episode_generation import home_name
 from ippon.evaluation.methods.method_table import method_named
+from ippon.evaluation.methods.rule_share import MOSTLY, rule_note
 from ippon.evaluation.outcome import FAILURES, Failure
 from ippon.evaluation.row import EpisodeRow
 from ippon.evaluation.statistics import PairedDifference
@@ -122,6 +123,10 @@ def _warnings(data: ReportData) -> Iterable[str]:
             f'<p class="warn">{len(data.errors)} episodes failed with an error and are not '
             f"included below: {escape(listed)}.</p>"
         )
+    for method, share in data.unruled.items():
+        if share > 0.0:
+            style = "warn" if share > MOSTLY else "dim"
+            yield f'<p class="{style}">{escape(rule_note(method, share))}.</p>'
     if min(s.episodes for s in data.summaries) < ENOUGH_EPISODES:
         yield (
             f'<p class="warn">Small sample: fewer than {ENOUGH_EPISODES} episodes for some '

@@ -23,6 +23,7 @@ ResponseForm = Literal["schema", "json", "text"]
 MAX_REPLY_BYTES = 1_000_000
 _FORMS: tuple[ResponseForm, ...] = ("schema", "json", "text")
 _REFUSED_PARAMETER = frozenset({400, 415, 422, 501})
+_UNAUTHORISED = frozenset({401, 403})
 _PERMANENT = frozenset({401, 402, 403, 404, 405, 410})
 
 
@@ -36,6 +37,8 @@ class ChatConfig:
     """Name of the model at the endpoint."""
     api_key: str | None = field(default=None, repr=False)
     """Sent as bearer token; never logged, cached or recorded."""
+    without_key: str = ""
+    """What to do about a refusal (HTTP 401, 403) where no key is sent; empty for nothing known."""
     timeout_s: float = 30.0
     """Maximum total time of one request."""
     temperature: float | None = 0.0
@@ -208,6 +211,8 @@ class ChatEndpoint:
     def _error(self, status: int, body: bytes, headers: Mapping[str, str]) -> ChatError:
         detail = _error_detail(body)
         text = f"HTTP {status}" + (f": {detail}" if detail else "")
+        if status in _UNAUTHORISED and self._config.api_key is None and self._config.without_key:
+            text += f". {self._config.without_key}"
         return ChatError(
             self._clean(text), retry=status not in _PERMANENT, wait_s=_retry_after(headers)
         )

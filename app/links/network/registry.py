@@ -4,6 +4,7 @@ import contextlib
 import logging
 import os
 from pathlib import Path
+from typing import Final
 
 import msgspec
 import platformdirs
@@ -12,6 +13,9 @@ from app.messages.control import decode
 from ippon.atomic_file import replace_file
 
 logger = logging.getLogger(__name__)
+
+_START_TICKS: Final = 19
+"""Place of a process's start, in ticks since that of the machine, after its name in /proc."""
 
 
 class RunningNavigator(msgspec.Struct, frozen=True, kw_only=True):
@@ -22,6 +26,13 @@ class RunningNavigator(msgspec.Struct, frozen=True, kw_only=True):
     endpoint: str
     page: str | None = None
     """Address of the console that was started with it."""
+
+
+class _Noted(RunningNavigator, frozen=True, kw_only=True):
+    """What the file of a navigator holds."""
+
+    process: str = ""
+    """See `_process`; empty in a file of an earlier version, and on systems that do not tell."""
 
 
 def registry_folder() -> Path:
@@ -44,7 +55,8 @@ def register(navigator: RunningNavigator) -> Path | None:
     path = folder / f"{navigator.pid}.json"
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        replace_file(path, msgspec.json.encode(navigator))
+        noted = _Noted(**msgspec.structs.asdict(navigator), process=_process(navigator.pid))
+        replace_file(path, msgspec.json.encode(noted))
     except OSError as error:
         logger.warning(
             "cannot note this navigator in %s (%s): `ippon ask` finds it with --connect %s "
@@ -64,10 +76,13 @@ def running_navigators() -> list[RunningNavigator]:
     for path in _files(registry_folder()):
         try:
             started = path.stat().st_mtime
-            navigator = decode(path.read_bytes(), RunningNavigator)
+            noted = decode(path.read_bytes(), _Noted)
         except (OSError, msgspec.DecodeError):
             continue
-        if _alive(navigator.pid):
+        if _runs(noted):
+            navigator = RunningNavigator(
+                pid=noted.pid, robot=noted.robot, endpoint=noted.endpoint, page=noted.page
+            )
             found.append((started, navigator))
         else:
             # A file that cannot be removed is ignored again the next time.
@@ -98,6 +113,28 @@ def _files(folder: Path) -> list[Path]:
         return [path for path in folder.iterdir() if path.suffix == ".json"]
     except OSError:
         return []
+
+
+def _runs(noted: _Noted) -> bool:
+    if not _alive(noted.pid):
+        return False
+    now = _process(noted.pid)
+    return "" in (now, noted.process) or now == noted.process
+
+
+def _process(pid: int) -> str:
+    """Return what tells a process from later ones of its number; empty where Linux does not tell.
+
+    The files outlive a power cut, and after a start the same numbers are given again. Times of the
+    wall clock would not do: a robot without a battery for its clock sets it after its start.
+    """
+    try:
+        boot = Path("/proc/sys/kernel/random/boot_id").read_text("ascii").strip()
+        # The name of the program stands in brackets and may hold any character.
+        fields = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()
+        return f"{boot} {fields[_START_TICKS].decode()}"
+    except (OSError, ValueError, IndexError):
+        return ""
 
 
 def _alive(pid: int) -> bool:

@@ -30,7 +30,7 @@ LATCHED: Final = (
 )
 """Topics that answer a query with their last message."""
 
-KEYFRAME_S: Final = 20.0
+_KEYFRAME_S: Final = 20.0
 """Time for the whole map, which has megabytes."""
 SILENT_S: Final = 4.0
 """Silence after which the session is reopened."""
@@ -85,11 +85,18 @@ class TopicListener:
         replies: Any = session.liveliness().get(self._key(token), timeout=_TOKEN_S)
         return any(reply.ok is not None for reply in replies)
 
-    def query(self, topic: str, timeout_s: float = _QUERY_S) -> bytes | None:
-        """Ask for the last message of a topic; None when nobody answers."""
+    def query(self, topic: str, timeout_s: float | None = None) -> bytes | None:
+        """Ask for the last message of a topic; None when nobody answers.
+
+        Args:
+            topic: Key under the robot's prefix.
+            timeout_s: Time to wait; None for what the topic may need.
+        """
         session = self.session
         if session is None:
             return None
+        if timeout_s is None:
+            timeout_s = _KEYFRAME_S if topic == keys.MAP_KEYFRAME else _QUERY_S
         try:
             return last_message(session, self._key(topic), timeout_s)
         except zenoh.ZError as error:

@@ -14,12 +14,11 @@ from app.links.rmw_zenoh.protocol.tokens import Entity
 from app.messages.cdr import MessageError
 from app.messages.motion import decode_number
 from app.ros2.ippon_ros2.driver import Driver
+from app.ros2.ippon_ros2.rates import TiltSteps
 from app.ros2.ippon_ros2.settings import COMMANDS, FLOAT, NAVIGATE, Settings
 
 logger = logging.getLogger(__name__)
 
-TILT_STEP_RAD: Final = 0.01
-"""Least change of the tilt that begins another trajectory."""
 LAST_SECOND: Final = 2.0**31 - 2.0
 """Of the stamps of ROS 2."""
 
@@ -43,7 +42,7 @@ class CommandOutput:
         }
         self._sender = Sender()
         self._endpoints: dict[str, Endpoint] = {}
-        self._tilt: float | None = None
+        self._tilt_steps = TiltSteps()
         self._image: tuple[float, float] | None = None
         self.driver = Driver(
             self._send_velocity, settings.max_linear_m_s, settings.max_yaw_rate_rad_s
@@ -105,10 +104,8 @@ class CommandOutput:
             logger.warning("a tilt was refused: %s", error)
             return
         kind = endpoint.entity.type
-        if kind != FLOAT:
-            if self._tilt is not None and abs(tilt - self._tilt) < TILT_STEP_RAD:
-                return
-            self._tilt = tilt
+        if kind != FLOAT and not self._tilt_steps.is_due(tilt, time.monotonic()):
+            return
         self.put("cmd_tilt", encode_tilt(kind, tilt, self._topics["cmd_tilt"]))
 
     def close(self) -> None:

@@ -15,7 +15,8 @@ from app.links.rmw_zenoh.participant import Endpoint, Participant
 from app.links.rmw_zenoh.protocol.attachment import Attachment
 from app.links.rmw_zenoh.protocol.tokens import Entity, Qos
 from app.ros2.ippon_ros2.depth_png import DepthOutput
-from app.ros2.ippon_ros2.serialized import RateLimit, stamp_of
+from app.ros2.ippon_ros2.rates import PairedRates, RateLimit
+from app.ros2.ippon_ros2.serialized import stamp_of
 from app.ros2.ippon_ros2.settings import (
     COMPRESSED,
     IMAGE,
@@ -61,6 +62,9 @@ class Streams:
         self._sender = Sender()
         self._puts: dict[str, Callable[[bytes], Any]] = {}
         self._endpoints: dict[str, Endpoint] = {}
+        rates = [of.max_hz if (of := self._topics.get(k)) else 0.0 for k in ("color", "depth")]
+        self._rates = PairedRates(*rates)
+        self._send_depth: Callable[[bytes], None] | None = None
         self.losses = {key: LossCount() for key in self._topics}
 
     def follow(self, entities: Iterable[Entity]) -> dict[str, Match]:
@@ -102,22 +106,40 @@ class Streams:
         put = self._put_of(types[kind], kept=key in KEPT)
         if topic.compress and kind == IMAGE:
             put = DepthOutput(put, self._put_of(types[COMPRESSED], kept=False)).put
-        limit, latest = RateLimit(topic.max_hz), key in IMAGES
+        limit = RateLimit(topic.max_hz)
+
+        def send(payload: bytes) -> None:
+            if key in IMAGES:
+                self._sender.put_latest(key, partial(put, payload))
+            else:
+                self._sender.put(len(payload), partial(put, payload))
 
         def take(payload: bytes, attachment: Attachment | None) -> None:
             if attachment is not None:
                 losses.add(attachment)
-            if not limit.passes(payload):
-                return
-            if latest:
-                self._sender.put_latest(key, partial(put, payload))
-            else:
-                self._sender.put(len(payload), partial(put, payload))
-            stamp = stamp_of(payload) if key == "color" else None
+            if key == "color":
+                self._take_color(payload, send)
+            elif key == "depth":
+                for one in self._rates.depth(payload):
+                    send(one)
+            elif limit.passes(payload):
+                send(payload)
+
+        if key == "depth":
+            self._send_depth = send
+        return take
+
+    def _take_color(self, payload: bytes, send: Callable[[bytes], None]) -> None:
+        """Send a colour image, and the depth images that waited for it."""
+        passes, depths = self._rates.color(payload)
+        if passes:
+            send(payload)
+            stamp = stamp_of(payload)
             if stamp is not None:
                 self._saw_image(stamp, time.monotonic())
-
-        return take
+        for one in depths:
+            if self._send_depth is not None:
+                self._send_depth(one)
 
     def _put_of(self, key: str, *, kept: bool) -> Callable[[bytes], Any]:
         if key not in self._puts:

@@ -12,15 +12,13 @@ from app.links.robot_streams.mask_pairing import MaskPairing, StampedDetections
 from app.links.robot_streams.robot_detector import RobotDetector
 from app.links.robot_streams.transforms import TransformBuffer
 from app.messages import keys
+from app.messages.depth.depth_images import DepthImage, decode_depth, decode_depth_raw
 from app.messages.images import (
     PAIRED_S,
     CompressedColor,
-    DepthImage,
     StampedCamera,
     decode_camera,
     decode_color,
-    decode_depth,
-    decode_depth_raw,
     decompress_color,
 )
 from app.messages.keys import BASE_FRAME, WORLD_FRAME

@@ -7,6 +7,7 @@ from app.robot_file import DetectorTable
 from ippon.mission.config import MissionConfig
 from ippon.observation_model import ObservationModel
 from ippon.robot import ZED, RobotProfile
+from ippon.seed import check_seed
 from ippon.vocabulary import MATTERPORT_40
 
 
@@ -61,7 +62,6 @@ class NavigatorConfig:
     """File of the saved searches; empty keeps them only while the process runs."""
 
     def __post_init__(self) -> None:
-        """Refuse an invalid prefix and a negative seed."""
+        """Refuse an invalid prefix or seed."""
         check_prefix(self.robot)
-        if self.seed < 0:
-            raise ValueError(f"a seed is a whole number from 0; got {self.seed}")
+        check_seed(self.seed)

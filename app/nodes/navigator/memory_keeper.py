@@ -15,9 +15,11 @@ from app.memory.wording import said_place, said_time
 from app.messages.memory import MemoryNoteRequest
 from ippon.atomic_file import set_aside
 from ippon.frame import Frame
+from ippon.guidance.knowledge import WITHIN_REACH_M
+from ippon.mapping.objects.object_layers import UNDERFOOT_M
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.memory.best_view import better_views
-from ippon.memory.instance import Instance
+from ippon.memory.instance import Instance, Point
 from ippon.memory.instance_memory import InstanceMemory, MemoryChanges
 from ippon.memory.notes import checked_name, denied_labels
 from ippon.mission.places.recollection import Recollection
@@ -73,6 +75,10 @@ class MemoryKeeper:
         self._writer: threading.Thread | None = None
         self._saved_at = self._rooms_at = time.monotonic()
         self._views_at = 0.0
+        self._announced = 0
+        self._room_at: Callable[[tuple[float, float]], str] = lambda _: ""
+        self._floor_z_m = 0.0
+        self._room_of: dict[Point, str] = {}
 
     @property
     def problem(self) -> str:
@@ -141,16 +147,29 @@ class MemoryKeeper:
             known = {one.instance_id for one in memory.instances()}
             with self._lock:
                 self._pictures = {k: jpeg for k, jpeg in self._pictures.items() if k in known}
-        if now - self._rooms_at >= ROOMS_EVERY_S:
-            self._rooms_at = now
+        before, self._announced = self._announced, len(search.finds) if search is not None else 0
+        if self._announced > before or now - self._rooms_at >= ROOMS_EVERY_S:
+            self._rooms_at, self._floor_z_m = now, floor_z_m
             config = RoomConfig()
             evidence = room_evidence(self._map, config, floor_z_m)
-            names = name_lookup(infer_rooms(evidence, config), self._room_names())
-            memory.set_rooms(names, floor_z_m)
+            self._room_at = name_lookup(infer_rooms(evidence, config), self._room_names())
+            memory.set_rooms(self._room_at, floor_z_m)
         self.instances, self.labels = memory.instances(), self._map.labels
         if self._path is not None and now - self._saved_at >= SAVE_EVERY_S:
             self._saved_at = now
             self._start_writer()
+
+    def room_of(self, position_world: Point) -> str:
+        """Return the room of a find, in the mission's thread; empty where it is not clear.
+
+        That of a find on another floor is what was said of it last.
+        """
+        height_m = position_world[2] - self._floor_z_m
+        if -UNDERFOOT_M < height_m < WITHIN_REACH_M:
+            room = self._room_at(position_world[:2])
+            if room:
+                self._room_of[position_world] = room
+        return self._room_of.get(position_world, "")
 
     def picture(self, instance_id: int) -> bytes | None:
         """Return the picture of a thing as JPEG, from any thread; None where there is none."""

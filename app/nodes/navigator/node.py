@@ -342,6 +342,7 @@ class Navigator:
                 *filter(None, (self._alignment_note, self._memory.problem, self._kept.note)),
             ),
             localization=(self._tracker and self._tracker.problem) or self._kept.problem,
+            room_of=self._memory.room_of,
         )
         self._services.goals.state = status.state
         self._services.goals.availability.status = status

@@ -3,6 +3,7 @@
 import math
 import time
 from collections import deque
+from collections.abc import Callable
 from typing import Final
 
 import msgspec
@@ -25,6 +26,7 @@ from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.planned_search import PlannedSearch
 from ippon.command import Command
 from ippon.mapping.objects.surface_voxels import N_FREE, N_USED
+from ippon.memory.instance import Point
 from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
 from ippon.mission.search import Search
@@ -87,6 +89,7 @@ class StatusReport:
         lease: LeaseStatus,
         notes: tuple[str, ...] = (),
         localization: str = "",
+        room_of: Callable[[Point], str] = lambda _: "",
     ) -> Status:
         """Return the current status."""
         active, queue, history = goals.statuses()
@@ -98,9 +101,9 @@ class StatusReport:
             wall_ns=time.time_ns(),
             state=state,
             why=why,
-            goal=active,
+            goal=active and with_room(active, room_of),
             queue=queue,
-            history=history,
+            history=[with_room(goal, room_of) for goal in history],
             find=_find(snapshot, mission),
             streams=[monitor.status() for monitor in intake.monitors.values()],
             timings=Timings(
@@ -122,7 +125,7 @@ class StatusReport:
             notes=[*notes, *self._slow_planning()],
             drive=drive,
             lease=lease,
-            tour=goals.tour(),
+            tour=[with_room(goal, room_of) for goal in goals.tour()],
             walk=_walk(snapshot) if state in GOES_ON else None,
             localization=localization or intake.refused,
         )
@@ -227,6 +230,19 @@ def find_report(find: Find, goal: Goal) -> FindReport:
                 value=one.text, kind=one.kind, verdict=one.verdict, by=one.by, seen=one.seen
             )
             for one in find.attributes
+        ],
+    )
+
+
+def with_room(goal: GoalStatus, room_of: Callable[[Point], str]) -> GoalStatus:
+    """Return a goal with the rooms of its finds."""
+    if goal.position_world is None and not goal.counted:
+        return goal
+    return msgspec.structs.replace(
+        goal,
+        room="" if goal.position_world is None else room_of(goal.position_world),
+        counted=[
+            msgspec.structs.replace(one, room=room_of(one.position_world)) for one in goal.counted
         ],
     )
 

@@ -28,6 +28,7 @@ from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
 from ippon.planning.warm_up import warm_up as warm_up_planning
 from ippon.robot import RobotProfile
+from ippon.segmentation.warm_up import warm_up_instances
 from ippon.simulation.homes.generator import generate_home
 from ippon.simulation.world import SimulatedWorld
 
@@ -76,6 +77,7 @@ def _use_the_rest(mission: Mission, frame: Frame, guidance: Guidance) -> None:
     mission.step(frame)
     label_census(mission.voxel_map, frame.T_world_base[:3, 3], NEARBY_M)
     warm_up_far_evidence()
+    warm_up_instances()
     warm_up_planning(mission.voxel_map.arrays(), mission.robot, frame.T_world_base)
     goals = [Goal(goal_id=n, object=name, display=name) for n, name in enumerate(("hat", "mug"))]
     mission.goals.set_goals([(goal, guidance) for goal in goals])

@@ -10,7 +10,8 @@ import numpy as np
 
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.images import decode_color_raw, encode_camera, encode_color, encode_depth
+from app.messages.depth.depth_images import encode_depth
+from app.messages.images import decode_color_raw, encode_camera, encode_color
 from app.messages.keys import CAMERA_FRAME
 from app.messages.motion import encode_transforms, robot_transforms
 from app.nodes.replay.bag_poses import BagPoses, poses_of

@@ -34,7 +34,7 @@ class RecordedLink(NavigatorLink):
         """Return 0, because a paused recording is not a silent navigator."""
         return 0.0
 
-    def query(self, topic: str, timeout_s: float = 0.0) -> bytes | None:  # noqa: ARG002
+    def query(self, topic: str) -> bytes | None:  # noqa: ARG002
         """Return None, because there is no navigator."""
         return None
 

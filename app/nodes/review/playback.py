@@ -18,6 +18,7 @@ from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.review.player import Emit, Player
 from app.nodes.review.session_figures import ReviewSession, opening_s, review_session
 from app.recording.errors import RecordingError
+from app.recording.live_file import is_held
 from app.recording.notes import Note, add_note, read_notes
 from app.recording.reading.recording import Recording
 from app.view.words import ENGLISH, Words
@@ -34,7 +35,8 @@ FOLLOW_S: Final = 2.0
 IMAGE_S: Final = 5.0
 """Longest time to wait for an image of a moment."""
 GROWING_S: Final = 10.0
-"""Time without growth after which a file counts as complete."""
+"""Time without growth after which a file that no recorder holds counts as complete."""
+MOST_STEPS: Final = 1_000_000
 
 
 class ReviewCommand(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -92,6 +94,8 @@ class Playback:
         self._jump_to: float | None = None
         self._looked_at = 0.0
         self._grew_at = -math.inf
+        self._held = False
+        """A recorder was writing one of the recordings at the last check."""
         self._stop = threading.Event()
         self._session = ReviewSession(sessions=[], duration_s=0.0, marks=[], notes=[], problems=[])
         self._thread = critical_thread("playback", self._run, on_failure)
@@ -209,8 +213,9 @@ class Playback:
             for recording, emit in zip(recordings, self._emits, strict=False)
         ]
         self._playing, self._problem, self._grew_at = False, "", -math.inf
+        self._held = self._is_recorded()
         for recording in recordings:
-            for problem in recording.index.problems:
+            for problem in () if self._held else recording.index.problems:
                 logger.warning("%s: %s; showing what can be read", recording.path, problem)
         self._describe(notes)
         self._jump_to = opening_s(self._session)
@@ -218,6 +223,7 @@ class Playback:
     def _follow(self, now: float) -> None:
         """Read new messages of recordings that are still being written."""
         open_ended = [p for p in self._players if not p.recording.index.complete]
+        self._held = self._is_recorded()
         try:
             # Every recording is refreshed, whether an earlier one grew or not.
             grown = [player.refresh() for player in open_ended]
@@ -230,7 +236,17 @@ class Playback:
     @property
     def _growing(self) -> bool:
         open_ended = any(not p.recording.index.complete for p in self._players)
-        return open_ended and time.monotonic() - self._grew_at < GROWING_S
+        return open_ended and (self._held or time.monotonic() - self._grew_at < GROWING_S)
+
+    def _is_recorded(self) -> bool:
+        """Return whether a recorder on this machine is writing one of the recordings."""
+        try:
+            return any(
+                not p.recording.index.complete and is_held(p.recording.path) for p in self._players
+            )
+        except OSError:
+            # A file that was removed stays readable while it is open.
+            return False
 
     def _describe(self, notes: list[list[Note]]) -> None:
         self._version += 1
@@ -255,8 +271,9 @@ class Playback:
                 self._speed = min(max(command.value, MIN_SPEED), MAX_SPEED)
             case "step":
                 self._playing = False
+                steps = round(min(max(command.value, -MOST_STEPS), MOST_STEPS))
                 for player in self._players:
-                    player.step(round(command.value))
+                    player.step(steps)
             case "note" | "mark":
                 self._note(command)
 

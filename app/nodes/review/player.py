@@ -83,7 +83,9 @@ class Player:
     def seek(self, position_s: float) -> None:
         """Jump to a moment, and emit the state at that moment."""
         recording = self.recording
-        time_ns = recording.start_ns + round(position_s * 1e9)
+        # Limited as seconds: a page may ask for any number, and infinity has no nanoseconds.
+        after_ns = round(min(max(position_s, 0.0), recording.duration_s) * 1e9)
+        time_ns = recording.start_ns + after_ns
         self.time_ns = min(max(time_ns, self._first_ns), recording.end_ns)
         self._emit(SEEK_HISTORY, msgspec.json.encode(self._past()))
         # The image first, because a find is shown in the image of its time.

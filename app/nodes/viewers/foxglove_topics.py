@@ -9,8 +9,8 @@ import numpy as np
 
 from app.messages import keys, status
 from app.messages.body import BodyConfiguration
+from app.messages.depth.depth_images import decode_depth, encode_depth_raw
 from app.messages.driving import PaintedRegions
-from app.messages.images import decode_depth, encode_depth_raw
 from app.messages.keys import WORLD_FRAME
 from app.messages.memory import MapAlignment
 from app.messages.motion import StampedTransform, decode_transforms, encode_transforms

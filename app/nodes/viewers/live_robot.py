@@ -10,7 +10,7 @@ import zenoh
 
 from app.links.network.inbox import Inbox
 from app.links.network.session import LinkError
-from app.links.network.topic_listener import KEYFRAME_S, TopicListener
+from app.links.network.topic_listener import TopicListener
 from app.messages import keys
 from app.process.stop_signal import StopSignal
 from app.view.model.scene_model import Part, SceneModel
@@ -160,7 +160,7 @@ class LiveRobot:
             logger.debug("%s", error)
             return
         if self._wants_map.is_set():
-            payload = self._listener.query(keys.MAP_KEYFRAME, KEYFRAME_S)
+            payload = self._listener.query(keys.MAP_KEYFRAME)
             if payload is not None:
                 self._inbox.put(keys.MAP_KEYFRAME, payload)
 

@@ -7,7 +7,7 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from app.messages import keys
-from app.messages.images import decode_depth_raw, depth_png, encode_depth
+from app.messages.depth.depth_images import decode_depth_raw, depth_png, encode_depth
 from app.messages.status import Event, Status
 from app.nodes.viewers.live_robot import clock_ns
 from app.view.colors import FOUND, ORANGE, PATH, ROBOT, node_colors

@@ -25,11 +25,13 @@ from app.recording.timeline import (
     TIMELINE_ATTACHMENT,
     TIMELINE_KEYS,
     SessionTimeline,
+    decoded,
     pack_timeline,
 )
 from app.recording.writing.limits import LimitCheck, RecordingLimits, check_limits
 from app.recording.writing.markers import encode_markers
-from app.recording.writing.subsampling import SensorSubsampling
+from app.recording.writing.rest import RestWatch
+from app.recording.writing.subsampling import Arrived, RestSubsampling, SensorSubsampling
 from app.recording.writing.writer import SessionWriter
 
 THUMBNAIL: Final = "ippon/thumbnail.jpg"
@@ -75,13 +77,19 @@ class Session:
         self.start_ns = wall_ns
         self._limits = limits
         self._thinning = SensorSubsampling(sensor_hz)
+        self._rest = RestWatch()
+        self._resting = RestSubsampling() if sensor_hz > 0.0 else None
         self._image: bytes | None = None
         self._found_image: bytes | None = None
         self._tree: bytes | None = None
         self._finds: bytes | None = None
-        self._marked_at = -math.inf
+        self._marked_at = self._now_s = -math.inf
         self.writer.note_metadata(VERSIONS, {**_versions(robot), "sensor_hz": f"{sensor_hz:g}"})
-        self.writer.flush()
+        try:
+            self.writer.flush()
+        except OSError:
+            self.writer.discard()
+            raise
 
     def add(self, key: str, payload: bytes, wall_ns: int, now_s: float) -> None:
         """Write a message unchanged.
@@ -89,16 +97,21 @@ class Session:
         Raises:
             OSError: The disk cannot be written.
         """
-        if not self._thinning.keeps(key, payload):
+        if key == keys.COLOR:
+            self._image = payload
+        self._now_s = now_s
+        kept = self._thinned(Arrived(key, payload, wall_ns), now_s)
+        if not kept:
             return
-        self.writer.add(key, payload, wall_ns, now_s)
+        for one in kept:
+            self.writer.add(one.key, one.payload, one.wall_ns, now_s)
         if key in TIMELINE_KEYS:
             had = self.timeline.found_ns
-            self.timeline.take(key, payload, wall_ns)
+            message = decoded(key, payload)
+            self.timeline.add(message, wall_ns)
+            self._rest.note(message, now_s)
             if self.timeline.found_ns != had:
                 self._found_image = self._image
-        elif key == keys.COLOR:
-            self._image = payload
         elif key == keys.CONFIGURATION:
             self.writer.attach(CONFIGURATION, "application/json", payload, wall_ns)
         elif key == keys.PLAN_TREE:
@@ -122,12 +135,21 @@ class Session:
         """End the session: timeline, summary, picture, indexes."""
         end_ns = time.time_ns()
         writer = self.writer
+        for one in self._thinning.drain():
+            writer.add(one.key, one.payload, one.wall_ns, self._now_s)
         writer.attach(TIMELINE_ATTACHMENT, "application/zstd", pack_timeline(self.timeline), end_ns)
         picture = thumbnail(self._found_image or self._image)
         if picture is not None:
             writer.attach(THUMBNAIL, "image/jpeg", picture, end_ns)
         writer.note_metadata(SUMMARY, summary_of(self.timeline, writer.duration_s))
         writer.close()
+
+    def _thinned(self, message: Arrived, now_s: float) -> list[Arrived]:
+        """Return what is to be written now."""
+        resting = self._resting
+        if resting is not None and self._rest.is_at_rest(now_s) and not resting.keeps(message):
+            return []
+        return self._thinning.take(message)
 
     def _add_markers(self, wall_ns: int, now_s: float) -> None:
         try:

@@ -1,6 +1,7 @@
 """Writes messages to an MCAP file that rosbag2 opens; a crash loses at most the last second."""
 
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any, Final
 
@@ -112,6 +113,13 @@ class SessionWriter:
         except OSError:
             # After a failed write, closing fails for the same reason.
             return
+
+    def discard(self) -> None:
+        """Remove a file that could not be begun, and its folder."""
+        self.abandon()
+        with suppress(OSError):
+            self.path.unlink(missing_ok=True)
+            self.folder.rmdir()
 
     def _channel(self, key: str) -> tuple[int, Topic]:
         known = self._channels.get(key)

@@ -305,7 +305,7 @@ def _check(node: Any, stop: StopFlag) -> int:
     while time.monotonic() < end and not stop.is_set():
         executor.spin_once(timeout_sec=0.1)
     good = True
-    for key, stream in node.streams.items():
+    for key, stream in node.streams.of.items():
         if key in ALWAYS_SENT and not stream.problem and stream.received == 0:
             stream.problem = f"has a publisher, but nothing came in {CHECK_S:g} s"
         good = good and not stream.problem

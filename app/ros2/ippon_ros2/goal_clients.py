@@ -3,7 +3,6 @@
 # pyright: reportMissingImports=false
 from __future__ import annotations
 
-import importlib
 import logging
 import os
 import time
@@ -17,6 +16,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 
 from .goals import ACCEPTED, CANCELLED, FAILED, REACHED, Ended
+from .interfaces import interface
 from .settings import NAVIGATE, POSE, Topic
 
 logger = logging.getLogger(__name__)
@@ -40,7 +40,7 @@ class GoalTopic:
     def __init__(self, node: Node, topic: Topic, ended: Ended) -> None:
         self._node, self._topic, self._ended = node, topic, ended
         self.name = topic.name
-        self._class = _interface(POSE)
+        self._class = interface(POSE)
         qos = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
         self._publisher = node.create_publisher(self._class, topic.name, qos)
 
@@ -71,8 +71,8 @@ class GoalAction:
     def __init__(self, node: Node, topic: Topic, ended: Ended) -> None:
         self._topic, self._ended = topic, ended
         self.name = topic.name
-        self._action, self._cancelling = _interface(NAVIGATE), _interface(CANCEL)
-        self._pose = _interface(POSE)
+        self._action, self._cancelling = interface(NAVIGATE), interface(CANCEL)
+        self._pose = interface(POSE)
         self._client = ActionClient(node, self._action, topic.name)
         self._cancels = node.create_client(self._cancelling, f"{topic.name}/_action/cancel_goal")
         self._last = b""
@@ -123,9 +123,7 @@ class GoalAction:
         self._unanswered[number] = goal, time.monotonic()
         request = self._action.Goal()
         request.pose = _pose_of(goal, self._pose, self._topic.frame)
-        answer = self._client.send_goal_async(
-            request, goal_uuid=_interface(UUID)(uuid=list(number))
-        )
+        answer = self._client.send_goal_async(request, goal_uuid=interface(UUID)(uuid=list(number)))
         answer.add_done_callback(lambda future: self._answered(goal, number, future.result()))
 
     def _answered(self, goal: bytes, number: bytes, handle: Any) -> None:
@@ -203,11 +201,6 @@ class GoalAction:
         for number, (goal, at) in tuple(self._unanswered.items()):
             if at < old:
                 self._answered(goal, number, None)
-
-
-def _interface(name: str) -> Any:
-    package, kind, message = name.split("/")
-    return getattr(importlib.import_module(f"{package}.{kind}"), message)
 
 
 def _pose_of(payload: bytes, message: Any, frame: str) -> Any:

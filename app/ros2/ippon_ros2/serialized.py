@@ -71,21 +71,3 @@ def _numbers_of(payload: bytes, count: int, kind: str) -> tuple[float, ...]:
     if not all(math.isfinite(number) for number in numbers):
         raise ValueError(f"{kind} with numbers that are not finite")
     return numbers
-
-
-class RateLimit:
-    """Passes one message of each period of stamps, so that colour and depth of one stamp stay."""
-
-    def __init__(self, max_hz: float) -> None:
-        self._max_hz = max_hz
-        self._last: int | None = None
-
-    def passes(self, payload: bytes) -> bool:
-        """Tell whether to carry a message."""
-        stamp = stamp_of(payload)
-        if not self._max_hz or stamp is None:
-            return True
-        period = math.floor(stamp * self._max_hz)
-        new = period != self._last
-        self._last = period
-        return new

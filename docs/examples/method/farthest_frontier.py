@@ -14,7 +14,7 @@ class FarthestFrontier(NearestFrontier):
     """Goes to the frontier that is farthest away, and keeps it until it is gone."""
 
     def choose(self, plan, routes, last, untried):
-        """Return the next target; None ends the search."""
+        """Return the next target; None leaves the choice to the planner of ippon."""
         frontiers = [one for one in find_frontiers(routes) if untried(one.position)]
         if last is not None:
             kept = [one for one in frontiers if math.dist(one.position, last.about) < SAME_M]

@@ -153,7 +153,7 @@ class BaselinePlanner:
         self._aim = aim
         cell = None if aim is None else routes.nearest_cell(*aim.stand, _NEAR_M)
         if aim is None or cell is None:
-            return plan
+            return replace(plan, by_rule=False)
         return self._plan_to(aim, cell, plan, routes)
 
     def _is_untried(self, about: tuple[float, float]) -> bool:
@@ -188,8 +188,9 @@ class BaselinePlanner:
         )
         path_world = np.column_stack([path, np.full(len(path), z)])
         return replace(
-            plan, target=target, path_world=path_world, exhausted=False, unseen_shortcut_m=0.0
-        )
+            plan, target=target, path_world=path_world, exhausted=False, unseen_shortcut_m=0.0,
+            by_rule=True,
+        )  # fmt: skip
 
 
 class WithoutSemantics:

@@ -84,7 +84,7 @@ def _count_mapped(codes):
 
 @njit(cache=True, nogil=True)
 def relevel_kernel(pools, surface, labels, levels, level_probability, revision):
-    """Recompute level and proximity of every labelled voxel."""
+    """Recompute level and proximity of every labelled voxel; marks blocks that change."""
     for slot in range(1, surface.tally[0]):
         at = surface.voxel[slot]
         if at < 0 or surface.label[slot] == NO_LABEL:
@@ -92,14 +92,16 @@ def relevel_kernel(pools, surface, labels, levels, level_probability, revision):
         best, confidence, proximity, log_norm = summarise_row(
             surface.energy, slot, level_probability, labels
         )
+        row, k = at // 512, at % 512
+        was = surface.label[slot], surface.confidence[slot], surface.proximity[slot]
         surface.label[slot], surface.confidence[slot] = best, confidence
         surface.proximity[slot], surface.log_norm[slot] = proximity, norm_code(log_norm)
-        row, k = at // 512, at % 512
-        pools.appearance[row] = revision
+        if was != (surface.label[slot], surface.confidence[slot], surface.proximity[slot]):
+            pools.appearance[row] = revision
         level = levels[surface.label[slot]]
         if pools.level[pools.slab[row], k] != level:
             pools.level[pools.slab[row], k] = level
-            pools.revision[row] = revision
+            pools.revision[row] = pools.appearance[row] = revision
 
 
 def give_prior_share(surface: SurfaceVoxels, labels: int) -> None:

@@ -20,6 +20,9 @@ _WEYL: Final = np.uint64(0x9E3779B97F4A7C15)
 def hashed(keys: UInt64Array, *others: NDArray[np.integer] | int) -> UInt64Array:
     """Mix keys with more numbers (SplitMix64; Steele, Lea and Flood, OOPSLA 2014).
 
+    Keys that count from 0 need a seed of many bits: those of two small seeds are the same, in
+    another order.
+
     Args:
         keys: (N,) uint64.
         others: Numbers, or (N,) arrays of them.

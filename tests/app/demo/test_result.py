@@ -1,5 +1,6 @@
 """When a search of the demo is over."""
 
+import dataclasses
 import json
 import queue
 from types import SimpleNamespace
@@ -7,10 +8,13 @@ from typing import Any
 
 import pytest
 
-from app.demo.result import RESULT_FILE, await_outcome, end_recording
+from app.demo.result import RESULT_FILE, await_outcome, end_recording, judge_of
 from app.errors import DemoError
 from app.messages.control import encode
 from app.messages.status import GoalStatus, Status, Timings
+from ippon.robot import ZED
+from ippon.simulation.homes.config import MUG_COLORS
+from tests.boxes import boxes_scene
 
 
 def report(goal=None, history=()):
@@ -74,3 +78,28 @@ def test_a_result_that_cannot_be_stored_is_still_printed(tmp_path, caplog):
     (tmp_path / RESULT_FILE).mkdir()
     assert end_recording(recorder, str(tmp_path), {"found": True}) == str(tmp_path)
     assert "the result is not stored in" in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("display", "counted"),
+    [
+        ("red mug", {"red"}),
+        ("my big red mug", {"red"}),
+        ("mug", {"red", "white"}),
+        ("broken mug", {"red", "white"}),
+        ("green mug", set()),
+    ],
+)
+def test_only_a_mug_of_the_colour_that_was_said_counts(display, counted):
+    floor = ("floor", "floor", (-0.1, -0.1, -0.1), (8.1, 6.1, 0.0))
+    mugs = [("objects", "mug", (x, 3.0, 0.0), (x + 0.2, 3.2, 0.4)) for x in (2.0, 6.0)]
+    scene = boxes_scene([floor, *mugs], ((1.0, 1.0),))
+    colors = scene.face_colors.copy()
+    colors[scene.face_instance == 1] = MUG_COLORS["red"]
+    colors[scene.face_instance == 2] = MUG_COLORS["white"]
+    scene = dataclasses.replace(scene, face_colors=colors)
+    wanted = GoalStatus(goal_id=1, object="mug", display=display, outcome="found")
+    judge = judge_of(wanted, ZED, scene)
+    assert {("red", "white")[row - 1] for row in judge.instances} == counted
+    assert judge.is_success((2.1, 2.2)) is ("red" in counted)
+    assert judge.is_success((6.1, 2.2)) is ("white" in counted)

@@ -4,9 +4,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from app.export.search_table import effort_of, total_effort
-from app.messages.status import GoalStatus, Status, Timings
+from app.export.search_table import effort_of, places_text, search_table, total_effort
+from app.messages.status import CountedFind, GoalStatus, Status, Timings
 from app.recording.timeline import SessionTimeline, TimedStatus
+from app.view.words import ENGLISH, Words
 
 
 def status_of(elapsed_s, outcomes, lead, *, tour=True):
@@ -58,3 +59,30 @@ def test_searches_one_after_another_add_up_and_a_find_that_waits_takes_no_time(w
     efforts, total = efforts_of(session, 1, 2)
     assert [seconds for seconds, _ in efforts] == [40.0, 20.0]
     assert total[0] == 60.0
+
+
+def test_the_table_says_where_each_was_found():
+    goals = [
+        GoalStatus(
+            goal_id=1, object="hat", outcome="found", position_world=(0.67, 1.4, 0.49),
+            room="living_room",
+        ),
+        GoalStatus(goal_id=2, object="keys", outcome="exhausted"),
+    ]  # fmt: skip
+    session = session_of(status_of(40.0, {1: "active"}, 1, tour=False))
+    table = search_table(session, goals, ENGLISH)
+    assert "<th>Outcome</th><th>Place</th>" in table
+    assert "<td>living room, at (0.7, 1.4) m, 0.5 m high</td>" in table
+    assert places_text(goals[1], ENGLISH) == ""
+    german = places_text(goals[0], Words("de"))
+    assert german == "Wohnzimmer, bei (0,7; 1,4) m, in 0,5 m Höhe"
+
+
+def test_of_several_that_were_found_each_place_is_said():
+    goal = GoalStatus(
+        goal_id=1, object="chair", outcome="found", position_world=(3.0, 0.0, 0.4), count=2,
+        counted=[CountedFind(number=1, position_world=(1.0, 2.0, 0.4), room="Anna's room")],
+    )  # fmt: skip
+    assert places_text(goal, ENGLISH) == (
+        "Anna's room, at (1.0, 2.0) m, 0.4 m high; at (3.0, 0.0) m, 0.4 m high"
+    )

@@ -12,14 +12,9 @@ from app.messages.images import (
     decode_camera,
     decode_color,
     decode_color_raw,
-    decode_depth,
-    decode_depth_raw,
     decompress_color,
-    depth_png,
     encode_camera,
     encode_color,
-    encode_depth,
-    encode_depth_raw,
 )
 from app.messages.perception.heatmaps import decode_heatmap, encode_heatmap
 from ippon.camera import PinholeCamera
@@ -34,13 +29,6 @@ FRAME = "camera_color_optical_frame"
 def color():
     v, u = np.mgrid[0:60, 0:80]
     return np.stack([3 * u, 4 * v, 255 - u], axis=2).astype(np.uint8)
-
-
-@pytest.fixture
-def depth():
-    values = np.random.default_rng(1).uniform(0.3, 5.0, (60, 80)).astype(np.float32)
-    values[:5] = 0.0
-    return values
 
 
 @pytest.fixture
@@ -89,23 +77,6 @@ def test_a_huge_jpeg_is_refused_before_it_is_decompressed(color):
 
 
 @pytest.mark.parametrize(
-    ("encode_", "decode_"), [(encode_depth, decode_depth), (encode_depth_raw, decode_depth_raw)]
-)
-def test_depth_keeps_millimetres_and_holes(depth, encode_, decode_):
-    message = decode_(encode_(depth, STAMP, FRAME))
-    assert (message.stamp_ns, message.frame_id) == (STAMP, FRAME)
-    assert message.depth.dtype == np.float32
-    assert np.abs(message.depth - depth).max() <= 0.0005 + 1e-6
-    assert (message.depth[:5] == 0.0).all()
-
-
-@pytest.mark.parametrize("value", [np.nan, np.inf, -1.0, 70.0])
-def test_depth_that_millimetres_cannot_hold_is_no_return(value):
-    depth = np.full((4, 4), value, np.float32)
-    assert (decode_depth(encode_depth(depth, STAMP, FRAME)).depth == 0.0).all()
-
-
-@pytest.mark.parametrize(
     ("encoding", "order"),
     [("rgb8", [0, 1, 2]), ("bgr8", [2, 1, 0]), ("rgba8", [0, 1, 2, 0]), ("bgra8", [2, 1, 0, 0])],
 )
@@ -126,64 +97,6 @@ def test_grey_images_become_rgb_and_others_are_refused(color):
         decode_color_raw(raw_color(grey, 1, "bayer_rggb8"))
     with pytest.raises(MessageError, match="does not come in"):
         decode_color_raw(raw_color(grey, 1, "rgb8"))
-
-
-def raw_image(encoding, values, *, big=0, pad=0):
-    rows = values.view(np.uint8).reshape(len(values), -1)
-    rows = np.pad(rows, ((0, 0), (0, pad)))
-    return encode(
-        "sensor_msgs/msg/Image",
-        header=header(STAMP, FRAME),
-        height=values.shape[0],
-        width=values.shape[1],
-        encoding=encoding,
-        is_bigendian=big,
-        step=rows.shape[1],
-        data=np.ascontiguousarray(rows).reshape(-1),
-    )
-
-
-def test_float_depth_with_padded_rows_and_nan():
-    values = np.array([[1.5, np.nan], [np.inf, -2.0]], np.float32)
-    message = decode_depth_raw(raw_image("32FC1", values, pad=6))
-    np.testing.assert_array_equal(message.depth, [[1.5, 0.0], [0.0, 0.0]])
-
-
-def test_big_endian_millimetres():
-    values = np.array([[1500, 0]], ">u2")
-    message = decode_depth_raw(raw_image("16UC1", values, big=1))
-    np.testing.assert_allclose(message.depth, [[1.5, 0.0]])
-
-
-def test_other_depth_encodings_are_refused():
-    with pytest.raises(MessageError, match="16UC1 in mm or 32FC1 in m; got encoding 'rgb8'"):
-        decode_depth_raw(raw_image("rgb8", np.zeros((2, 3), np.uint8)))
-    data = struct.pack("<iff", 0, 0, 0) + png(np.zeros((3, 3), np.uint8))
-    with pytest.raises(MessageError, match="16-bit grey PNG; got mode L"):
-        decode_depth(compressed("16UC1; compressedDepth png", data))
-    with pytest.raises(MessageError, match="compressed depth is 16UC1 or 32FC1; got format '8UC1"):
-        decode_depth(compressed("8UC1; compressedDepth png", b"0" * 40))
-
-
-def test_quantised_inverse_depth():
-    # The encoder of compressed_depth_image_transport, with its usual depth_max and quantization.
-    depth_max, quantization = 10.0, 100.0
-    factor = quantization * (quantization + 1.0)
-    offset = 1.0 - factor / depth_max
-    depth = np.array([[0.5, 1.0, 3.0, 9.9], [0.0, 0.0, 2.0, 4.0]], np.float32)
-    with np.errstate(divide="ignore"):
-        inverse = np.where(depth > 0.0, factor / depth + offset, 0.0).astype(np.uint16)
-    payload = compressed(
-        "32FC1; compressedDepth png", struct.pack("<iff", 0, factor, offset) + png(inverse)
-    )
-    read = decode_depth(payload).depth
-    assert read.dtype == np.float32
-    # A step of the inverse depth is depth^2 / factor.
-    assert np.all(np.abs(read - depth) <= depth**2 / factor + 1e-6)
-    stamp_ns, frame, image = depth_png(payload)
-    assert (stamp_ns, frame) == (STAMP, FRAME)
-    millimetres = np.asarray(Image.open(io.BytesIO(image)))
-    np.testing.assert_allclose(millimetres, 1000.0 * read, atol=0.5)
 
 
 def test_camera_round_trip():
@@ -249,13 +162,11 @@ def test_a_heatmap_bomb_is_refused_unopened():
         decode_heatmap(heatmap_message(encoding="zstd", data=np.frombuffer(bomb, np.uint8)))
 
 
-def test_damaged_bytes_never_do_more_than_a_message_error(survives_damage, color, depth, heatmap):
+def test_damaged_bytes_never_do_more_than_a_message_error(survives_damage, color, heatmap):
     def color_all_the_way(payload):
         decompress_color(decode_color(payload).encoded)
 
     camera = PinholeCamera.from_horizontal_fov(40, 25, 1.2)
     survives_damage(color_all_the_way, encode_color(color, STAMP, FRAME))
-    survives_damage(decode_depth, encode_depth(depth, STAMP, FRAME))
-    survives_damage(decode_depth_raw, encode_depth_raw(depth[:3, :4], STAMP, FRAME))
     survives_damage(decode_camera, encode_camera(camera, STAMP, FRAME))
     survives_damage(decode_heatmap, encode_heatmap(heatmap, STAMP, FRAME))

@@ -1,9 +1,11 @@
 """The recorder on a real network."""
 
 import random
+import shutil
 import threading
 import time
 from concurrent.futures import Future
+from pathlib import Path
 
 import msgspec
 import pytest
@@ -177,6 +179,26 @@ def test_a_disk_that_refuses_ends_the_recording_and_nothing_else(sessions, recor
     assert "cannot be written to" in status.text
     (tmp_path / "s").unlink()
     assert _request(client, "start").state == "recording"
+
+
+def test_a_folder_that_is_removed_ends_the_recording_once_and_another_can_begin(
+    sessions, record, tmp_path, caplog
+):
+    _, client = sessions
+    record(limits=RecordingLimits(min_free_gb=0.0))
+
+    def status():
+        payload = last_message(client, f"{ROBOT}/{keys.RECORDING}", 2.0)
+        return msgspec.json.decode(payload, type=RecordingStatus)
+
+    first = Path(_await(lambda: status().state == "recording" and status().session))
+    shutil.rmtree(first)
+    failed = _await(lambda: status().state == "failed" and status())
+    assert failed.text == f"the recording ended: No such file or directory ({first})"
+    again = _request(client, "start")
+    assert again.state == "recording"
+    assert (Path(again.session) / "session_0.mcap").exists()
+    assert [one.message for one in caplog.records if one.levelname == "ERROR"] == [failed.text]
 
 
 def test_what_finds_no_room_is_counted():

@@ -17,7 +17,8 @@ from app.links.network.session import open_router
 from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.control import encode
-from app.messages.images import decode_camera, decode_color, decode_depth
+from app.messages.depth.depth_images import decode_depth
+from app.messages.images import decode_camera, decode_color
 from app.messages.motion import (
     StampedTwist,
     decode_flag,

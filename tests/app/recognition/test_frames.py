@@ -8,7 +8,8 @@ import pytest
 from PIL import Image
 
 from app.messages import keys
-from app.messages.images import encode_camera, encode_color, encode_depth
+from app.messages.depth.depth_images import encode_depth
+from app.messages.images import encode_camera, encode_color
 from app.messages.motion import encode_transforms, robot_transforms
 from app.nodes.replay.datasets import DatasetError, open_dataset
 from app.nodes.replay.messages import RobotMessage, dataset_messages

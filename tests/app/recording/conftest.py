@@ -8,7 +8,8 @@ import pytest
 
 from app.messages import keys
 from app.messages.control import encode
-from app.messages.images import encode_camera, encode_color, encode_depth
+from app.messages.depth.depth_images import encode_depth
+from app.messages.images import encode_camera, encode_color
 from app.messages.keys import CAMERA_FRAME
 from app.messages.motion import (
     StampedPath,

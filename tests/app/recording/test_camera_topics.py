@@ -5,7 +5,8 @@ import pytest
 from mcap.writer import Writer
 
 from app.messages import keys
-from app.messages.images import encode_camera, encode_color, encode_depth
+from app.messages.depth.depth_images import encode_depth
+from app.messages.images import encode_camera, encode_color
 from app.recording.camera_topics import image_problems, topic_problem
 from app.recording.reading.recording import Recording
 from ippon.camera import PinholeCamera

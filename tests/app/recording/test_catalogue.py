@@ -10,7 +10,7 @@ from PIL import Image
 from app.messages import keys
 from app.messages.control import encode
 from app.messages.status import GoalStatus
-from app.recording import catalogue
+from app.recording import catalogue, timeline
 from app.recording.catalogue import (
     is_folder_of_recordings,
     list_sessions,
@@ -109,3 +109,22 @@ def test_the_time_before_the_first_message_is_no_part_of_a_session(session_folde
     summary = recording.index.metadata[SUMMARY]
     recording.close()
     assert float(summary["duration_s"]) == pytest.approx(5.8, abs=0.1)
+
+
+def test_of_a_session_that_is_being_recorded_every_other_second_is_read(
+    made_up, tmp_path, monkeypatch
+):
+    session = made_up.write_session(tmp_path, 12.0, end=False)
+    session.writer.flush()
+    read = []
+    decoded = timeline.decoded
+    monkeypatch.setattr(timeline, "decoded", lambda *args: read.append(args) or decoded(*args))
+    (growing,) = list_sessions(tmp_path)
+    assert len(read) < 20
+    assert [goal.outcome for goal in growing.goals] == ["found"]
+    session.writer.abandon()
+    (tmp_path / ".ippon-sessions.json").unlink()
+    (cut,) = list_sessions(tmp_path)
+    assert len(read) > 100
+    assert cut.goals == growing.goals
+    assert growing.path_length_m == pytest.approx(cut.path_length_m, abs=0.1)

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from app.messages import keys
-from app.messages.images import encode_color, encode_depth
+from app.messages.depth.depth_images import encode_depth
+from app.messages.images import encode_color
 from app.recording.depth_pairs import DepthPairs
 
 

@@ -1,5 +1,7 @@
 """A fitted table: monotone, near the truth with many objects, near the one before with few."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import check_grad
@@ -7,7 +9,13 @@ from scipy.sparse import csr_matrix
 
 from ippon.calibration.evidence import Evidence
 from ippon.calibration.fit import KNOTS, _Data, fit_table, score_of
-from ippon.observation_model import ScoreTable, shipped_models
+from ippon.observation_model import (
+    LEAST_SCORE,
+    NOT_RECOGNISED,
+    NOTHING_SAID,
+    ScoreTable,
+    shipped_models,
+)
 
 BEFORE = next(one.table for one in shipped_models() if one.kind == "scores")
 PRIOR = -np.log(40.0)
@@ -38,6 +46,32 @@ def test_a_table_is_monotone_and_generalises(seed):
     test = [drawn(seed + 100, objects=60, others=600)]
     assert score_of(test, table, PRIOR).log_loss < score_of(test, BEFORE, PRIOR).log_loss
     assert score_of(test, table, PRIOR).believed >= 50
+
+
+def with_misses(seed):
+    """Surface of which labels are missed, too, more or less often for objects than for the rest."""
+    rng = np.random.default_rng(seed)
+    places = int(rng.integers(1, 5))
+    whole = drawn(
+        seed, objects=int(rng.integers(1, 40)), others=int(rng.integers(0, 300)), places=places,
+        mean=rng.uniform(0.05, 0.9, 2),
+    )  # fmt: skip
+    misses = np.where(np.repeat(whole.of_object >= 0, places), *rng.random(2))
+    columns = whole.values.indices.copy()
+    is_missed = rng.random(len(columns)) < misses
+    columns[is_missed] = rng.integers(NOT_RECOGNISED, NOTHING_SAID + 1, is_missed.sum())
+    parts = (whole.values.data, columns, whole.values.indptr)
+    return replace(whole, values=csr_matrix(parts, whole.values.shape))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_score_tells_more_against_an_object_than_not_being_recognised(seed):
+    table = fit_table([with_misses(seed)], BEFORE, PRIOR)
+    ratios = table.log_ratios("scores")
+    rising = np.concatenate([ratios[:1], ratios[LEAST_SCORE:]])
+    assert (np.diff(rising) >= 0.0).all()
+    assert table.not_recognised <= table.nats[0]
+    assert list(table.nats) == sorted(table.nats)
 
 
 def test_uninformative_scores_get_no_evidence():

@@ -82,7 +82,7 @@ def test_how_near_a_start_may_be_is_a_setting(home, robot):
     assert (0, "starts too near") in {(d.start_index, d.reason) for d in dropped}
     with pytest.raises(ValueError, match="min_shortest_path_m must be finite and at least"):
         EpisodeGenerationConfig(min_shortest_path_m=0.0)
-    with pytest.raises(ValueError, match="a seed is a whole number from 0; got -1"):
+    with pytest.raises(ValueError, match=r"a seed is a whole number from 0 to 2\^63 - 1; got -1"):
         EpisodeGenerationConfig(seed=-1)
 
 

@@ -1,11 +1,15 @@
 """The line that says why the robot goes where it goes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from ippon.guidance.levels import BY_OPERATOR, LabelLevel, Level
 from ippon.guidance.prior import EmbeddedPrior
+from ippon.mission.explanation import explain
 from ippon.mission.inspection import inspect_voxel
+from ippon.planning.plan import NodeKind, Plan, TreeView, Viewpoint
 from ippon.vocabulary import MATTERPORT_40
 
 KITCHEN = [
@@ -15,6 +19,27 @@ KITCHEN = [
     ("wall", "wall", (5.0, 0.0, 0.0), (5.1, 1.5, 2.5)),
     ("wall", "wall", (5.0, 2.4, 0.0), (5.1, 4.0, 2.5)),
 ]
+
+
+@pytest.fixture
+def made_up_plan():
+    target = Viewpoint(
+        position_world=(1.0, 2.0, 0.0), yaw_rad=0.0, tilt_rad=0.0, gain=0.25, termination=0.0,
+        level=Level.AVERAGE, kind=NodeKind.EXPLORING, path_gain=0.25, path_cost_s=3.0,
+    )  # fmt: skip
+    none = np.zeros(0, np.float32)
+    tree = TreeView(
+        positions_world=np.zeros((0, 3), np.float32), parents=np.zeros(0, np.int32), yaws_rad=none,
+        tilts_rad=none, gains=none, terminations=none, path_costs_s=none,
+        levels=np.zeros(0, np.uint8), kinds=np.zeros(0, np.uint8),
+    )  # fmt: skip
+    path = np.zeros((2, 3))
+    return Plan(target=target, path_world=path, tree=tree, exhausted=False, evaluated=0)
+
+
+def test_a_target_of_a_rule_has_a_worth_and_no_gain(made_up_plan):
+    told = explain(replace(made_up_plan, by_rule=True), None, None, None)
+    assert told == "going where the method's rule leads: worth 0.25, 3.0 s away"
 
 
 @pytest.mark.slow

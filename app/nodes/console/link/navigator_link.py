@@ -111,9 +111,9 @@ class NavigatorLink(PanelRequests):
         """Return how long ago the navigator was heard last, or the console was started."""
         return self._listener.silence_s()
 
-    def query(self, topic: str, timeout_s: float = REPLY_S) -> bytes | None:
+    def query(self, topic: str) -> bytes | None:
         """Ask for the last message of a topic; None when nobody answers."""
-        return self._listener.query(topic, timeout_s)
+        return self._listener.query(topic)
 
     # Methods of `Controller` and `Actions`:
 

@@ -12,13 +12,12 @@ import msgspec
 import viser
 
 from app.links.network.inbox import Inbox
-from app.links.network.topic_listener import KEYFRAME_S
 from app.messages import keys
 from app.nodes.console.calls.call_detection import CallDetection
 from app.nodes.console.calls.call_log import CallLog
 from app.nodes.console.camera.camera_scene import CAMERA_PARTS, camera_scene
 from app.nodes.console.critical_thread import OnFailure, critical_thread
-from app.nodes.console.link.navigator_link import REPLY_S, NavigatorLink
+from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.link.versions import not_understood
 from app.nodes.console.panels.tabs import Tabs
 from app.nodes.console.scene.browser_views import BrowserViews
@@ -196,8 +195,7 @@ class SceneThread:
     def _fetch(self, topics: list[str]) -> None:
         try:
             for topic in topics:
-                timeout_s = KEYFRAME_S if topic == keys.MAP_KEYFRAME else REPLY_S
-                payload = self._link.query(topic, timeout_s)
+                payload = self._link.query(topic)
                 if payload is not None:
                     self._inbox.put(topic, payload)
         finally:

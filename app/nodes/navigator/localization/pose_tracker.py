@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 
 from app.messages import keys
 from app.messages.cdr import MessageError
+from app.messages.depth.depth_images import DEPTH_DECODERS, DepthImage
 from app.messages.images import (
-    DEPTH_DECODERS,
     PAIRED_S,
     CompressedColor,
-    DepthImage,
     decode_camera,
     decode_color,
     decompress_color,

@@ -76,6 +76,24 @@ def test_a_single_search_has_a_dash_for_an_interval(tmp_path, make_row, capsys):
     assert json.loads(capsys.readouterr().out)[0]["spl_ci95"] is None
 
 
+def test_a_rule_that_gave_no_targets_is_said(results, make_row, capsys):
+    for home in "12":
+        name = f"{home}.bed.0.untold"
+        for method, left in (("nearest_frontier", 10), ("mine", 90)):
+            row = make_row(method=method, home=home, rule_steps=100, unruled_steps=left)
+            results.write(dataclasses.replace(row, episode_id=name))
+    run_eval_report(EvalReport(folder=results.path))
+    out, err = (" ".join(text.split()) for text in capsys.readouterr())
+    assert "nearest_frontier: in 10 % of the steps" in out
+    assert "mine: in 90 %" not in out
+    assert "ippon: mine: in 90 % of the steps" in err
+    assert "its figures are mostly those of that planner" in err
+    page = (results.path / "report.html").read_text()
+    assert '<p class="warn">mine: in 90 %' in page
+    assert '<p class="dim">nearest_frontier: in 10 %' in page
+    assert "oracle: in" not in page
+
+
 def test_every_search_is_a_line_of_the_csv(results, make_row):
     results.write(make_row(episode_id="3.bed.0.untold", home="3", shortest_path_m=math.inf))
     run_eval_report(EvalReport(folder=results.path))

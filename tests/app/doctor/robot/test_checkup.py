@@ -6,16 +6,12 @@ import numpy as np
 import pytest
 
 from app.doctor.robot.alignment import edge_score
-from app.doctor.robot.checkup import check_robot
+from app.doctor.robot.checkup import check_robot, last_frame
+from app.doctor.robot.images import check_camera
 from app.messages import keys
 from app.messages.cdr import encode, header
-from app.messages.images import (
-    decode_color,
-    decode_depth,
-    decompress_color,
-    encode_color,
-    encode_depth,
-)
+from app.messages.depth.depth_images import decode_depth, encode_depth
+from app.messages.images import decode_color, decompress_color, encode_color
 from app.messages.motion import (
     StampedTransform,
     StampedTwist,
@@ -24,7 +20,9 @@ from app.messages.motion import (
     encode_transforms,
     encode_twist,
 )
-from ippon.geometry import base_pose
+from ippon.geometry import base_pose, make_transform
+from tests.app.messages.depth.test_depth_images import HEADER, compressed
+from tests.app.messages.depth.test_rvl import encode_rvl
 from tests.app.messages.robot_messages import odometry
 
 DAY_NS = 86_400_000_000_000
@@ -80,6 +78,33 @@ def test_a_silent_robot(samples):
     lines = found(samples)
     assert {lines[k].verdict for k in ("colour", "depth", "intrinsics", "tf")} == {"failed"}
     assert "start the driver and the bridge" in lines["colour"].do
+
+
+def test_the_tilt_of_the_last_frame_is_an_angle(samples, change):
+    c, s = np.cos(-0.9), np.sin(-0.9)
+    # About the camera's x axis, to the right: down.
+    down = make_transform(np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]), (0.0, 0.0, 0.0))
+
+    def tilted(payload):
+        *others, last = decode_transforms(payload)
+        pose = last.T_parent_child @ down
+        return encode_transforms([*others, dataclasses.replace(last, T_parent_child=pose)])
+
+    before = last_frame(samples, check_camera(samples))
+    change(keys.TF, tilted)
+    frame = last_frame(samples, check_camera(samples))
+    assert frame.tilt_rad - before.tilt_rad == pytest.approx(-0.9, abs=1e-3)
+
+
+def test_depth_compressed_as_rvl(samples, change):
+    def rvl(payload):
+        image = decode_depth(payload)
+        millimetres = np.rint(1000.0 * image.depth[:20, :30]).astype(np.uint16)
+        return compressed("16UC1; compressedDepth rvl", HEADER + encode_rvl(millimetres))
+
+    change(keys.DEPTH, rvl)
+    line = found(samples)["depth"]
+    assert line.detail.startswith("30 x 20,"), line
 
 
 @pytest.mark.slow

@@ -1,3 +1,4 @@
+import json
 import os
 import subprocess
 import sys
@@ -46,6 +47,27 @@ def test_a_dead_navigator_is_forgotten():
     path = noted(navigator(child.pid))
     assert running_navigators() == []
     assert not path.exists()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not tell")
+@pytest.mark.parametrize("change", ["another process", "another start of the machine"])
+def test_another_process_with_the_number_of_a_dead_navigator(change):
+    """After a power cut, the numbers of processes are given again."""
+    path = noted(navigator(os.getpid()))
+    entry = json.loads(path.read_text())
+    boot, ticks = entry["process"].split()
+    now = (boot, f"{int(ticks) - 1}") if change == "another process" else ("0" + boot, ticks)
+    path.write_text(json.dumps({**entry, "process": " ".join(now)}))
+    assert running_navigators() == []
+    assert not path.exists()
+
+
+def test_a_file_of_an_earlier_version_is_read():
+    path = noted(navigator(os.getpid()))
+    entry = json.loads(path.read_text())
+    del entry["process"]
+    path.write_text(json.dumps(entry))
+    assert running_navigators() == [navigator(os.getpid())]
 
 
 def test_oldest_first():

@@ -5,13 +5,8 @@ import pytest
 
 from app.links.robot_streams.assembler import MAX_PENDING, AssemblerConfig, FrameAssembler
 from app.messages.cdr import MessageError
-from app.messages.images import (
-    CompressedColor,
-    DepthImage,
-    StampedCamera,
-    decode_color,
-    encode_color,
-)
+from app.messages.depth.depth_images import DepthImage
+from app.messages.images import CompressedColor, StampedCamera, decode_color, encode_color
 from app.messages.motion import StampedTransform
 from app.messages.perception.detections import StampedBoxes
 from app.messages.perception.heatmaps import StampedHeatmap

@@ -1,13 +1,11 @@
 """Sentences and images read by a language model, and its key."""
 
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-from app.links.language_model.api_key import read_api_key
 from ippon.vocabulary import MATTERPORT_40
-from tests.app.links.conftest import KEY, Make
+from tests.app.links.conftest import Make
 
 REPLY = (
     '{"goals": [{"object": "hat", "display": "red hat", "attributes": [{"kind": "colour", '
@@ -65,21 +63,6 @@ def test_a_model_without_eyes_names_nothing(
     sighting = make_model().name_objects(b"", MATTERPORT_40)
     assert sighting.labels == ()
     assert "images are not supported" in sighting.failed
-
-
-def test_reads_the_key(tmp_path: Path) -> None:
-    assert read_api_key({}) is None
-    assert read_api_key({"IPPON_API_KEY": f"{KEY}\n"}) == KEY
-    assert read_api_key({"OPENAI_API_KEY": KEY, "IPPON_API_KEY": ""}) == KEY
-    assert read_api_key({"OPENAI_API_KEY": "other", "IPPON_API_KEY": KEY}) == KEY
-    file = tmp_path / "key"
-    file.write_text(f"{KEY}\n")
-    assert read_api_key({"OPENAI_API_KEY": "other"}, file) == KEY
-    file.write_text(f"{KEY}\nmore")
-    with pytest.raises(ValueError, match="must hold the API key alone"):
-        read_api_key({}, file)
-    with pytest.raises(ValueError, match=r"cannot read the API key from .*absent: FileNotFound"):
-        read_api_key({}, tmp_path / "absent")
 
 
 def test_judges_a_crop(chat_server: Any, speak: Any, make_model: Make) -> None:

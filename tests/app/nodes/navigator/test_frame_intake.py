@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from app.messages import keys
-from app.messages.images import encode_camera, encode_color, encode_depth
+from app.messages.depth.depth_images import encode_depth
+from app.messages.images import encode_camera, encode_color
 from app.messages.motion import encode_flag, encode_transforms, robot_transforms
 from app.nodes.navigator.frame_intake import MAX_WAITING, MISFITS, FrameIntake, Stopwatch
 from ippon.camera import PinholeCamera

@@ -220,3 +220,21 @@ def test_what_makes_no_sense_is_refused_and_changes_nothing(open_keeper, frame, 
     with pytest.raises(ValueError, match=why):
         keeper.note(MemoryNoteRequest(**said), [])
     assert keeper.instances == before
+
+
+def test_the_room_of_a_find_is_known_once_it_is_announced(open_keeper, frame, monkeypatch):
+    rooms = ["kitchen", "hall"]
+    monkeypatch.setattr(memory_keeper, "name_lookup", lambda *_: lambda _: rooms[0])
+    keeper, found, elsewhere = open_keeper([]), (2.0, 0.0, 1.0), (2.0, 0.0, 4.0)
+    keeper.step(frame, hat_search(found=False), 0.0)
+    assert keeper.room_of(found) == ""
+    keeper.step(frame, hat_search(), 0.0)
+    assert keeper.room_of(found) == "kitchen"
+    assert keeper.room_of(elsewhere) == ""
+    # On another floor the room that was below says nothing of the find there.
+    rooms.pop(0)
+    keeper.step(frame, hat_search(found=False), 3.0)
+    keeper.step(frame, hat_search(position=elsewhere), 3.0)
+    assert keeper.room_of(elsewhere) == "hall"
+    assert keeper.room_of(found) == "kitchen"
+    keeper.close()

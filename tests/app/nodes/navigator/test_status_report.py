@@ -5,11 +5,16 @@ import pytest
 
 from app.messages.driving import DriveStatus
 from app.messages.lease import LeaseStatus
-from app.messages.status import GoalStatus
+from app.messages.status import CountedFind, GoalStatus
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.frame_intake import Stopwatch
 from app.nodes.navigator.state.goal_queue import GoalQueue
-from app.nodes.navigator.status_report import PLAN_WINDOW, StatusReport, elapsed_s_of
+from app.nodes.navigator.status_report import (
+    PLAN_WINDOW,
+    StatusReport,
+    elapsed_s_of,
+    with_room,
+)
 from ippon.command import Command
 from ippon.mission.config import MissionConfig
 from ippon.mission.mission import Mission
@@ -153,3 +158,21 @@ def test_the_clock_stops_with_the_find_whatever_the_operator_does_then():
     found = GoalStatus(goal_id=1, object="hat", outcome="found", took_s=31.4)
     assert elapsed_s_of(found, snapshot) == 31.4
     assert elapsed_s_of(None, None) == 0.0
+
+
+def test_a_goal_has_the_rooms_of_its_finds():
+    rooms = {(1.0, 2.0, 0.5): "kitchen", (3.0, 2.0, 0.5): "hall"}
+    goal = GoalStatus(
+        goal_id=1, object="mug", outcome="found", position_world=(1.0, 2.0, 0.5), count=3,
+        counted=[
+            CountedFind(number=1, position_world=(3.0, 2.0, 0.5)),
+            CountedFind(number=2, position_world=(5.0, 2.0, 0.5), confirmed=True),
+        ],
+    )  # fmt: skip
+    placed = with_room(goal, lambda position: rooms.get(position, ""))
+    assert placed.room == "kitchen"
+    assert [(one.number, one.room, one.confirmed) for one in placed.counted] == [
+        (1, "hall", False), (2, "", True),
+    ]  # fmt: skip
+    missing = GoalStatus(goal_id=2, object="hat")
+    assert with_room(missing, lambda _: "kitchen") == missing

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from app.messages import keys
-from app.messages.images import encode_camera, encode_color, encode_depth
+from app.messages.depth.depth_images import encode_depth
+from app.messages.images import encode_camera, encode_color
 from app.messages.motion import decode_transforms, encode_transforms
 from app.nodes.navigator import stream_conversion
 from app.nodes.navigator.frame_intake import FrameIntake

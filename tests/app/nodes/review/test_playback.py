@@ -1,5 +1,6 @@
 """The thread that plays: a session that goes on while it is shown."""
 
+import math
 import threading
 
 import msgspec
@@ -58,6 +59,46 @@ def test_the_timeline_of_a_session_that_is_recorded_grows(made_up, tmp_path, mon
         session.close()
         board.wait(lambda state: not state.growing and not state.playing)
         assert not playback.session.problems
+    finally:
+        playback.close()
+    assert not failures
+
+
+def test_a_session_that_is_being_recorded_is_no_broken_one(made_up, tmp_path, caplog):
+    session = made_up.write_session(tmp_path, seconds=3.0, end=False)
+    session.writer.flush()
+    board, failures = _Board(), []
+    playback = Playback((lambda *_: None,), board, failures.append)
+    playback.start()
+    try:
+        playback.show([session.writer.folder])
+        board.wait(lambda state: state.growing)
+        assert not caplog.records
+        session.writer.abandon()
+        board.wait(lambda state: not state.growing)
+        playback.show([session.writer.folder])
+        assert "was not ended" in caplog.text
+    finally:
+        playback.close()
+    assert not failures
+
+
+def test_a_page_may_ask_for_any_number(made_up, tmp_path):
+    folder = made_up.write_session(tmp_path, seconds=3.0).writer.folder
+    board, failures = _Board(), []
+    playback = Playback((lambda *_: None,), board, failures.append)
+    playback.start()
+    try:
+        playback.show([folder])
+        for value in (1e308, math.inf):
+            playback.command(ReviewCommand(action="seek", value=-value))
+            board.wait(lambda state: state.position_s == 0.0)
+            playback.command(ReviewCommand(action="step", value=value))
+            board.wait(lambda state: state.position_s > 2.5)
+            playback.command(ReviewCommand(action="step", value=-value))
+            board.wait(lambda state: state.position_s == 0.0)
+            playback.command(ReviewCommand(action="seek", value=value))
+            board.wait(lambda state: state.ended)
     finally:
         playback.close()
     assert not failures

@@ -13,14 +13,8 @@ from app.export.session_data import read_session_data
 from app.links.robot_streams.assembler import FrameAssembler
 from app.messages import keys
 from app.messages.control import encode
-from app.messages.images import (
-    decode_camera,
-    decode_color,
-    decode_depth,
-    encode_camera,
-    encode_color,
-    encode_depth,
-)
+from app.messages.depth.depth_images import decode_depth, encode_depth
+from app.messages.images import decode_camera, decode_color, encode_camera, encode_color
 from app.messages.motion import (
     StampedTwist,
     decode_transforms,

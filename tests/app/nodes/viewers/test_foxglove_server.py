@@ -10,7 +10,8 @@ pytest.importorskip("foxglove", reason="needs the extra foxglove")
 from app.messages import keys
 from app.messages.cdr import decode
 from app.messages.control import encode
-from app.messages.images import decode_color, decode_depth_raw, encode_depth
+from app.messages.depth.depth_images import decode_depth_raw, encode_depth
+from app.messages.images import decode_color
 from app.messages.memory import MapAlignment
 from app.messages.motion import decode_path, decode_transforms
 from app.messages.scene import decode_tree, decode_voxels

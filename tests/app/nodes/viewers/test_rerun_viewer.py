@@ -14,7 +14,7 @@ import rerun as rr
 
 from app.messages import keys
 from app.messages.control import encode
-from app.messages.images import encode_depth, encode_depth_raw
+from app.messages.depth.depth_images import encode_depth, encode_depth_raw
 from app.messages.status import Event
 from app.nodes.viewers import rerun_viewer
 from app.nodes.viewers.errors import ViewerError

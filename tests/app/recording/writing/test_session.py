@@ -1,21 +1,27 @@
 """Limits, thinning, notes, markers, and a recorder that is killed."""
 
+import errno
+import io
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from app.messages import keys
 from app.messages.cdr import decode
+from app.messages.control import encode
 from app.messages.scene import FoundObject
+from app.messages.status import Event
 from app.recording.errors import RecordingError
 from app.recording.notes import Note, add_note, notes_path, read_notes
 from app.recording.reading.recording import Recording
 from app.recording.writing.limits import RecordingLimits, check_limits
 from app.recording.writing.markers import encode_markers
-from app.recording.writing.session import Session, session_name
-from app.recording.writing.subsampling import SensorSubsampling
+from app.recording.writing.session import THUMBNAIL, Session, session_name
+from app.recording.writing.writer import SessionWriter
 from tests.locations import ROOT
 
 GB = 10**9
@@ -70,9 +76,55 @@ def test_depth_and_heatmaps_are_thinned_together_and_nothing_else(made_up, tmp_p
     recording.close()
 
 
-def test_without_thinning_and_without_a_stamp_everything_is_kept():
-    assert SensorSubsampling(0.0).keeps(keys.DEPTH, b"")
-    assert SensorSubsampling(2.0).keeps(keys.DEPTH, b"short")
+def _rest(session, made_up, ticks):
+    """Record a robot that stands with its search over, at five images a second."""
+    pose = next(payload for key, payload in made_up.messages_of(0, 1) if key == keys.TF)
+    for tick in ticks:
+        for n, (key, payload) in enumerate(made_up.messages_of(tick, tick + 1)):
+            if key != keys.EVENT:
+                time_ns = made_up.START_NS + tick * 10**9 // made_up.HZ + n * 1000
+                sent = pose if key == keys.TF else payload
+                session.add(key, sent, time_ns, tick / made_up.HZ)
+
+
+@pytest.mark.parametrize("sensor_hz", [2.0, 0.0])
+def test_of_a_robot_that_rests_fewer_images_and_whole_maps_are_kept(made_up, tmp_path, sensor_hz):
+    session = Session(tmp_path, "home/3", RecordingLimits(min_free_gb=0.0), 1, sensor_hz=sensor_hz)
+    _rest(session, made_up, range(5 * 65))
+    for time_ns, key, payload in made_up.all_messages(6.0):
+        session.add(key, payload, time_ns + 65 * 10**9, 65.0 + (time_ns - made_up.START_NS) * 1e-9)
+    session.close()
+    recording = Recording(session.writer.folder)
+
+    def count(key, from_s, until_s):
+        after_s = (recording.times_ns(key) - made_up.START_NS) * 1e-9
+        return int(np.count_nonzero((after_s > from_s) & (after_s < until_s)))
+
+    few = {keys.DEPTH: 6, keys.HEATMAP: 6, keys.COLOR: 60, keys.MAP_KEYFRAME: 1}
+    whole = {keys.DEPTH: 300, keys.HEATMAP: 300, keys.COLOR: 300, keys.MAP_KEYFRAME: 30}
+    expected = few if sensor_hz else whole
+    resting = {key: count(key, 4.99, 64.99) for key in expected}
+    assert resting == pytest.approx(expected, abs=1)
+    assert {count(key, 4.99, 64.99) for key in (keys.STATUS, keys.TF, keys.MAP_VOXELS)} == {300}
+    # What comes before and the search that follows have all of their images.
+    assert count(keys.COLOR, -1.0, 4.99) == 25
+    assert count(keys.COLOR, 64.99, 71.0) == 30
+    assert count(keys.DEPTH, 64.99, 71.0) == (12 if sensor_hz else 30)
+    recording.close()
+
+
+def test_the_picture_of_a_find_is_the_image_of_its_time_also_where_that_is_not_kept(
+    made_up, tmp_path
+):
+    session = Session(tmp_path, "home/3", RecordingLimits(min_free_gb=0.0), 1, sensor_hz=2.0)
+    _rest(session, made_up, range(52))
+    found = encode(Event(stamp_ns=0, kind="found", text="found the hat"))
+    session.add(keys.EVENT, found, made_up.START_NS + 11 * 10**9, 11.0)
+    session.close()
+    recording = Recording(session.writer.folder)
+    picture = Image.open(io.BytesIO(recording.attachment(THUMBNAIL)))
+    assert np.asarray(picture).mean() == pytest.approx(5 * 51, abs=2)
+    recording.close()
 
 
 def test_notes_lie_beside_the_recording_which_stays_as_it_is(session_folder):
@@ -105,6 +157,16 @@ def test_sessions_of_one_second_get_folders_of_their_own(tmp_path):
     for session in sessions:
         session.close()
     assert session_name("ippon/home 3", 0.0).endswith("_ippon_home_3")
+
+
+def test_a_session_that_cannot_begin_leaves_no_folder(tmp_path, monkeypatch):
+    def refuse(_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(SessionWriter, "flush", refuse)
+    with pytest.raises(OSError, match="No space left"):
+        Session(tmp_path, "r", RecordingLimits(min_free_gb=0.0), 1)
+    assert list(tmp_path.iterdir()) == []
 
 
 KILL = """

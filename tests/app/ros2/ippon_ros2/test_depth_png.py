@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from app.messages.cdr import encode, header
-from app.messages.images import decode_depth, decode_depth_raw, encode_depth_raw
+from app.messages.depth.depth_images import decode_depth, decode_depth_raw, encode_depth_raw
 from app.ros2.ippon_ros2.depth_png import compress_depth
 
 

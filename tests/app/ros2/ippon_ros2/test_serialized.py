@@ -1,11 +1,9 @@
-import math
-
 import numpy as np
 import pytest
 
 from app.messages.motion import StampedTwist, encode_number, encode_twist
 from app.messages.navigation import StampedPose, encode_pose
-from app.ros2.ippon_ros2.serialized import RateLimit, check_pose, stamp_of, velocity_of
+from app.ros2.ippon_ros2.serialized import check_pose, stamp_of, velocity_of
 from ippon.geometry import base_pose
 
 
@@ -47,16 +45,3 @@ def test_what_is_no_pose_to_drive_to_is_refused():
     ):
         with pytest.raises(ValueError, match=text):
             check_pose(payload)
-
-
-def test_the_rate_limit_keeps_colour_and_depth_of_the_same_images():
-    stamps = [k / 30.0 for k in range(90)]
-    payloads = [
-        encode_twist(StampedTwist(stamp_ns=round(1e9 * s), linear_m_s=0.0, yaw_rate_rad_s=0.0))
-        for s in stamps
-    ]
-    color, depth = RateLimit(10.0), RateLimit(10.0)
-    kept = [color.passes(p) for p in payloads]
-    assert kept == [depth.passes(p) for p in payloads]
-    assert math.isclose(sum(kept), 30, abs_tol=1)
-    assert all(RateLimit(0.0).passes(p) for p in payloads)

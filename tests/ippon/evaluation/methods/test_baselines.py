@@ -4,6 +4,7 @@ import math
 import numpy as np
 import pytest
 
+from ippon.evaluation.episode_record import TimedPlanner
 from ippon.evaluation.methods.baselines import (
     Aim,
     BaselinePlanner,
@@ -177,6 +178,7 @@ def test_the_plan_leads_to_the_aim(map_arrays, robot):
     assert plan.target.position_world[:2] == pytest.approx((2.0, 3.5), abs=0.1)
     assert (plan.target.yaw_rad, plan.target.tilt_rad, plan.target.gain) == (1.0, -0.3, 0.7)
     assert plan.target.kind is NodeKind.EXPLORING
+    assert plan.by_rule is True
     assert plan.path_world[0].tolist() == [2.0, 2.0, 0.0]
     assert not plan.exhausted
 
@@ -195,6 +197,13 @@ def test_an_aim_that_stays_although_the_robot_is_there_is_given_up(map_arrays, r
     assert planner._aim == aim
 
 
+def test_an_aim_out_of_reach_is_left_to_the_paper_s_planner(map_arrays, robot):
+    aim = Aim(stand=(90.0, 3.5), yaw_rad=1.0, tilt_rad=-0.3, worth=0.7, about=(90.0, 4.0))
+    timed = TimedPlanner(_planner(robot, aim), lambda: 0.0)
+    timed.step(map_arrays, base_pose(2.0, 2.0, 0.0, 0.0), 0.0)
+    assert timed.by_rule == [False]
+
+
 @pytest.mark.slow
 def test_with_nothing_left_the_paper_s_planner_decides_how_to_end(map_arrays, robot):
     planner, here = _planner(robot, None), base_pose(2.0, 2.0, 0.0, 0.0)
@@ -202,6 +211,7 @@ def test_with_nothing_left_the_paper_s_planner_decides_how_to_end(map_arrays, ro
     paper.set_goal(probabilities=np.array([0.02, 0.1, 0.25, 0.6], np.float32), termination_min=2)
     for _ in range(5):
         plan, expected = (p.step(map_arrays, here, 0.0) for p in (planner, paper))
+        assert (plan.by_rule, expected.by_rule) == (False, None)
         assert plan.target == expected.target
         assert plan.exhausted == expected.exhausted
 
@@ -219,5 +229,5 @@ def test_possible_objects_are_approached_first(map_arrays, robot, monkeypatch):
     here = base_pose(2.0, 2.0, 0.0, 0.0)
     assert planner.step(map_arrays, here, 0.0).target is not None
     assert planner._aim == aim
-    planner.step(map_arrays, here, 0.0)
+    assert planner.step(map_arrays, here, 0.0).by_rule is None
     assert planner._aim is None, "the paper's planner leads to it"

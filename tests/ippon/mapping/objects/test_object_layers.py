@@ -67,6 +67,31 @@ def test_levels_and_proximity(voxel_map):
         assert rows.proximity[slot] == pytest.approx(254 * expected, abs=0.51)
 
 
+def test_the_same_levels_change_no_block(voxel_map):
+    voxel_map.set_levels(LEVELS, PROBABILITIES)
+    pools, before = voxel_map._pools, voxel_map.revision
+    voxel_map.set_levels(LEVELS, PROBABILITIES)
+    assert voxel_map.revision == before + 1
+    assert pools.appearance.max() <= before
+    assert pools.revision.max() <= before
+
+
+def test_another_level_marks_the_blocks_that_show_it(voxel_map):
+    voxel_map.set_levels(LEVELS, PROBABILITIES)
+    pools, before = voxel_map._pools, voxel_map.revision
+    was = pools.level.copy(), voxel_map.surface.proximity.copy()
+    chair_is_far = np.array([0, 1, 0, 2], np.uint8)
+    voxel_map.set_levels(chair_is_far, PROBABILITIES)
+    expected = {
+        block
+        for slot, block, column in plain.labelled(voxel_map)
+        if was[0][pools.slab[block], column] != pools.level[pools.slab[block], column]
+        or was[1][slot] != voxel_map.surface.proximity[slot]
+    }
+    assert set(np.flatnonzero(pools.appearance > before).tolist()) == expected
+    assert expected
+
+
 def test_a_rejected_place(voxel_map):
     ball, radius = np.array([1.0, 1.0, 0.0]), 0.8
     before = voxel_map.surface.log_odds.copy()

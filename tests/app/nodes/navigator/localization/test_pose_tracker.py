@@ -9,7 +9,8 @@ import pytest
 import zenoh
 
 from app.messages import keys
-from app.messages.images import encode_camera, encode_color, encode_depth
+from app.messages.depth.depth_images import encode_depth
+from app.messages.images import encode_camera, encode_color
 from app.messages.motion import StampedTransform, encode_transforms
 from app.nodes.navigator.frame_intake import FrameIntake
 from app.nodes.navigator.localization.pose_tracker import LOST_TEXT, PoseTracker, pose_tracker

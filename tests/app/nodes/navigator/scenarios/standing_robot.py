@@ -8,7 +8,8 @@ import numpy as np
 from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.control import decode
-from app.messages.images import encode_camera, encode_color, encode_depth
+from app.messages.depth.depth_images import encode_depth
+from app.messages.images import encode_camera, encode_color
 from app.messages.motion import encode_transforms, robot_transforms
 from app.messages.perception.detections import encode_detections
 from app.messages.perception.heatmaps import encode_heatmap

@@ -17,13 +17,8 @@ from app.links.network.subscription import subscribe
 from app.links.robot_streams.assembler import FrameAssembler, assemble
 from app.messages import keys
 from app.messages.cdr import encode, header, make, typestore
-from app.messages.images import (
-    decode_color,
-    decode_depth,
-    decompress_color,
-    encode_color,
-    encode_depth_raw,
-)
+from app.messages.depth.depth_images import decode_depth, encode_depth_raw
+from app.messages.images import decode_color, decompress_color, encode_color
 from app.messages.motion import decode_transforms, encode_transforms
 from app.nodes.replay import node as replay_node
 from app.nodes.replay.bag_robot import read_bag_robot

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from tests.chromium import KEEP_PICTURES, new_page, open_browser
+from tests.chromium import KEEP_PICTURES, box_at_rest, new_page, open_browser
 
 pytestmark = pytest.mark.browser
 
@@ -90,3 +90,41 @@ def test_two_sessions_stay_in_step(page):
     page.keyboard.press("ArrowRight")
     expect(page.locator(".timeline .clock")).to_have_text("0:05.0 / 0:05.8")
     _keep(page, "review-two")
+
+
+def test_what_is_pressed_stays_while_the_session_grows(launch, made_up, tmp_path):
+    session = made_up.write_session(tmp_path, 12.0, end=False)
+    session.writer.flush()
+    later = made_up.all_messages(20.0)
+
+    def record(after_s, until_s):
+        for time_ns, key, payload in later:
+            if after_s < (time_ns - made_up.START_NS) * 1e-9 <= until_s:
+                session.add(key, payload, time_ns, (time_ns - made_up.START_NS) * 1e-9)
+        session.writer.flush()
+
+    process = launch("review", str(session.writer.folder), "--port", "0")
+    process.wait_for_log("review at http")
+    with open_browser() as browser:
+        page = new_page(browser)
+        page.goto(process.log().split("review at ")[1].split()[0])
+        clock, said = page.locator(".timeline .clock"), page.locator(".timeline .said")
+        expect(said).to_contain_text("recording in progress")
+        expect(said).not_to_have_class(re.compile("problem"))
+        # A recording knows no things: there is nothing to open.
+        expect(page.get_by_role("button", name="Goals", exact=True)).to_be_visible()
+        expect(page.get_by_role("button", name="Things", exact=True)).to_be_hidden()
+        mark, pictures = page.locator(".track .mark.detection"), page.locator(".strip button")
+        expect(pictures.first).to_be_visible()
+        mark.focus()
+        pictures.last.evaluate("(one) => { one.dataset.seen = 1; }")
+        before = box_at_rest(mark)["x"]
+        record(11.9, 12.1)
+        expect(clock).to_contain_text("/ 0:12.0")
+        expect(page.locator(".strip button[data-seen]")).to_have_count(1)
+        record(12.1, 14.1)
+        expect(clock).to_contain_text("/ 0:14.0")
+        expect(page.locator(".strip button[data-seen]")).to_have_count(0)
+        expect(mark).to_be_focused()
+        assert box_at_rest(mark)["x"] < before - 10.0
+    session.close()

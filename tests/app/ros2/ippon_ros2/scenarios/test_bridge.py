@@ -15,7 +15,7 @@ import yaml
 from app.certificates.roles import write_roles
 from app.links.network.session import PROFILE as ZENOH_PROFILE
 from app.links.network.session import open_client, open_router
-from app.messages.images import decode_depth, decode_depth_raw, encode_depth_raw
+from app.messages.depth.depth_images import decode_depth, decode_depth_raw, encode_depth_raw
 from app.messages.motion import StampedTwist, encode_twist
 from tests.app.messages.robot_messages import odometry
 from tests.app.ros2.ippon_ros2.ros2_process import Ros2Process

@@ -1,0 +1,1 @@
+"""Depth images as ROS 2 messages, raw and compressed."""
