@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import Any
 
 from app.nodes.console.link.commands import Actions, CommandError
+from app.nodes.console.panels.find_markup import candidate, not_found
 from app.nodes.console.panels.markup import Try
-from app.nodes.console.panels.places_markup import candidate, not_found
 from app.nodes.console.scene.find_picture import crop
 from app.view.colors import QUIET
 from app.view.model.candidates import LISTED

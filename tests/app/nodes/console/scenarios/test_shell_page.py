@@ -505,7 +505,7 @@ def test_discs_of_a_painted_region_that_overlap_have_one_tone(page):
             if (data[at] < 200 && data[at + 2] > data[at] + 20) blue.add(data[at]);
         return [...blue]; }"""
     )
-    # The edges of the discs are smoothed: all of their tones are between the floor's and the area's.
+    # The edges of the discs are smoothed: their tones are between the floor's and the area's.
     assert min(tones) == round(0.72 * 242)
 
 
