@@ -56,7 +56,8 @@ class CandidatesPanel:
         self._head.visible = self._close.visible = lost is not None
         if lost is not None:
             count = None if lost.places is None else len(places)
-            self._head.content = not_found(self._words.goal(lost.goal), count, self._words)
+            names = ", ".join(map(self._words.goal, lost.goals))
+            self._head.content = not_found(names, count, self._words)
         labels = [row.label for row in model.proximity.rows] if model.proximity is not None else []
         for n, (text, buttons) in enumerate(self._rows):
             is_listed = n < len(places)

@@ -563,6 +563,21 @@ def test_the_header_of_a_small_window_shows_what_is_searched_for(page, post, wid
     assert right <= page.locator(".now").evaluate("(e) => e.getBoundingClientRect().right")
 
 
+@pytest.mark.parametrize("width", [970, 1024, 1440])
+def test_the_cross_of_a_notice_takes_no_row(page, post, width):
+    page.set_viewport_size({"width": width, "height": 768})
+    find = ShownFind(
+        goal_id=7, number=2, name="washing machine", position=(1.0, 2.0, 0.5),
+        size=(0.2, 0.2, 0.2), perhaps=False, out_of_reach_m=None,
+    )  # fmt: skip
+    post(msgspec.structs.replace(SEARCHING, state="found", find=find))
+    cross, notice = (page.locator(part).bounding_box() for part in ("#notice-close", "#notice"))
+    assert cross["y"] - notice["y"] < 10
+    assert notice["x"] + notice["width"] - cross["x"] - cross["width"] < 10
+    acts = page.locator("#notice-acts").bounding_box()
+    assert acts["x"] + acts["width"] <= cross["x"]
+
+
 def test_ages_are_those_of_the_console_whatever_the_clock_of_the_tablet_says(
     window, alone, post, navigator
 ):
