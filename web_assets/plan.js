@@ -4,10 +4,13 @@
 import { BASE, get } from "./base.js";
 import { decimal, LANGUAGE, roomOf, say } from "./words.js";
 import { cellImage, COLORS, drawPlan, scaleBar } from "./plan_drawing.js";
+import { apart, freeArea } from "./plan_layout.js";
 
 const EVERY_MS = 500;
 const CELLS_MS = 2000;
 const SAME_ROOM_M = 2;
+// What may lie over the open plan: it fits beside that.
+const OVER = ".plan-tools, .camera[data-size='corner'], .side:not([hidden])";
 const at = (id) => document.getElementById(id);
 
 export class Plan {
@@ -33,7 +36,7 @@ export class Plan {
     at("room-cancel").addEventListener("click", () => at("room").close());
     at("room").addEventListener("close", () => this.saveName());
     this.followPointer();
-    new ResizeObserver(() => this.draw()).observe(this.canvas);
+    new ResizeObserver(() => (this.isMoved ? this.draw() : this.fit())).observe(this.canvas);
     setInterval(() => this.fetch(), EVERY_MS);
   }
 
@@ -108,7 +111,10 @@ export class Plan {
 
   // While the camera fills the scene, the map is in the corner.
   besideCamera() {
-    if (this.size === "full") return;
+    if (this.size === "full") {
+      if (!this.isMoved) this.fit();
+      return;
+    }
     const size = document.body.dataset.camera === "full" ? "corner" : "off";
     if (size === this.size) return;
     this.section.dataset.size = size;
@@ -144,14 +150,25 @@ export class Plan {
 
   fit() {
     this.isMoved = false;
-    if (this.cells === null) return;
+    const box = this.canvas.getBoundingClientRect();
+    if (this.cells === null || box.width === 0) return;
     const { origin_m, size, cell_m } = this.cells;
     const [wide, high] = size.map((n) => n * cell_m);
-    this.center = [origin_m[0] + wide / 2, origin_m[1] + high / 2];
-    const box = this.canvas.getBoundingClientRect();
-    const border = this.size === "corner" ? 12 : 96;
-    this.scale = Math.min((box.width - border) / wide, (box.height - border) / high);
-    this.scale = Math.max(2, this.scale);
+    const border = this.size === "corner" ? 12 : Math.min(72, 0.08 * Math.min(box.width, box.height));
+    const scaleIn = ([left, top, right, bottom]) =>
+      Math.min((right - left - border) / wide, (bottom - top - border) / high);
+    const over = this.size === "corner" ? [] : [...document.querySelectorAll(OVER)];
+    const boxes = over.map((one) => one.getBoundingClientRect())
+      .filter(({ width }) => width > 0)
+      .map(({ left, top, right, bottom }) =>
+        [left - box.left, top - box.top, right - box.left, bottom - box.top]);
+    const free = freeArea([0, 0, box.width, box.height], boxes, scaleIn);
+    this.scale = Math.max(2, scaleIn(free));
+    const [u, v] = [(free[0] + free[2]) / 2, (free[1] + free[3]) / 2];
+    this.center = [
+      origin_m[0] + wide / 2 + (box.width / 2 - u) / this.scale,
+      origin_m[1] + high / 2 - (box.height / 2 - v) / this.scale,
+    ];
     this.draw();
   }
 
@@ -259,12 +276,12 @@ export class Plan {
       box.height / 2 - (y - center[1]) * scale,
     ];
     const isSmall = this.size === "corner";
-    drawPlan(context, { ...this, place, isSmall });
+    const taken = isSmall ? [] : this.placeRooms(place);
+    drawPlan(context, { ...this, place, isSmall, taken });
     if (isSmall) return;
     this.drawBar(context, box);
     this.drawMeasure(context, box, place);
     if (this.pointed) this.drawRing(context, ...place(...this.pointed));
-    this.placeRooms(place);
   }
 
   drawBar(context, box) {
@@ -327,6 +344,7 @@ export class Plan {
     context.strokeStyle = "#c2185b";
   }
 
+  // Returns the boxes of the names. The name of a larger room is closer to its place.
   placeRooms(place) {
     const rooms = this.scene?.rooms ?? [];
     const key = JSON.stringify(rooms);
@@ -338,10 +356,17 @@ export class Plan {
       at("plan-rooms").replaceChildren(...buttons);
       if (held) (buttons[sameRoom(held, rooms)] ?? this.canvas).focus({ preventScroll: true });
     }
-    for (const [n, button] of [...at("plan-rooms").children].entries()) {
+    const buttons = [...at("plan-rooms").children];
+    const order = [...rooms.keys()].sort((a, b) => rooms[b].area_m2 - rooms[a].area_m2);
+    const boxes = apart(order.map((n) => {
       const [u, v] = place(rooms[n].x_m, rooms[n].y_m);
-      button.style.transform = `translate(${u}px, ${v}px) translate(-50%, -50%)`;
+      const [wide, high] = [buttons[n].offsetWidth / 2, buttons[n].offsetHeight / 2];
+      return [u - wide, v - high, u + wide, v + high];
+    }));
+    for (const [k, [left, top]] of boxes.entries()) {
+      buttons[order[k]].style.transform = `translate(${left}px, ${top}px)`;
     }
+    return boxes;
   }
 
   roomButton(room) {

@@ -1,5 +1,6 @@
 // Draws the plan: cells, painted floor, trail, path, robot, names and scale, in metres of the world.
 
+import { meets } from "./plan_layout.js";
 import { nameOf } from "./words.js";
 
 export const COLORS = {
@@ -31,8 +32,9 @@ export function scaleBar(metresAcross) {
   return [5, 2, 1].map((step) => step * power).find((step) => step <= limit);
 }
 
-// place: world to pixels; scale: pixels per metre; isSmall: without names, for the corner.
-export function drawPlan(context, { cells, image, scene, place, scale, isSmall }) {
+// place: world to pixels; scale: pixels per metre; isSmall: without names, for the corner; taken: boxes
+// of the rooms' names.
+export function drawPlan(context, { cells, image, scene, place, scale, isSmall, taken }) {
   context.imageSmoothingEnabled = false;
   const [x0, y0] = cells.origin_m;
   const [wide, high] = cells.size.map((n) => n * cells.cell_m);
@@ -40,7 +42,7 @@ export function drawPlan(context, { cells, image, scene, place, scale, isSmall }
   if (!scene) return;
   for (const { kind, strokes, radius_m } of scene.painted) {
     context.fillStyle = kind === "look_here" ? "rgb(213 94 0 / 28%)" : "rgb(0 114 178 / 28%)";
-    for (const [x, y] of strokes) disc(context, place(x, y), radius_m * scale);
+    area(context, strokes.map((p) => place(...p)), radius_m * scale);
   }
   line(context, scene.trail.map((p) => place(...p)), COLORS.trail, 2);
   line(context, scene.path.map((p) => place(...p)), COLORS.path, 3.5);
@@ -52,7 +54,17 @@ export function drawPlan(context, { cells, image, scene, place, scale, isSmall }
     context.stroke();
   }
   if (scene.robot) robot(context, scene.robot, place, Math.max(7, 0.25 * scale));
-  if (!isSmall) names(context, scene, place, scale);
+  if (!isSmall) names(context, scene, place, scale, taken);
+}
+
+// Discs that overlap are one area of one tone.
+function area(context, points, radius) {
+  context.beginPath();
+  for (const [u, v] of points) {
+    context.moveTo(u + radius, v);
+    context.arc(u, v, radius, 0, 7);
+  }
+  context.fill();
 }
 
 function disc(context, [u, v], radius) {
@@ -85,15 +97,17 @@ function robot(context, [x, y, yaw], place, radius) {
   context.fill();
 }
 
-// Names of furniture that meet neither each other nor the rooms' names, the largest first.
-function names(context, scene, place, scale) {
+// Names of furniture that meet neither each other, the rooms' names nor the robot, the largest first.
+function names(context, scene, place, scale, rooms) {
   context.font = "12px system-ui, sans-serif";
   context.textAlign = "center";
   context.textBaseline = "middle";
-  const taken = scene.rooms.map((room) => {
-    const [u, v] = place(room.x_m, room.y_m);
-    return [u - 60, v - 18, u + 60, v + 18];
-  });
+  const taken = [...rooms];
+  if (scene.robot) {
+    const [u, v] = place(scene.robot[0], scene.robot[1]);
+    const reach = Math.max(7, 0.25 * scale);
+    taken.push([u - reach, v - reach, u + reach, v + reach]);
+  }
   for (const thing of scene.things) {
     const text = nameOf(thing.text);
     const wide = context.measureText(text).width / 2 + 3;
@@ -108,8 +122,4 @@ function names(context, scene, place, scale) {
     context.fillStyle = COLORS.text;
     context.fillText(text, u, v);
   }
-}
-
-function meets(a, b) {
-  return a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
 }

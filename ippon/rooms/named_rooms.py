@@ -105,9 +105,18 @@ def names_by_part(rooms: Rooms, names: Iterable[RoomName]) -> dict[int, str]:
     return called
 
 
+def names_of_other_floors(rooms: Rooms, names: Iterable[RoomName]) -> tuple[str, ...]:
+    """Return the names of rooms that are on another floor than the inferred ones."""
+    return tuple(one.name for one in names if _is_of_other_floor(rooms, one))
+
+
+def _is_of_other_floor(rooms: Rooms, one: RoomName) -> bool:
+    return one.floor_z_m is not None and abs(one.floor_z_m - rooms.floor_z_m) > FLOORS_APART_M
+
+
 def _part_of(rooms: Rooms, one: RoomName) -> int:
     """Return the part that a name belongs to; 0 for none, and for one of another floor."""
-    if one.floor_z_m is not None and abs(one.floor_z_m - rooms.floor_z_m) > FLOORS_APART_M:
+    if _is_of_other_floor(rooms, one):
         return 0
     return _nearest_part(rooms, one.x_m, one.y_m)
 

@@ -15,7 +15,7 @@ from ippon.geometry import Float64Array
 from ippon.guidance.language.context import Claim, read_context
 from ippon.guidance.language.mentions import room_phrases
 from ippon.guidance.rating import words
-from ippon.rooms.named_rooms import RoomName, names_by_part
+from ippon.rooms.named_rooms import RoomName, names_by_part, names_of_other_floors
 from ippon.rooms.room_inference import Rooms
 from ippon.rooms.room_names import is_same_name, kind_of_name, plain_name
 
@@ -77,6 +77,8 @@ class RoomWeights:
     """Rooms that are searched last, likewise."""
     missing: tuple[str, ...]
     """Rooms that were said and that the map does not have."""
+    other_floor: tuple[str, ...] = ()
+    """Rooms that were said and whose name belongs to another floor."""
 
     @property
     def text(self) -> str:
@@ -87,6 +89,9 @@ class RoomWeights:
             f"no room of that name yet: {', '.join(self.missing)}; used as soon as one is named "
             "or recognised"
             if self.missing
+            else "",
+            f"on another floor: {', '.join(self.other_floor)}; used as soon as the robot is there"
+            if self.other_floor
             else "",
         ]
         return "; ".join(filter(None, parts))
@@ -128,18 +133,21 @@ def weigh_rooms(
         names: Names of rooms, by points.
         config: Bounds of the weights.
     """
-    called = names_by_part(rooms, names)
+    names = tuple(names)
+    called, elsewhere = names_by_part(rooms, names), names_of_other_floors(rooms, names)
     raised: list[Float64Array] = []
     weight = np.ones(len(rooms.room))
     first: list[str] = []
     last: list[str] = []
     missing: list[str] = []
+    other_floor: list[str] = []
     for one in said:
         ratio, known = _ratio(one, rooms, called)
         (last if one.negated else first).extend(known)
         is_named = bool(known) and known[0].endswith("(named by you)")
         if not known or (one.place != words(one.kind) and not is_named):
-            missing.append(one.place)
+            is_there = any(_is_same(name, one) for name in elsewhere)
+            (other_floor if is_there else missing).append(one.place)
         if one.negated:
             prior = 1.0 / len(rooms.types)
             denied = (1.0 - ratio * prior) / (1.0 - prior) if len(rooms.types) > 1 else ratio
@@ -150,7 +158,13 @@ def weigh_rooms(
     if raised:
         weight *= np.maximum.reduce(raised)
     weight[0] = 1.0
-    return RoomWeights(by_part=weight, first=tuple(first), last=tuple(last), missing=tuple(missing))
+    return RoomWeights(
+        by_part=weight,
+        first=tuple(first),
+        last=tuple(last),
+        missing=tuple(missing),
+        other_floor=tuple(other_floor),
+    )
 
 
 def said_parts(said: Iterable[SaidRoom], rooms: Rooms, names: Iterable[RoomName]) -> dict[int, str]:

@@ -18,8 +18,8 @@ _SAME_M: Final = 0.3
 _REJECTED_M: Final = 0.2
 """Margin around a rejected find that the navigator excludes as well."""
 _PLACE_M: Final = 0.4
-_APART_M: Final = 1.0
-"""Distance below which two names would overlap."""
+APART_M: Final = 1.0
+"""Least distance between two names."""
 _EDGES: Final = [(a, b) for a in range(8) for b in range(a + 1, 8) if (a ^ b) in {1, 2, 4}]
 _SIGNS: Final = np.array(
     [[(n >> axis & 1) * 2 - 1 for axis in range(3)] for n in range(8)], dtype=np.float32
@@ -79,10 +79,21 @@ def marks_of(
     detections: tuple[FoundObject, ...],
     rejected: tuple[FindReport, ...] = (),
     say: Words = ENGLISH,
+    *,
+    before: tuple[ObjectMark, ...] = (),
+    apart_m: float = APART_M,
 ) -> tuple[ObjectMark, ...]:
     """Return marks of the find and the candidates, the most probable first.
 
     Candidates inside the find and rejected ones are omitted.
+
+    Args:
+        report: The find; None without one.
+        detections: The candidates.
+        rejected: Finds that were rejected.
+        say: The words of the names.
+        before: Marks whose names are shown, too.
+        apart_m: A candidate that is closer to another name than this has none.
     """
     marks: list[ObjectMark] = []
     detections = tuple(d for d in detections if not any(_is_ruled_out(d, r) for r in rejected))
@@ -103,7 +114,7 @@ def marks_of(
             ObjectMark(
                 center_world=detection.center_world,
                 size_m=detection.size_m,
-                text=text if _has_room(detection, marks) else "",
+                text=text if _has_room(detection, [*before, *marks], apart_m) else "",
                 found=False,
             )
         )
@@ -156,9 +167,9 @@ def _is_part_of(detection: FoundObject, report: FindReport) -> bool:
     return bool((offset <= np.maximum(0.5 * np.array(report.size_m), _SAME_M)).all())
 
 
-def _has_room(detection: FoundObject, marks: list[ObjectMark]) -> bool:
+def _has_room(detection: FoundObject, marks: list[ObjectMark], apart_m: float) -> bool:
     return all(
-        np.linalg.norm(np.subtract(detection.center_world, mark.center_world)) >= _APART_M
+        np.linalg.norm(np.subtract(detection.center_world, mark.center_world)) >= apart_m
         for mark in marks
         if mark.text
     )

@@ -8,7 +8,14 @@ from typing import Any, Final
 import numpy as np
 
 from app.view.drawing.derived_layers import DerivedLayers
-from app.view.drawing.find_layer import FindLayer, ObjectMark, found_before, marks_of, places_of
+from app.view.drawing.find_layer import (
+    APART_M,
+    FindLayer,
+    ObjectMark,
+    found_before,
+    marks_of,
+    places_of,
+)
 from app.view.drawing.overlay_layer import OverlayLayer
 from app.view.drawing.robot_layer import RobotLayer
 from app.view.drawing.tree_layer import TreeLayer
@@ -18,6 +25,8 @@ from app.view.view_options import ViewOptions
 from app.view.words import ENGLISH, Words
 from ippon.geometry import Float64Array
 
+NAMES_SHARE: Final = 0.2
+"""Least distance between two names, as a share of the longer side of the map."""
 GAINS_S: Final = 2.0
 """Minimum interval between two recolourings of the map by gain."""
 ROOTS: Final = (
@@ -128,7 +137,8 @@ class ViserScene:
                 places = model.far_evidence.cells if "far_evidence" in layers else []
                 self.overlay.draw_far_evidence(places, model.far_evidence.cell_m)
             if changed & {"status", "detections"}:
-                self._finds.draw(_marks(model, self._words), "finds" in layers, "labels" in layers)
+                marks = _marks(model, self._words, self._apart_m())
+                self._finds.draw(marks, "finds" in layers, "labels" in layers)
 
     def _recolored(
         self, model: SceneModel, changed: frozenset[Part], options: ViewOptions
@@ -167,6 +177,15 @@ class ViserScene:
         """Return the least and greatest (x, y) of the drawn map in metres; None without one."""
         return self.voxels.bounds()
 
+    def _apart_m(self) -> float:
+        """Return the least distance between names: they keep their size when the map is small."""
+        ends = self.bounds()
+        return (
+            APART_M
+            if ends is None
+            else max(APART_M, NAMES_SHARE * float((ends[1] - ends[0]).max()))
+        )
+
     def _draw_robot(
         self, model: SceneModel, changed: frozenset[Part], options: ViewOptions
     ) -> None:
@@ -181,11 +200,12 @@ class ViserScene:
             self._robot.draw_image(model.image.encoded)
 
 
-def _marks(model: SceneModel, say: Words) -> tuple[ObjectMark, ...]:
+def _marks(model: SceneModel, say: Words, apart_m: float) -> tuple[ObjectMark, ...]:
     status = model.status
     if status is None:
-        return marks_of(None, model.detections, model.rejected)
+        return marks_of(None, model.detections, model.rejected, say, apart_m=apart_m)
     before = found_before(status, say)
     if status.state == "exhausted":
         return (*before, *places_of(model.candidates(), say))
-    return (*before, *marks_of(status.find, model.detections, model.rejected, say))
+    find, places, rejected = status.find, model.detections, model.rejected
+    return (*before, *marks_of(find, places, rejected, say, before=before, apart_m=apart_m))

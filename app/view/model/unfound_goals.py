@@ -16,6 +16,13 @@ class UnfoundGoal:
     """Where its object may be, the likeliest first; None if it came too late."""
     start_ns: int
     """Robot time at which its search began."""
+    also: tuple[GoalStatus, ...] = ()
+    """Other goals of its tour that ended with it."""
+
+    @property
+    def goals(self) -> tuple[GoalStatus, ...]:
+        """All of them."""
+        return (self.goal, *self.also)
 
 
 class UnfoundGoals:
@@ -45,16 +52,28 @@ class UnfoundGoals:
         if self._known is None:
             # What ended before the first status is no news.
             self._known = {goal.goal_id for goal in ended if goal not in present}
-        for goal in ended:
-            if goal.goal_id not in self._known:
-                self.latest = UnfoundGoal(
-                    goal=goal,
-                    places=candidates() if is_over else None,
-                    start_ns=status.stamp_ns - int(status.elapsed_s * 1e9),
-                )
+        news = [goal for goal in ended if goal.goal_id not in self._known]
+        if news:
+            self.latest = _told(news, status, candidates)
         self._known |= {goal.goal_id for goal in ended}
         if self.latest is not None and _is_again(self.latest.goal, present):
             self.latest = None
+
+
+def _told(
+    news: list[GoalStatus], status: Status, candidates: Callable[[], tuple[Candidate, ...]]
+) -> UnfoundGoal:
+    """Return what ended: of a tour, the places are those of the goal that the map shows."""
+    shown = None if status.goal is None else status.goal.goal_id
+    goal = next((one for one in news if one.goal_id == shown), news[-1])
+    also = [one for one in news if one is not goal and goal.tour and one.tour == goal.tour]
+    is_shown = status.state == "exhausted" and goal.goal_id == shown
+    return UnfoundGoal(
+        goal=goal,
+        places=candidates() if is_shown else None,
+        start_ns=status.stamp_ns - int(status.elapsed_s * 1e9),
+        also=tuple(also),
+    )
 
 
 def _is_again(lost: GoalStatus, present: list[GoalStatus]) -> bool:

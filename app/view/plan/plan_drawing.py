@@ -54,8 +54,11 @@ def _cells(cells: PlanCells, sheet: Sheet) -> Iterator[str]:
 def _scene(scene: PlanScene, sheet: Sheet) -> Iterator[str]:
     for stroke in scene.painted:
         color = hex_of(CERTAIN_BRUSH if stroke.kind == "look_here" else NEVER_BRUSH)
+        # Discs that overlap are one area of one tone.
+        yield f'<g fill="{color}" opacity="0.28">'
         for x, y in stroke.strokes:
-            yield _circle(sheet, x, y, stroke.radius_m, f'fill="{color}" fill-opacity="0.28"')
+            yield _circle(sheet, x, y, stroke.radius_m, "")
+        yield "</g>"
     for points, color, width_m in lines_of(scene):
         line = " ".join("{:.3f},{:.3f}".format(*sheet.place(x, y)) for x, y in points)
         stroke = f'stroke="{hex_of(color)}" stroke-width="{width_m}"'

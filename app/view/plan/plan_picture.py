@@ -27,6 +27,8 @@ from app.view.words import Words
 
 PIXELS: Final = 1600
 """Longer side of the picture."""
+PAINTED: Final = 70
+"""Opacity of painted floor, of 255."""
 
 
 def plan_png(model: SceneModel, say: Words) -> bytes | None:
@@ -37,6 +39,7 @@ def plan_png(model: SceneModel, say: Words) -> bytes | None:
     scene, sheet = plan_scene(model), Sheet(cells)
     scale = PIXELS / max(sheet.width_m, sheet.height_m)
     image = _ground(cells, sheet, scale)
+    _paint(image, scene, sheet, scale)
     pen = _Pen(ImageDraw.Draw(image, "RGBA"), sheet, scale)
     pen.draw_scene(scene)
     pen.draw_texts(scene, say)
@@ -57,6 +60,18 @@ def _ground(cells: PlanCells, sheet: Sheet, scale: float) -> Image.Image:
     return image
 
 
+def _paint(image: Image.Image, scene: PlanScene, sheet: Sheet, scale: float) -> None:
+    """Draw the painted floor. Discs of one region that overlap are one area of one tone."""
+    for region in scene.painted:
+        color = CERTAIN_BRUSH if region.kind == "look_here" else NEVER_BRUSH
+        tone = Image.new("L", image.size)
+        draw, radius = ImageDraw.Draw(tone), region.radius_m * scale
+        for x, y in region.strokes:
+            u, v = sheet.place(x, y)
+            draw.circle((u * scale, v * scale), radius, fill=PAINTED)
+        image.paste(color, mask=tone)
+
+
 class _Pen:
     """Draws in metres of the world."""
 
@@ -71,12 +86,8 @@ class _Pen:
         return max(2, round(metres * self._scale))
 
     def draw_scene(self, scene: PlanScene) -> None:
-        """Draw painted floor, trail, path, robot and find."""
+        """Draw trail, path, robot and find."""
         draw, scale = self._draw, self._scale
-        for stroke in scene.painted:
-            color = CERTAIN_BRUSH if stroke.kind == "look_here" else NEVER_BRUSH
-            for x, y in stroke.strokes:
-                draw.circle(self._at(x, y), stroke.radius_m * scale, fill=(*color, 70))
         for points, color, width_m in lines_of(scene):
             line = [self._at(x, y) for x, y in points]
             draw.line(line, fill=color, width=self._width(width_m))

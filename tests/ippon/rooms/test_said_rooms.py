@@ -165,3 +165,13 @@ def test_a_german_name_is_that_of_the_room_that_was_said_in_english():
     assert weights.first == ("Zimmer 12 (named by you)",)
     _, weights = _weigh("in Anna's room", _named(UNCLEAR, "Bens Zimmer"))
     assert weights.first == ()
+
+
+def test_a_room_of_another_floor_is_not_said_to_have_no_name():
+    attic = RoomName(x_m=1.0, y_m=1.0, name="Anna's room", floor_z_m=3.0)
+    _, weights = _weigh("in Anna's room", attic)
+    assert weights.missing == ()
+    assert weights.text == "on another floor: anna's room; used as soon as the robot is there"
+    np.testing.assert_array_equal(weights.by_part, 1.0)
+    _, weights = _weigh("in Ben's room", attic)
+    assert weights.text.startswith("no room of that name yet: ben's room;")

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import Any
 
 from app.nodes.console.link.commands import Actions, CommandError
+from app.nodes.console.panels.find_markup import candidate, not_found
 from app.nodes.console.panels.markup import Try
-from app.nodes.console.panels.places_markup import candidate, not_found
 from app.nodes.console.scene.find_picture import crop
 from app.view.colors import QUIET
 from app.view.model.candidates import LISTED
@@ -56,7 +56,8 @@ class CandidatesPanel:
         self._head.visible = self._close.visible = lost is not None
         if lost is not None:
             count = None if lost.places is None else len(places)
-            self._head.content = not_found(self._words.goal(lost.goal), count, self._words)
+            names = ", ".join(map(self._words.goal, lost.goals))
+            self._head.content = not_found(names, count, self._words)
         labels = [row.label for row in model.proximity.rows] if model.proximity is not None else []
         for n, (text, buttons) in enumerate(self._rows):
             is_listed = n < len(places)

@@ -5,7 +5,7 @@ from typing import Any, Final
 
 from app.messages.status import CountedFind, FindReport, GoalStatus, Status
 from app.nodes.console.link.commands import Actions, CommandError
-from app.nodes.console.panels.find_card import counted_find, counted_head
+from app.nodes.console.panels.find_markup import counted_find, counted_head
 from app.nodes.console.panels.markup import Try
 from app.view.words import Words
 

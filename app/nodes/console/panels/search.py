@@ -1,22 +1,24 @@
-"""The Search tab: start a search, follow it, and confirm or reject a find."""
+"""The Search tab: start a search, follow it, and confirm or reject a find.
+
+What is typed is each browser's own (`QueryForm`); answers are common to all.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, Final, Literal
 
 import numpy as np
-import viser
 
-from app.messages.control import SearchRequest
 from app.messages.plain_text import as_sentence
 from app.messages.status import FindReport, MissionState, Status, awaited_find
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.candidates import CandidatesPanel
 from app.nodes.console.panels.counted_finds import CountedFindsPanel, find_name
-from app.nodes.console.panels.find_card import find_card
+from app.nodes.console.panels.find_markup import find_card
 from app.nodes.console.panels.last_question import LastQuestion, Question
 from app.nodes.console.panels.proximity import ProximityPanel
+from app.nodes.console.panels.query_form import USUAL_SCENARIO, QueryForm
 from app.nodes.console.scene.find_picture import FindPictures
 from app.view.colors import QUIET
 from app.view.drawing.viser_private import show_jpeg_in_panel
@@ -28,7 +30,6 @@ from ippon.guidance.language.requests.sentence import MAX_OBJECT_CHARS, is_name,
 MAX_CONTEXT: Final = 2000
 MAX_SCENARIO: Final = 200
 MAX_TYPED: Final = 2100
-USUAL_SCENARIO: Final = SearchRequest(object="hat").scenario
 _ENDS: Final = ("found", "exhausted")
 _GOING: Final = ("pause", "end")
 _HELD: Final = ("resume", "end")
@@ -44,6 +45,8 @@ class SearchPanel:
         say = self._words = actions.say
         self._find: FindReport | None = None
         self._pictures = FindPictures()
+        self._is_pictured = False
+        """Whether the find that is shown has its picture."""
         self._find_waits = False
         """Whether the find that is shown waits for a verdict."""
         self._verdict: tuple[Any, ...] = ()
@@ -53,8 +56,8 @@ class SearchPanel:
         self._state = ""
         self._fades = False
         """Whether the shown reply is removed when the search ends."""
-        self._proposed = ("", "")
-        """What stands in the fields beside an ambiguous reading that is shown for correction."""
+        self._proposed: tuple[QueryForm, str, str] | None = None
+        """Where an ambiguous reading is shown for correction, and what stands there beside it."""
         self._last = LastQuestion()
         self._answering: Question | None = None
         """What is being answered: a second press of Search is no second question."""
@@ -66,8 +69,11 @@ class SearchPanel:
         """Names of the goals that come after the present ones; empty for none."""
         self._ready: list[Goal] = []
         """Goals of that reading; Search starts them if the fields are left as they are."""
-        if not actions.recorded:
-            self._build_query(gui)
+        self._scenario = USUAL_SCENARIO
+        """That of the last question."""
+        self._forms: list[QueryForm] = []
+        self._queries = None if actions.recorded else gui.add_folder(None)
+        """Container of each browser's fields; none for a recording."""
         self._understood = gui.add_html("")
         self._answer = gui.add_html("")
         self._now = gui.add_html(markup.now(None, say))
@@ -79,6 +85,27 @@ class SearchPanel:
         self._goals = gui.add_html("")
         self._common_sense = ProximityPanel(gui, actions)
 
+    def open_form(
+        self, client: Any, draft: Question | None, keep: Callable[[Question], None]
+    ) -> QueryForm | None:
+        """Add the fields of a browser; None for a recording. Called by the scene thread.
+
+        Args:
+            client: viser's, of the browser.
+            draft: What the browser has typed before; None for nothing.
+            keep: Told what is typed.
+        """
+        if self._queries is None:
+            return None
+        with self._queries:
+            form = QueryForm(client, self._words, draft, self._ask, keep)
+        self._forms.append(form)
+        return form
+
+    def close_form(self, form: QueryForm) -> None:
+        """Forget the fields of a browser that has disconnected. Called by the scene thread."""
+        self._forms.remove(form)
+
     def update(self, model: SceneModel, changed: frozenset[Part]) -> None:
         """Show what changed."""
         if "status" in changed and model.status is not None:
@@ -87,22 +114,6 @@ class SearchPanel:
             self._show_camera(model.image.encoded)
         if "proximity" in changed and model.proximity is not None:
             self._common_sense.show(model.proximity)
-
-    def _build_query(self, gui: Any) -> None:
-        say = self._words
-        with gui.add_form(None) as form:
-            self._wanted = gui.add_text(say("field.find"), "", hint=say("panel.search.find.hint"))
-            self._context = gui.add_text(
-                say("panel.search.context"), "", hint=say("panel.search.context.hint")
-            )
-            self._scenario = gui.add_text(
-                say("panel.search.scenario"),
-                USUAL_SCENARIO,
-                hint=say("panel.search.scenario.hint"),
-            )
-            search = gui.add_button(say("panel.search.search"), icon=viser.Icon.SEARCH)
-        search.on_click(lambda _: form.submit())
-        form.on_submit(lambda _: self._ask())
 
     def _build_steer(self, gui: Any, words: tuple[str, ...]) -> Any:
         """Build the buttons that steer a search in one state; one group is visible at a time."""
@@ -115,7 +126,7 @@ class SearchPanel:
     def _build_find(self, gui: Any) -> None:
         with gui.add_folder(None, visible=False) as self._find_box:
             self._found = gui.add_html("")
-            self._crop = gui.add_image(np.zeros((2, 2, 3), np.uint8), format="jpeg")
+            self._crop = gui.add_image(np.zeros((2, 2, 3), np.uint8), format="jpeg", visible=False)
             if not self._actions.recorded:
                 self._build_verdict(gui)
 
@@ -126,12 +137,11 @@ class SearchPanel:
         confirm.on_click(lambda _: self._try(lambda: self._actions.confirm_find(*self._judged)))
         reject.on_click(lambda _: self._try(lambda: self._actions.reject_find(*self._judged)))
 
-    def _ask(self) -> None:
-        typed, context = self._wanted.value.strip(), self._context.value.strip()
+    def _ask(self, form: QueryForm) -> None:
+        question = typed, context, self._scenario = form.question
         if len(typed) > MAX_TYPED:
             self._say(self._words("panel.search.long", most=MAX_TYPED, n=len(typed)), ok=False)
             return
-        question = (typed, context, self._scenario.value.strip())
         if question == self._answering:
             return
         if self._last.repeats(question):
@@ -139,29 +149,25 @@ class SearchPanel:
             return
         self._answering, self._accepted = question, set[int]()
         try:
-            self._answer_question(typed, context)
+            self._answer_question(form, typed, context)
         finally:
             self._answering = None
         if self._accepted:
             self._last.accepted(question, self._accepted)
-            self._shown_question = self._fields()
+            self._shown_question = form.question[:2]
 
-    def _fields(self) -> tuple[str, str]:
-        """Return what stands in the fields for object and context."""
-        return self._wanted.value.strip(), self._context.value.strip()
-
-    def _answer_question(self, typed: str, context: str) -> None:
+    def _answer_question(self, form: QueryForm, typed: str, context: str) -> None:
         self._understood.content = ""
         ready, self._ready = self._ready, []
-        if ready and (typed, context) == self._proposed:
+        if ready and (form, typed, context) == self._proposed:
             self._try(lambda: self._search_all(ready, ""))
         elif is_name(typed):
             self._try(lambda: self._search(typed, context))
         else:
             self._say(self._words("panel.search.reading"), ok=True)
-            self._try(lambda: self._read(typed, context))
+            self._try(lambda: self._read(form, typed, context))
 
-    def _read(self, sentence: str, context: str) -> str:
+    def _read(self, form: QueryForm, sentence: str, context: str) -> str:
         """Read a sentence, show what was understood, and search; a doubtful reading waits."""
         reading = self._actions.read(sentence)
         if not reading.goals:
@@ -173,9 +179,8 @@ class SearchPanel:
             replace(goal, context=_both(goal.context, context)) for goal in reading.goals
         ]
         if len(self._ready) == 1:
-            self._wanted.value = search_name(self._ready[0])
-            self._context.value = self._ready[0].context
-        self._proposed = (self._wanted.value.strip(), self._context.value.strip())
+            form.write(search_name(self._ready[0]), self._ready[0].context)
+        self._proposed = (form, *form.question[:2])
         return self._words("panel.search.read_by", provider=reading.provider)
 
     def _search_all(self, goals: Sequence[Goal], context: str) -> str:
@@ -202,7 +207,7 @@ class SearchPanel:
         count: int | Literal["all"] = 1,
         other: bool = False,
     ) -> str:
-        scenario = self._scenario.value.strip()
+        scenario = self._scenario
         problem = _problem(wanted, context, scenario, self._words)
         if problem is not None:
             raise CommandError(problem)
@@ -242,9 +247,8 @@ class SearchPanel:
 
     def _show_status(self, status: Status, model: SceneModel) -> None:
         self._last.follow(status)
-        if self._last.is_outdated() and self._fields() == self._shown_question:
-            # The words of a search that is over do not stand beside another one.
-            self._wanted.value = self._context.value = self._understood.content = ""
+        if self._last.is_outdated():
+            self._forget_question()
         self._next = _next_names(status, self._words)
         self._now.content = markup.now(status, self._words)
         self._goals.content = markup.goals(
@@ -267,13 +271,10 @@ class SearchPanel:
             find is None and not self._candidates.is_shown and model.image is not None
         )
         waits = awaited_find(status) is not None
+        if find is not None and (find != self._find or not self._is_pictured):
+            self._show_picture(find, status, model)
         if (find, waits) == (self._find, self._find_waits):
             return
-        if find is not None and find != self._find and model.image is not None:
-            picture = self._pictures.picture_of(find, status, model.image.encoded)
-            self._crop.visible = picture is not None
-            if picture is not None:
-                show_jpeg_in_panel(self._crop, picture)
         self._find, self._find_waits = find, waits
         self._judged = (None, None) if find is None else (find.goal_id, find.number or None)
         name = "" if find is None else find_name(find, status, self._words)
@@ -281,6 +282,23 @@ class SearchPanel:
         self._find_box.visible = find is not None
         for button in self._verdict:
             button.visible = waits
+
+    def _show_picture(self, find: FindReport, status: Status, model: SceneModel) -> None:
+        """Show the picture of a find as soon as there is one."""
+        image = model.image
+        picture = None if image is None else self._pictures.picture_of(find, status, image.encoded)
+        self._is_pictured = picture is not None
+        self._crop.visible = self._is_pictured
+        if picture is not None:
+            show_jpeg_in_panel(self._crop, picture)
+
+    def _forget_question(self) -> None:
+        """The words of a search that is over do not stand beside another one."""
+        forms = [form for form in self._forms if form.question[:2] == self._shown_question]
+        for form in forms:
+            form.write("", "")
+        if forms:
+            self._understood.content = ""
 
     def _show_camera(self, jpeg: bytes) -> None:
         if jpeg.startswith(b"\xff\xd8"):

@@ -14,7 +14,9 @@ WIDTH_PX: Final = 384
 
 
 class Tabs:
-    """Search, Drive, Map and Session, docked to the right; each browser has its own Map tab.
+    """Search, Drive, Map and Session, docked to the right.
+
+    Each browser has its own Map tab, fields of a search, and choice of what its clicks do.
 
     For a recording there is no Drive tab, and nothing that commands the robot.
     """
@@ -25,7 +27,7 @@ class Tabs:
         say = actions.say
         group = gui.add_tab_group()
         with group.add_tab(say("tab.search"), viser.Icon.SEARCH):
-            self._search = SearchPanel(gui, actions)
+            self.search = SearchPanel(gui, actions)
         self.drive: DrivePanel | None = None
         if not actions.recorded:
             with group.add_tab(say("tab.drive"), viser.Icon.STEERING_WHEEL):
@@ -39,7 +41,7 @@ class Tabs:
     def update(self, model: SceneModel, changed: frozenset[Part]) -> None:
         """Show what changed."""
         with self._server.atomic():
-            self._search.update(model, changed)
+            self.search.update(model, changed)
             if self.drive is not None:
                 self.drive.update(model, changed)
             self._session.update(model, changed)

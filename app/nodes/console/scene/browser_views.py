@@ -1,11 +1,13 @@
-"""What each browser has of its own: Map tab, what its clicks do, its drawing once it differs."""
+"""What each browser has of its own: Map tab, what is typed, clicks, its drawing once it differs."""
 
 import queue
 from collections.abc import Callable
 from typing import Any, Final
 
 from app.nodes.console.panels.drive import ClickTool
+from app.nodes.console.panels.last_question import Question
 from app.nodes.console.panels.map import MapPanel
+from app.nodes.console.panels.search import SearchPanel
 from app.nodes.console.web.browsers import Browser
 from app.view.drawing.camera_follow import CameraFollow
 from app.view.drawing.overlay_layer import NOTHING, Highlight
@@ -43,6 +45,7 @@ class BrowserView:
         browser: Browser | None,
         tab: Any,
         clicks: Any,
+        search: SearchPanel | None,
         on_change: Callable[[], None],
         say: Words,
     ) -> None:
@@ -57,6 +60,12 @@ class BrowserView:
         self._is_new = True
         self._has_changed = False
         self._is_light = False
+        self._search = search
+        self._query = None
+        if search is not None:
+            draft = None if browser is None else browser.draft
+            with client.atomic():
+                self._query = search.open_form(client, draft, self._keep_draft)
         with client.atomic(), tab:
             self._panel = MapPanel(client.gui, self._choose, self._recall, say)
         self.tool: ClickTool | None = None
@@ -65,6 +74,8 @@ class BrowserView:
             with client.atomic(), clicks:
                 self.tool = ClickTool(client.gui, say)
         self._controls = {uuid_of(handle) for handle in self._panel.controls()}
+        if self._query is not None:
+            self._controls |= self._query.field_uuids()
         if browser is not None:
             browser.own_controls |= self._controls
 
@@ -96,6 +107,12 @@ class BrowserView:
         """Release this browser's controls."""
         if self.browser is not None:
             self.browser.own_controls -= self._controls
+        if self._search is not None and self._query is not None:
+            self._search.close_form(self._query)
+
+    def _keep_draft(self, typed: Question) -> None:
+        if self.browser is not None:
+            self.browser.draft = typed
 
     def _drawing_of_its_own(self) -> ViserScene:
         for name in ROOTS:
@@ -124,6 +141,7 @@ class BrowserViews:
         follow: CameraFollow,
         on_change: Callable[[], None],
         say: Words = ENGLISH,
+        search: SearchPanel | None = None,
     ) -> None:
         """Create the shared drawing.
 
@@ -134,8 +152,10 @@ class BrowserViews:
             follow: Keeps the map in view in each browser.
             on_change: Called when a browser has changed its options.
             say: The words of the controls.
+            search: The Search tab, which has fields of each browser; None for no such tab.
         """
         self._words = say
+        self._search = search
         self._common = ViserScene(server, say)
         self._tab = tab
         self._clicks = clicks
@@ -199,7 +219,13 @@ class BrowserViews:
             if comes:
                 with ignore_disconnect(client):
                     self._open[client.client_id] = BrowserView(
-                        client, browser, self._tab, self._clicks, self._on_change, self._words
+                        client,
+                        browser,
+                        self._tab,
+                        self._clicks,
+                        self._search,
+                        self._on_change,
+                        self._words,
                     )
                 self._follow.add(client)
                 continue

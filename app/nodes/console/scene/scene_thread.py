@@ -93,6 +93,7 @@ class SceneThread:
             self.follow,
             inbox.wake,
             link.say,
+            self._tabs.search,
         )
         self._clicks = Clicks(viser_server.server, drive, self._browser_views.tool_of, link)
         self._explanations = Explanations(

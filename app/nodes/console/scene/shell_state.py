@@ -162,5 +162,5 @@ def _find(status: Status, say: Words) -> ShownFind | None:
 def _unfound(lost: UnfoundGoal | None, say: Words) -> ShownUnfound | None:
     if lost is None:
         return None
-    name, places = say.goal(lost.goal), len(lost.places or ())
+    name, places = ", ".join(map(say.goal, lost.goals)), len(lost.places or ())
     return ShownUnfound(goal_id=lost.goal.goal_id, name=name, places=places)

@@ -38,6 +38,9 @@ class Browser:
         """Theme of its pages, as the last of them said."""
         self.expires_s: float | None = None
         """Monotonic time at which the login ends; None without one."""
+        self.draft: tuple[str, str, str] | None = None
+        """What was typed last on the Search tab, as object, context and scenario; None for nothing.
+        It stands there again when a page is loaded anew."""
         self.own_controls: set[str] = set()
         """Controls that affect only this browser's view."""
         self._tasks: dict[asyncio.Task[object], float] = {}

@@ -280,6 +280,24 @@ def test_names_of_likely_places_leave_the_find_and_each_other_readable(make):
     assert [mark.text for mark in marks] == ["hat 90%", "hat? 80%", "hat? 60%", ""]
 
 
+def test_the_larger_the_map_the_farther_apart_are_names_of_likely_places(server, model, make):
+    model.on_keyframe(make.cloud([(i, 0, 0) for i in range(120)]))
+    two = GoalStatus(
+        goal_id=1, object="hat", count=2, outcome="active",
+        counted=[CountedFind(number=1, position_world=(1.0, 2.0, 0.3))],
+    )  # fmt: skip
+    model.on_status(make.status(goal=two))
+    model.on_detections(
+        tuple(
+            FoundObject(label="hat", probability=p, center_world=(x, 2.0, 0.3), size_m=(1, 1, 1))
+            for p, x in ((0.9, 2.5), (0.8, 5.0), (0.7, 6.5), (0.6, 9.0))
+        )
+    )
+    _draw(server, model)
+    names = [_node(server, f"/finds/{n}/label") for n in range(5)]
+    assert [name.text for name in names if name.visible] == ["hat 1", "hat? 80%", "hat? 60%"]
+
+
 def test_a_shrinking_tree_keeps_its_names(server, model, make):
     scene = _draw_everything(server, model, make)
     model.on_tree(_tree(2))

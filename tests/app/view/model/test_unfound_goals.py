@@ -38,3 +38,16 @@ def test_of_a_tour_the_goals_without_a_find_are_told():
     found = GoalStatus(goal_id=2, object="mug", outcome="found", tour=1)
     tour = status_of(goal=found, tour=[GONE, found])
     assert _followed(status_of(goal=HAT), tour).goal == GONE
+
+
+def test_goals_of_a_tour_that_end_together_are_told_together_with_the_places_of_the_one_shown():
+    laptop, mug = (
+        GoalStatus(goal_id=n, object=name, outcome="exhausted", tour=2)
+        for n, name in ((2, "laptop"), (3, "mug"))
+    )
+    going = [GoalStatus(goal_id=one.goal_id, object=one.object, tour=2) for one in (laptop, mug)]
+    before = status_of(goal=going[0], tour=going)
+    latest = _followed(before, status_of("exhausted", goal=laptop, tour=[laptop, mug]))
+    assert (latest.goals, latest.places) == ((laptop, mug), PLACES)
+    latest = _followed(before, status_of("exhausted", goal=HAT, tour=[laptop, mug]))
+    assert (latest.goals, latest.places) == ((mug, laptop), None), "the map is that of another one"

@@ -20,8 +20,13 @@ from app.messages.status import (
 )
 from app.nodes.console.fleet.robot_paths import path_of
 from app.nodes.console.panels import markup
-from app.nodes.console.panels.find_card import counted_find, counted_head, find_card
-from app.nodes.console.panels.places_markup import candidate, not_found
+from app.nodes.console.panels.find_markup import (
+    candidate,
+    counted_find,
+    counted_head,
+    find_card,
+    not_found,
+)
 from app.view.colors import COLOR_MODES, legend, tree_legend
 from app.view.model.candidates import Candidate
 from app.view.model.picture_store import StoredPicture

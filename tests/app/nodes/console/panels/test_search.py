@@ -26,6 +26,23 @@ def test_the_picture_of_a_find_stays_when_the_find_is_judged(monkeypatch, stage)
     assert shown == [b"of the find"]
 
 
+def test_a_find_without_an_image_has_no_picture_until_one_comes(monkeypatch, stage):
+    shown = []
+    monkeypatch.setattr(search, "show_jpeg_in_panel", lambda _, jpeg: shown.append(jpeg))
+    monkeypatch.setattr(find_picture, "outlined", lambda encoded, _: encoded)
+    gui, images = MagicMock(), []
+    gui.add_image.side_effect = lambda *_, **props: images.append(MagicMock(**props)) or images[-1]
+    panel = search.SearchPanel(gui, MagicMock(say=ENGLISH, recorded=False))
+    crop, model = images[0], SceneModel()
+    model.on_status(stage.status_of("found", find=stage.find_of()))
+    panel.update(model, model.take_changes())
+    assert crop.visible is False, "a console that was started again has no image yet"
+    model.on_image(CompressedColor(stamp_ns=1, frame_id="camera", encoded=b"of the find"))
+    model.on_status(stage.status_of("found", find=stage.find_of()))
+    panel.update(model, model.take_changes())
+    assert (crop.visible, shown) == (True, [b"of the find"])
+
+
 def test_a_verdict_names_the_find_that_is_shown(monkeypatch, stage):
     monkeypatch.setattr(search, "show_jpeg_in_panel", lambda *_: None)
     gui, actions = MagicMock(), MagicMock(say=ENGLISH, recorded=False)

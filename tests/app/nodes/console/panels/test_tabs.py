@@ -4,12 +4,13 @@ import pytest
 
 from app.links.network.inbox import Inbox
 from app.nodes.console.link.navigator_link import NavigatorLink
+from app.nodes.console.panels.search import SearchPanel
 from app.nodes.console.panels.tabs import Tabs
 from app.nodes.review.link import RecordedLink
 from app.view.model.scene_model import SceneModel
 from tests.app.unwatched_viser import unwatched_viser
 
-COMMANDS = {"Search", "Change the level", "What if?", "Add this kind", "Confirm: this is it"}
+COMMANDS = {"Change the level", "What if?", "Add this kind", "Confirm: this is it"}
 GROUPS = {"This search", "Drive mode", "Painted", "Place 1", "Action"}
 
 
@@ -51,10 +52,12 @@ def test_a_review_has_no_control_that_commands_a_robot(server, stage):
     assert tabs == {"Search", "Map", "Session"}
     assert not shown & (COMMANDS | GROUPS)
     assert "Reasons" in shown
+    form = SearchPanel(server.gui, recorded).open_form(None, None, pytest.fail)
+    assert form is None, "nor has a browser's own part"
 
 
 def test_live_they_are_there(server, stage):
     live = NavigatorLink("tcp/127.0.0.1:9", "ippon", (), Inbox(()), pytest.fail)
     shown, tabs = _shown(server, stage, live)
     assert tabs == {"Search", "Drive", "Map", "Session"}
-    assert shown >= {"Search", "What if?", "Drive mode", "Place 1"}
+    assert shown >= {"What if?", "Drive mode", "Place 1"}

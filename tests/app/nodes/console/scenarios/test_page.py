@@ -132,6 +132,28 @@ def test_what_is_typed_right_before_a_click_is_not_lost(home, page):
     expect(view.get_by_text("nobody has ever seen a unicorn")).to_be_visible()
 
 
+def test_two_people_who_type_at_once_keep_their_own_words(shared, browser, home, page):
+    window = new_window(browser)
+    other = window.new_page()
+    try:
+        other.goto(shared.console.url)
+        expect_state(other, "Searching")
+        text_field(page, "Find").press_sequentially("a large ")
+        text_field(other, "Find").press_sequentially("keys")
+        text_field(page, "Find").press_sequentially("towel")
+        text_field(page, "Context").fill("in the bathroom")
+        panels(other).get_by_role("button", name="Search").click()
+        expect(other.locator("#goal")).to_have_text("keys")
+        expect(text_field(page, "Find")).to_have_value("a large towel")
+        other.reload()
+        expect(text_field(other, "Find")).to_have_value("keys")
+    finally:
+        window.close()
+    asked = [payload for key, payload in home.requests if key == keys.SEARCH]
+    assert len(asked) == 1
+    assert b'"object":"keys"' in asked[0]
+
+
 def test_stop_by_click_and_by_space_and_resume(home, page):
     expect_state(page, "Searching")
     page.locator("#stop").click()

@@ -12,6 +12,7 @@ from playwright.sync_api import expect
 from starlette.responses import StreamingResponse
 
 from app.messages.driving import DriveStatus
+from app.messages.lease import LeaseStatus
 from app.messages.memory import MemoryReply
 from app.nodes.console.scene.click_explanation import ClickExplanation
 from app.nodes.console.scene.shell_state import ShellState, ShownFind
@@ -404,29 +405,115 @@ def test_a_plan_without_a_map_has_no_rooms(page):
     expect(page.locator("#plan-rooms button")).to_have_count(0)
 
 
-def test_a_room_that_grows_keeps_the_focus(page):
-    def show(*rooms):
-        rooms = [
-            {"x_m": x, "y_m": 1.0, "name": name, "kind": "", "area_m2": area}
-            for name, x, area in rooms
-        ]
-        scene = {"revision": 1, "explored_m2": 4.0, "rooms": rooms, "things": [], "trail": [],
-                 "path": [], "painted": [], "find": None, "robot": None}  # fmt: skip
-        page.unroute("**/api/export/plan.json")
-        page.route("**/api/export/plan.json", lambda route: route.fulfill(json=scene))
-
-    cells = {
-        "revision": 1,
-        "origin_m": [0.0, 0.0],
-        "size": [9, 9],
-        "cell_m": 1.0,
-        "packed": "A" * 28,
-    }
+def _show_plan(page, *rooms, painted=()):
+    """Have a page show a plan of 9 m by 9 m of floor; `rooms` have name, x and area."""
+    rooms = [
+        {"x_m": x, "y_m": 1.0, "name": name, "kind": "", "area_m2": area} for name, x, area in rooms
+    ]
+    scene = {"revision": 1, "explored_m2": 4.0, "rooms": rooms, "things": [], "trail": [],
+             "path": [], "painted": list(painted), "find": None, "robot": None}  # fmt: skip
+    cells = {"revision": 1, "origin_m": [0.0, 0.0], "size": [9, 9], "cell_m": 1.0,
+             "packed": "VVVVVVVVVVVVVVVVVVVVVVVVVVVV"}  # fmt: skip
+    page.unroute("**/api/export/plan.json")
     page.route("**/api/export/plan-cells.json", lambda route: route.fulfill(json=cells))
-    show(("hall", 1.0, 4.0), ("study", 6.0, 3.0))
+    page.route("**/api/export/plan.json", lambda route: route.fulfill(json=scene))
+
+
+FLOOR_BOX = """() => {
+    const canvas = document.getElementById("plan-picture");
+    const { width, height } = canvas;
+    const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
+    const all = [[], []];
+    for (let at = 0; at < width * height; at += 1) {
+        if (data[4 * at] !== 242 || data[4 * at + 1] !== 239) continue;
+        all[0].push(at % width);
+        all[1].push(Math.floor(at / width));
+    }
+    const scale = width / canvas.getBoundingClientRect().width;
+    const { left, top } = canvas.getBoundingClientRect();
+    const ends = (values, from) =>
+        [values.reduce((a, b) => Math.min(a, b)), values.reduce((a, b) => Math.max(a, b))]
+            .map((value) => from + value / scale);
+    const [x0, x1] = ends(all[0], left);
+    const [y0, y1] = ends(all[1], top);
+    return [x0, y0, x1, y1];
+}"""
+"""Where the floor of the plan is on the page: left, top, right, bottom."""
+
+
+def _meets(box, other):
+    left, top, right, bottom = box
+    return (
+        left < other["x"] + other["width"]
+        and other["x"] < right
+        and top < other["y"] + other["height"]
+        and other["y"] < bottom
+    )
+
+
+@pytest.mark.parametrize(
+    ("width", "height"), [(1440, 900), (1024, 768), (768, 1024), (390, 844), (844, 390)]
+)
+def test_the_plan_fits_beside_its_tools_and_the_camera(page, width, height):
+    page.set_viewport_size({"width": width, "height": height})
+    _show_plan(page)
+    page.keyboard.press("p")
+    expect(page.locator("#plan-none")).to_be_hidden()
+    floor = page.evaluate(FLOOR_BOX)
+    for part in (".plan-tools", "#camera"):
+        box = page.locator(part).bounding_box()
+        assert box is None or not _meets(floor, box), part
+    shown = page.locator("#plan-picture").bounding_box()
+    least = 0.35 * min(shown["width"], shown["height"])
+    assert floor[2] - floor[0] >= least
+
+
+def test_a_plan_that_nobody_has_moved_fits_a_window_of_another_size(page):
+    _show_plan(page)
+    page.keyboard.press("p")
+    expect(page.locator("#plan-none")).to_be_hidden()
+    before = page.evaluate(FLOOR_BOX)
+    page.set_viewport_size({"width": 700, "height": 500})
+    _until(lambda: page.wait_for_timeout(50) or page.evaluate(FLOOR_BOX) != before)
+    left, top, right, bottom = page.evaluate(FLOOR_BOX)
+    assert right - left == pytest.approx(bottom - top, abs=3), "all of the square is in the window"
+
+
+def test_names_of_rooms_do_not_cover_each_other(page):
+    page.set_viewport_size({"width": 390, "height": 844})
+    _show_plan(page, ("", 4.0, 4.0), ("living room", 4.4, 12.0), ("", 4.8, 3.0), ("bath", 4.4, 2.0))
+    page.keyboard.press("p")
+    rooms = page.locator("#plan-rooms button")
+    expect(rooms).to_have_count(4)
+    boxes = [room.bounding_box() for room in rooms.all()]
+    for one, other in itertools.combinations(boxes, 2):
+        corners = one["x"], one["y"], one["x"] + one["width"], one["y"] + one["height"]
+        assert not _meets(corners, other)
+
+
+def test_discs_of_a_painted_region_that_overlap_have_one_tone(page):
+    region = {"kind": "not_here", "strokes": [[4.0, 4.0], [4.5, 4.0]], "radius_m": 0.6}
+    _show_plan(page, painted=[region])
+    page.keyboard.press("p")
+    expect(page.locator("#plan-none")).to_be_hidden()
+    tones = page.evaluate(
+        """() => {
+        const canvas = document.getElementById("plan-picture");
+        const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+        const blue = new Set();
+        for (let at = 0; at < data.length; at += 4)
+            if (data[at] < 200 && data[at + 2] > data[at] + 20) blue.add(data[at]);
+        return [...blue]; }"""
+    )
+    # The edges of the discs are smoothed: their tones are between the floor's and the area's.
+    assert min(tones) == round(0.72 * 242)
+
+
+def test_a_room_that_grows_keeps_the_focus(page):
+    _show_plan(page, ("hall", 1.0, 4.0), ("study", 6.0, 3.0))
     page.keyboard.press("p")
     page.locator("#plan-rooms button").last.focus()
-    show(("study", 6.5, 5.0), ("hall", 1.0, 4.0))
+    _show_plan(page, ("study", 6.5, 5.0), ("hall", 1.0, 4.0))
     expect(page.locator("#plan-rooms button").first).to_have_text("study")
     expect(page.locator("#plan-rooms button").first).to_be_focused()
 
@@ -458,6 +545,37 @@ def test_the_header_of_a_small_window_shows_its_texts_side_by_side(page, post, w
     ]
     for left, right in itertools.pairwise(ends):
         assert left["x"] + left["width"] <= right["x"]
+
+
+@pytest.mark.parametrize("width", [970, 1024, 1100])
+@pytest.mark.parametrize("is_watching", [False, True])
+def test_the_header_of_a_small_window_shows_what_is_searched_for(page, post, width, is_watching):
+    page.set_viewport_size({"width": width, "height": 768})
+    why = "going to the viewpoint by the bed (near): gain 621, 4.1 s away"
+    lease = LeaseStatus(state="held", holder="browser 12", epoch=3) if is_watching else None
+    post(object="toothbrush", why=why, elapsed_s=754.0, lease=lease or LeaseStatus())
+    if is_watching:
+        expect(page.locator("#lease-over")).to_be_visible()
+    expect(page.locator("#goal")).to_have_text("toothbrush")
+    goal = page.locator("#goal")
+    assert goal.evaluate("(e) => e.scrollWidth <= e.clientWidth"), "its end is cut off"
+    right = goal.evaluate("(e) => e.getBoundingClientRect().right")
+    assert right <= page.locator(".now").evaluate("(e) => e.getBoundingClientRect().right")
+
+
+@pytest.mark.parametrize("width", [970, 1024, 1440])
+def test_the_cross_of_a_notice_takes_no_row(page, post, width):
+    page.set_viewport_size({"width": width, "height": 768})
+    find = ShownFind(
+        goal_id=7, number=2, name="washing machine", position=(1.0, 2.0, 0.5),
+        size=(0.2, 0.2, 0.2), perhaps=False, out_of_reach_m=None,
+    )  # fmt: skip
+    post(msgspec.structs.replace(SEARCHING, state="found", find=find))
+    cross, notice = (page.locator(part).bounding_box() for part in ("#notice-close", "#notice"))
+    assert cross["y"] - notice["y"] < 10
+    assert notice["x"] + notice["width"] - cross["x"] - cross["width"] < 10
+    acts = page.locator("#notice-acts").bounding_box()
+    assert acts["x"] + acts["width"] <= cross["x"]
 
 
 def test_ages_are_those_of_the_console_whatever_the_clock_of_the_tablet_says(

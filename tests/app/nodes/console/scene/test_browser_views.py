@@ -5,6 +5,7 @@ import math
 import struct
 import threading
 import time
+from unittest.mock import MagicMock
 
 import msgspec
 import numpy as np
@@ -13,6 +14,7 @@ import viser
 import websockets.sync.client
 import zstandard
 
+from app.nodes.console.panels.search import SearchPanel
 from app.nodes.console.scene.browser_views import OWN, BrowserViews
 from app.nodes.console.web.browsers import Browser
 from app.view.drawing.camera_follow import CameraFollow
@@ -20,6 +22,7 @@ from app.view.drawing.overlay_layer import NOTHING
 from app.view.drawing.viser_scene import DARK_FLOOR, LIGHT_FLOOR
 from app.view.model.scene_model import SceneModel
 from app.view.view_options import ViewOptions
+from app.view.words import ENGLISH
 from tests.app.unwatched_viser import unwatched_viser
 
 PATIENCE_S = 60.0
@@ -95,15 +98,21 @@ class Console:
         tab = server.gui.add_tab_group().add_tab("Map")
         clicks = server.gui.add_folder("A click on the map")
         self.changed = threading.Event()
-        self.views = BrowserViews(server, tab, clicks, CameraFollow(), self.changed.set)
+        self.search = SearchPanel(server.gui, MagicMock(say=ENGLISH, recorded=False))
+        self.views = BrowserViews(
+            server, tab, clicks, CameraFollow(), self.changed.set, search=self.search
+        )
         self.browsers = []
+        self.join_as = None
+        """The browser that comes next; by default a new one."""
         self._came = threading.Semaphore(0)
         self._left = threading.Semaphore(0)
         server.on_client_connect(self._join)
         server.on_client_disconnect(self._leave)
 
     async def _join(self, client):
-        self.browsers.append(Browser(str(client.client_id), "somebody", "operator"))
+        browser = self.join_as or Browser(str(client.client_id), "somebody", "operator")
+        self.browsers.append(browser)
         self.views.join(client, self.browsers[-1])
         self._came.release()
 
@@ -184,6 +193,30 @@ def test_what_a_click_does_is_each_browsers_own(console):
     assert console.views.tool_of(1).chosen == "explain"
     assert console.views.tool_of(2) is None, "it has not connected yet"
     first.close()
+    second.close()
+
+
+def test_what_is_typed_is_each_browsers_own_and_stands_there_again(console):
+    def is_find(message):
+        return message["type"] == "GuiTextMessage" and message["props"]["label"] == "Find"
+
+    first, second = console.open(), console.open()
+    field, other = first.wait(is_find), second.wait(is_find)
+    assert field["uuid"] != other["uuid"]
+    known, unaware = console.browsers
+    assert field["uuid"] in known.own_controls, "it may be typed in while another has control"
+    typed = {"value": "a red mug"}
+    first.send({"type": "GuiUpdateMessage", "uuid": field["uuid"], "updates": typed})
+    _wait_until(lambda: known.draft is not None)
+    assert known.draft[0] == "a red mug"
+    assert unaware.draft is None
+    assert not [m for m in second.heard() if m.get("updates") == typed]
+    first.close()
+    console.wait_for_goodbye()
+    console.join_as = known
+    again = console.open()
+    assert again.wait(is_find)["value"] == "a red mug"
+    again.close()
     second.close()
 
 

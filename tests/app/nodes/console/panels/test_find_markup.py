@@ -1,5 +1,5 @@
 from app.messages.status import FindAttribute, FindReport
-from app.nodes.console.panels.find_card import counted_find, counted_head, find_card
+from app.nodes.console.panels.find_markup import counted_find, counted_head, find_card
 from app.view.words import ENGLISH
 
 

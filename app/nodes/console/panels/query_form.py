@@ -1,0 +1,76 @@
+"""The fields and the button of a search, of which each browser has its own.
+
+Two people who type at the same time would write into each other's text otherwise.
+"""
+
+from collections.abc import Callable
+from typing import Any, Final
+
+import viser
+
+from app.messages.control import SearchRequest
+from app.nodes.console.panels.last_question import Question
+from app.view.drawing.viser_private import ignore_disconnect, uuid_of
+from app.view.words import Words
+
+USUAL_SCENARIO: Final = SearchRequest(object="hat").scenario
+
+
+class QueryForm:
+    """Builds the fields of one browser inside the current container."""
+
+    def __init__(
+        self,
+        client: Any,
+        say: Words,
+        draft: Question | None,
+        ask: Callable[["QueryForm"], None],
+        keep: Callable[[Question], None],
+    ) -> None:
+        """Add the controls.
+
+        Args:
+            client: viser's, of the browser.
+            say: The words of the controls.
+            draft: What stands in the fields; None for what stands in those of a new browser.
+            ask: Called when the browser asks for what stands in them.
+            keep: Told what stands in them, as it is typed.
+        """
+        self._client = client
+        gui = client.gui
+        wanted, context, scenario = draft or ("", "", USUAL_SCENARIO)
+        with gui.add_form(None) as form:
+            self._wanted = gui.add_text(
+                say("field.find"), wanted, hint=say("panel.search.find.hint")
+            )
+            self._context = gui.add_text(
+                say("panel.search.context"), context, hint=say("panel.search.context.hint")
+            )
+            self._scenario = gui.add_text(
+                say("panel.search.scenario"), scenario, hint=say("panel.search.scenario.hint")
+            )
+            search = gui.add_button(say("panel.search.search"), icon=viser.Icon.SEARCH)
+        for field in (self._wanted, self._context, self._scenario):
+            field.on_update(lambda _: keep(self.typed))
+        search.on_click(lambda _: form.submit())
+        form.on_submit(lambda _: ask(self))
+
+    @property
+    def typed(self) -> Question:
+        """What stands in the fields."""
+        return self._wanted.value, self._context.value, self._scenario.value
+
+    @property
+    def question(self) -> Question:
+        """What stands in the fields, without blanks around it."""
+        wanted, context, scenario = self.typed
+        return wanted.strip(), context.strip(), scenario.strip()
+
+    def field_uuids(self) -> set[str]:
+        """Return the identifiers of the fields in messages."""
+        return {uuid_of(field) for field in (self._wanted, self._context, self._scenario)}
+
+    def write(self, wanted: str, context: str) -> None:
+        """Put other words into the fields for object and context."""
+        with ignore_disconnect(self._client):
+            self._wanted.value, self._context.value = wanted, context
