@@ -47,7 +47,7 @@ class _CompilingError(Exception):
 def test_a_first_start_says_that_it_compiles_and_a_later_one_does_not(
     monkeypatch, tmp_path, caplog
 ):
-    def compiles(progress, *, first):  # noqa: ARG001 - as what it replaces
+    def compiles(progress, *, first):
         raise _CompilingError
 
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
