@@ -1,9 +1,10 @@
 # %% [markdown]
 # Map a recorded sequence and draw it: FOLDER holds TUM RGB-D, 7-Scenes, ScanNet, sequence.json,
 # an MCAP file or a ROS 2 bag. Cells open as a notebook in VS Code, and with jupytext.
-"""Map a recorded sequence, and draw it with viser: FOLDER [VOXEL_SIZE_M]."""
+"""Map a recorded sequence, and draw it with viser."""
 
 # %% What to read
+import argparse
 import sys
 from pathlib import Path
 
@@ -17,8 +18,11 @@ from ippon.mapping.mesh import copy_signed_distances, extract_mesh
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.vocabulary import MATTERPORT_40
 
-folder = Path(sys.argv[1])
-voxel_size_m = float(sys.argv[2]) if len(sys.argv) > 2 else 0.05
+parser = argparse.ArgumentParser(description=__doc__)
+parser.add_argument("folder", type=Path, help="folder of the sequence")
+parser.add_argument("voxel_size_m", type=float, nargs="?", default=0.05)
+arguments = parser.parse_args()
+folder, voxel_size_m = arguments.folder, arguments.voxel_size_m
 
 # %% Map every image where it was taken
 voxel_map = VoxelMap(MapConfig(voxel_size_m=voxel_size_m), MATTERPORT_40)

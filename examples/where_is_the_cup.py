@@ -1,6 +1,6 @@
-"""Map a recorded sequence, and ask where the cup is: FOLDER DETECTOR [--track]."""
+"""Map a recorded sequence, and ask where the cup is."""
 
-import sys
+import argparse
 from pathlib import Path
 
 from app.recognition.frames import open_source
@@ -8,9 +8,13 @@ from app.recognition.recognition import Recognition, in_own_world
 from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.loading import load_segmenter
 
-folder, model = map(Path, sys.argv[1:3])
-detector = load_segmenter(SegmentationConfig(backend="detector", model=str(model)), Path())
-recognition, source = Recognition(["cup"]), open_source(folder, track="--track" in sys.argv)
+parser = argparse.ArgumentParser(description=__doc__)
+parser.add_argument("folder", type=Path, help="folder of the sequence, or a bag")
+parser.add_argument("detector", help="file of a detector, ONNX or ncnn")
+parser.add_argument("--track", action="store_true", help="find the poses by the images")
+said = parser.parse_args()
+detector = load_segmenter(SegmentationConfig(backend="detector", model=said.detector), Path())
+recognition, source = Recognition(["cup"]), open_source(said.folder, track=said.track)
 for frame in source.frames():
     recognition.add(frame, detector.segment(frame.color, recognition.labels, None))
 for find in in_own_world(recognition, "cup", source.T_map_world):

@@ -1,12 +1,12 @@
 # %% [markdown]
 # Replay a session, and plot why the robot went where it went: its way over the map, coloured by
 # the reason that it gave at the time, and the reasons over time.
-"""Plot why a robot went where it went: SESSION [OUT.html]."""
+"""Plot why a robot went where it went."""
 
 # %% Read the session
+import argparse
 import itertools
 import re
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +18,11 @@ from app.messages import keys
 from app.messages.control import decode
 from app.messages.status import Status
 
-session = read_session_data(Path(sys.argv[1]))
-out = Path(sys.argv[2] if len(sys.argv) > 2 else "why-there.html")
+parser = argparse.ArgumentParser(description=__doc__)
+parser.add_argument("session", type=Path, help="folder of a session, or its file")
+parser.add_argument("out", type=Path, nargs="?", default=Path("why-there.html"))
+arguments = parser.parse_args()
+session, out = read_session_data(arguments.session), arguments.out
 start_ns = session.recording.start_ns
 said = [
     ((message.time_ns - start_ns) * 1e-9, decode(message.payload, Status))

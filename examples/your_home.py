@@ -1,19 +1,23 @@
 # %% [markdown]
 # Make a mesh searchable: FOLDER holds scene.glb, whose nodes are named `<category>.<index>`, in
 # metres, z up, the floor at 0. The robot starts at X and Y.
-"""Write the scene.json of a mesh of your own: FOLDER X Y, then `ippon eval run --homes FOLDER`."""
+"""Write the scene.json of a mesh of your own, then `ippon eval run --homes FOLDER`."""
 
 # %% The mesh
+import argparse
 import json
-import sys
 from pathlib import Path
 
 import trimesh
 
 from ippon.vocabulary import MATTERPORT_40
 
-folder = Path(sys.argv[1])
-x_m, y_m = float(sys.argv[2]), float(sys.argv[3])
+parser = argparse.ArgumentParser(description=__doc__)
+parser.add_argument("folder", type=Path, help="folder with scene.glb")
+parser.add_argument("x", type=float, help="where the robot starts, metres")
+parser.add_argument("y", type=float)
+arguments = parser.parse_args()
+folder, x_m, y_m = arguments.folder, arguments.x, arguments.y
 scene = trimesh.load_scene(folder / "scene.glb")
 
 # %% Each node with its box; what is no category of Matterport is one of its "others"

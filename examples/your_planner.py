@@ -1,11 +1,11 @@
 # %% [markdown]
 # Compare a planner of your own with the baselines in generated homes. For many homes, processes
 # and a report, make it a package: docs/examples/method, and `ippon eval run`.
-"""Evaluate a planner of your own against baselines: [HOMES [MAX_TIME_S]]."""
+"""Evaluate a planner of your own against baselines."""
 
 # %% The planner: a rule that chooses where to go next
+import argparse
 import math
-import sys
 import time
 
 import numpy as np
@@ -52,8 +52,11 @@ mine = Method(name="ahead_first", summary="frontiers ahead first", make_planner=
 methods = [mine, METHODS["nearest_frontier"], METHODS["ippon"]]
 
 # %% The searches: the same starts, objects and noise for every method
-homes = int(sys.argv[1]) if len(sys.argv) > 1 else 3
-limits = EpisodeLimits(max_time_s=float(sys.argv[2]) if len(sys.argv) > 2 else 300.0)
+parser = argparse.ArgumentParser(description=__doc__)
+parser.add_argument("homes", type=int, nargs="?", default=3, help="number of homes")
+parser.add_argument("seconds", type=float, nargs="?", default=300.0, help="limit of a search")
+arguments = parser.parse_args()
+homes, limits = arguments.homes, EpisodeLimits(max_time_s=arguments.seconds)
 trial = TrialConfig(robot=ZED, image_width=160, limits=limits)
 clocks = Clocks(wall=time.perf_counter, cpu=time.process_time)
 rows = {method.name: [] for method in methods}

@@ -68,6 +68,11 @@ def test_every_key_and_every_field_of_a_message_is_in_the_reference():
     text = message_types(ROOT)
     for key, kind in keys.ROS_TYPES.items():
         assert f"| <code>{key}</code> | <code>{kind}</code> |" in text
+    for frame in (keys.WORLD_FRAME, keys.BASE_FRAME, keys.CAMERA_FRAME):
+        assert f"| <code>{frame}</code> |" not in text
+    assert text.count("| <code>odom</code> |") == 1
+    assert "| <code>ended</code> | plain text |" in text
+    assert "| <code>alive/navigator</code> | liveliness token |" in text
     section = text.split("\n## Status\n")[1].split("\n## ")[0]
     for field in msgspec.structs.fields(status.Status):
         assert f"| <code>{field.name}</code> | " in section

@@ -161,4 +161,11 @@ ROS_TYPES = {
     PLAN_PATH: "nav_msgs/msg/Path",
     DETECTIONS: "vision_msgs/msg/Detection3DArray",
 }
-"""ROS 2 type of every key with ROS messages; all other keys carry JSON."""
+"""ROS 2 type of every key with ROS messages; all other keys carry JSON, except those below."""
+
+NOT_JSON = {
+    ENDED: "plain text",
+    NAVIGATOR_ALIVE: "liveliness token",
+    NAVIGATOR_STARTING: "liveliness token",
+}
+"""Keys that carry neither ROS messages nor JSON."""

@@ -97,7 +97,7 @@ class FrameSource:
             return _bag_frames(self)
         if self.track:
             return _tracked_frames(self.dataset, self.tally)
-        return _dataset_frames(self.dataset, self.T_map_world)
+        return _dataset_frames(self, self.dataset)
 
 
 def open_source(
@@ -138,11 +138,15 @@ def open_source(
     return FrameSource(path, dataset, align_to_floor(dataset, floor_m))
 
 
-def _dataset_frames(dataset: Dataset, T_map_world: Float64Array) -> Iterator[Frame]:
+def _dataset_frames(source: FrameSource, dataset: Dataset) -> Iterator[Frame]:
+    tally = source.tally
+    tally.images = dataset.left_out
     for one in dataset.frames:
         color = read_color(one.color, dataset.camera)
         depth = read_depth(one.depth, dataset.depth_unit_m, dataset.camera)
-        yield _frame(dataset, one.time_s, color, depth, T_map_world @ one.T_world_camera)
+        tally.images += 1
+        tally.frames += 1
+        yield _frame(dataset, one.time_s, color, depth, source.T_map_world @ one.T_world_camera)
 
 
 def _tracked_frames(dataset: Dataset, tally: Tally) -> Iterator[Frame]:

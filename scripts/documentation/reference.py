@@ -129,9 +129,13 @@ def _key_table(path: Path) -> str:
     rows: list[tuple[str, str, str]] = []
     for statement, text in documented_values(read_module(path).body):
         value = statement.value
-        if isinstance(value, ast.Constant) and isinstance(value.value, str):
-            kind = keys.ROS_TYPES.get(value.value, "")
-            rows.append((as_code(value.value), as_code(kind) if kind else "JSON", text))
+        if not (isinstance(value, ast.Constant) and isinstance(value.value, str)):
+            continue
+        if ast.unparse(statement).partition(" = ")[0].endswith("_FRAME"):
+            continue  # A coordinate frame, of which nothing is published.
+        kind = keys.ROS_TYPES.get(value.value, "")
+        other = keys.NOT_JSON.get(value.value, "JSON")
+        rows.append((as_code(value.value), as_code(kind) if kind else other, text))
     return table(("key", "type", "meaning"), rows)
 
 

@@ -6,7 +6,7 @@ import msgspec
 import zenoh
 
 from app.cli.options.tools import Control
-from app.cli.tools.follow import place_text
+from app.cli.tools.follow import doing, place_text
 from app.cli.tools.levels_table import printable
 from app.cli.tools.navigator_address import check_timeout, find_navigator
 from app.errors import UsageError
@@ -50,13 +50,13 @@ def run_control(command: Control) -> int:
 
 def status_lines(status: Status) -> Iterator[str]:
     """Yield what a robot does, one line a goal, as it is printed."""
-    yield f"{status.robot}: {status.state.replace('_', ' ')}: {status.why}"
+    yield f"{status.robot}: {doing(status)}"
     if status.lease.state != "free":
         yield f"in control: {status.lease.holder}"
     now = status.tour or ([status.goal] if status.goal is not None else [])
     for goal in now:
         state = _ENDED.get(goal.outcome) or (
-            f"searched for since {status.elapsed_s:.0f} s, {status.path_length_m:.1f} m"
+            f"searching for {status.elapsed_s:.0f} s, {status.path_length_m:.1f} m driven"
         )
         yield f"  {_named(goal)}: {state}{_place(goal)}"
     for goal in status.queue:

@@ -95,12 +95,18 @@ class _Progress:
             print(line, flush=True)
 
     def show(self, status: Status) -> None:
-        line = f"{status.state}: {status.why}"
+        line = doing(status)
         is_soon = abs(status.elapsed_s - self._at_s) < NUMBERS_EVERY_S
         if line == self._line or (is_soon and _words(line) == _words(self._line)):
             return
         self._line, self._at_s = line, status.elapsed_s
         print(f"{status.elapsed_s:7.1f} s  {line}", flush=True)
+
+
+def doing(status: Status) -> str:
+    """Return state and reason, without the state where the reason begins with it."""
+    state = status.state.replace("_", " ")
+    return status.why if status.why.startswith(state) else f"{state}: {status.why}"
 
 
 def _words(line: str) -> str:

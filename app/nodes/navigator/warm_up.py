@@ -6,6 +6,7 @@ third core, a further process compiles a part of the map's.
 """
 
 import contextlib
+import logging
 import math
 import os
 from collections.abc import Callable
@@ -32,6 +33,8 @@ from ippon.segmentation.warm_up import warm_up_instances
 from ippon.simulation.homes.generator import generate_home
 from ippon.simulation.world import SimulatedWorld
 
+logger = logging.getLogger(__name__)
+
 STEPS: Final = 20
 """Long enough to look around, drive, and connect viewpoints by local paths."""
 STEPS_OF_A_LONG_BODY: Final = 45
@@ -48,7 +51,11 @@ def warm_up(config: NavigatorConfig, progress: Callable[[float], None]) -> None:
         progress: Called with the fraction that is done.
     """
     complete = _complete()
-    before = _compile_map(progress, first=complete is not None and not complete.exists())
+    first = complete is not None and not complete.exists()
+    if first:
+        # Where nobody sees the bar, in a service or a pipe, it is a minute of silence otherwise.
+        logger.info("compiling the kernels: a minute or more, at the first start only")
+    before = _compile_map(progress, first=first)
     # A step that exceeds its budget during compilation would skip other kernels.
     mission = Mission(config.mission.counted(), config.profile, config.labels, seed=0)
     rows = tuple(LabelLevel(label=label, level=Level.AVERAGE, reason="") for label in config.labels)

@@ -59,6 +59,8 @@ class Dataset:
     up_world: tuple[float, float, float]
     """Up direction in the world frame of the poses."""
     frames: tuple[DatasetFrame, ...]
+    left_out: int = 0
+    """Colour images that are no frames: without a depth image of their time, or a valid pose."""
 
 
 def open_dataset(folder: Path, *, poses: bool = True) -> Dataset:
@@ -82,18 +84,30 @@ def open_dataset(folder: Path, *, poses: bool = True) -> Dataset:
         if (folder / name).exists():
             try:
                 dataset = read(folder, poses)
-            except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
+            except KeyError as error:
+                raise DatasetError(f"{folder / name} lacks the field {error}") from error
+            except (OSError, ValueError, TypeError, IndexError) as error:
                 raise DatasetError(f"{folder / name} is damaged: {error}") from error
             if not dataset.frames:
-                raise DatasetError(
-                    f"{folder} has no frame with colour, depth{' and pose' if poses else ''}"
-                )
+                raise DatasetError(_no_frames(folder, dataset, poses))
             return dataset
     raise DatasetError(
         f"{folder} is not a known dataset: TUM RGB-D has groundtruth.txt, 7-Scenes "
         "frame-000000.pose.txt, ScanNet intrinsic/intrinsic_depth.txt, ours sequence.json; a bag "
         "is a .mcap file or a folder with metadata.yaml"
     )
+
+
+def _no_frames(folder: Path, dataset: Dataset, poses: bool) -> str:
+    if not poses:
+        return f"{folder} has no frame with colour and depth"
+    why = (
+        f": {dataset.left_out} colour images have no depth image of their time, or no pose that is "
+        "a rotation (right-handed, without scale) and a position"
+        if dataset.left_out
+        else ""
+    )
+    return f"{folder} has no frame with colour, depth and pose{why}"
 
 
 def read_color(path: Path, camera: PinholeCamera) -> NDArray[np.uint8]:
@@ -157,17 +171,29 @@ def _read_sequence(folder: Path, poses: bool) -> Dataset:
             time_s=n / rate_hz,
             color=folder / entry["color"],
             depth=folder / entry["depth"],
-            T_world_camera=np.array(entry["camera_to_world"], np.float64) if poses else NO_POSE,
+            T_world_camera=_stated_pose(n, entry["camera_to_world"]) if poses else NO_POSE,
         )
         for n, entry in enumerate(content["frames"])
     ]
+    kept = _with_poses(frames) if poses else tuple(frames)
     return Dataset(
         name=str(content["name"]),
         camera=PinholeCamera(width=content["width"], height=content["height"], **k),
         depth_unit_m=float(content["depth_unit_m"]),
         up_world=(x, y, z),
-        frames=_with_poses(frames) if poses else tuple(frames),
+        frames=kept,
+        left_out=len(frames) - len(kept),
     )
+
+
+def _stated_pose(n: int, rows: Any) -> Float64Array:
+    pose = np.array(rows, np.float64)
+    if pose.shape != (4, 4):
+        raise DatasetError(
+            f"frame {n} of sequence.json: camera_to_world has the shape {pose.shape}; it is 4 rows "
+            "of 4 numbers, metres"
+        )
+    return pose
 
 
 def _read_tum(folder: Path, poses: bool) -> Dataset:
@@ -191,12 +217,14 @@ def _read_tum(folder: Path, poses: bool) -> Dataset:
             )
     known = next((c for name, c in TUM_CAMERAS.items() if name in folder.resolve().name), None)
     fx, fy, cx, cy = known or TUM_DEFAULT
+    kept = _with_poses(frames) if poses else tuple(frames)
     return Dataset(
         name=folder.resolve().name,
         camera=PinholeCamera(width=640, height=480, fx=fx, fy=fy, cx=cx, cy=cy),
         depth_unit_m=TUM_DEPTH_UNIT_M,
         up_world=(0.0, 0.0, 1.0),
-        frames=_with_poses(frames) if poses else tuple(frames),
+        frames=kept,
+        left_out=len(colors) - len(kept),
     )
 
 
@@ -232,13 +260,15 @@ def _read_seven_scenes(folder: Path, poses: bool) -> Dataset:
         )
         for n, path in enumerate(pose_files)
     ]
+    kept = _with_poses(frames) if poses else tuple(frames)
     return Dataset(
         name=folder.resolve().name,
         camera=KINECT,
         depth_unit_m=MILLIMETRE,
         # The world frame is that of the first camera, held about level: y points down.
         up_world=(0.0, -1.0, 0.0),
-        frames=_with_poses(frames) if poses else tuple(frames),
+        frames=kept,
+        left_out=len(frames) - len(kept),
     )
 
 
@@ -256,6 +286,7 @@ def _read_scannet(folder: Path, poses: bool) -> Dataset:
     ]
     with _opened(frames[0].depth) as image:
         width, height = image.size
+    kept = _with_poses(frames) if poses else tuple(frames)
     return Dataset(
         name=folder.resolve().name,
         camera=PinholeCamera(
@@ -264,7 +295,8 @@ def _read_scannet(folder: Path, poses: bool) -> Dataset:
         ),
         depth_unit_m=MILLIMETRE,
         up_world=(0.0, 0.0, 1.0),
-        frames=_with_poses(frames) if poses else tuple(frames),
+        frames=kept,
+        left_out=len(frames) - len(kept),
     )  # fmt: skip
 
 

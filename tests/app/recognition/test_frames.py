@@ -72,6 +72,51 @@ def test_a_recording_that_never_shows_the_floor_is_refused(recording, tmp_path):
         list(open_source(tmp_path, track=True).frames())
 
 
+def posed(recording, tmp_path, change):
+    """A copy of the recording with true poses, changed."""
+    content = json.loads((recording / "sequence.json").read_text())
+    for k, entry in enumerate(content["frames"]):
+        names = {kind: str(recording / entry[kind]) for kind in ("color", "depth")}
+        entry.update(names, camera_to_world=held_pose(k).tolist())
+    content["gravity_world"] = [0.0, 0.0, -1.0]
+    change(content)
+    (tmp_path / "sequence.json").write_text(json.dumps(content))
+    return tmp_path
+
+
+def test_frames_whose_pose_was_lost_are_left_out_and_counted(recording, tmp_path):
+    lost = np.full((4, 4), np.nan).tolist()
+    source = open_source(
+        posed(recording, tmp_path, lambda one: one["frames"][2].update(camera_to_world=lost))
+    )
+    assert len(list(source.frames())) == 5
+    assert source.tally.note.startswith("1 of 6 colour images were not mapped, for want of a pose")
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        (lambda one: one.pop("depth_unit_m"), r"sequence\.json lacks the field 'depth_unit_m'"),
+        (lambda one: one["frames"][1].pop("depth"), r"sequence\.json lacks the field 'depth'"),
+        (
+            lambda one: one["frames"][1].update(camera_to_world=np.eye(3).tolist()),
+            r"frame 1 of sequence\.json: camera_to_world has the shape \(3, 3\); it is 4 rows",
+        ),
+        (
+            lambda one: [
+                frame.update(camera_to_world=np.diag([-1.0, 1.0, 1.0, 1.0]).tolist())
+                for frame in one["frames"]
+            ],
+            "6 colour images have no depth image of their time, or no pose that is a rotation",
+        ),
+        (lambda one: one["frames"].clear(), "has no frame with colour, depth and pose$"),
+    ],
+)
+def test_a_description_with_a_mistake_is_refused_by_name(recording, tmp_path, change, text):
+    with pytest.raises(DatasetError, match=text):
+        open_source(posed(recording, tmp_path, change))
+
+
 def test_only_datasets_are_tracked(tmp_path):
     bag = tmp_path / "a.mcap"
     bag.write_bytes(b"")

@@ -5,7 +5,9 @@ import json
 import pytest
 
 from app.cli.main import run
+from app.cli.questions.control import status_lines
 from app.messages.status import GoalStatus
+from tests.app.nodes.console.drawn_home import status_of
 from tests.app.nodes.console.published_home import PublishedHome
 from tests.ports import free_port
 
@@ -31,7 +33,8 @@ def test_what_is_searched_for_what_waits_and_what_was_found(robot, capsys):
     assert run(["control", *robot.where]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("ippon: searching: ")
-    assert lines[1].startswith("  goal 1, hat, I left it on the sofa: searched for since ")
+    assert lines[1].startswith("  goal 1, hat, I left it on the sofa: searching for ")
+    assert lines[1].endswith(" m driven")
     assert lines[2:5] == [
         "  goal 3, red mug, in the kitchen: waits",
         "  goal 2, keys: found at (1.0, 2.0) m, 0.5 m high",
@@ -39,6 +42,21 @@ def test_what_is_searched_for_what_waits_and_what_was_found(robot, capsys):
     ]
     assert run(["control", "--json", *robot.where]) == 0
     assert json.loads(capsys.readouterr().out)["goal"]["object"] == "hat"
+
+
+@pytest.mark.parametrize(
+    ("state", "why", "line"),
+    [
+        ("stopped", "stopped: press Resume to continue", "stopped: press Resume to continue"),
+        ("found", "found tv: 72 voxels at p = 1.00", "found tv: 72 voxels at p = 1.00"),
+        ("looking_around", "looking around (71%)", "looking around (71%)"),
+        ("approaching", "going to where tv can be seen", "approaching: going to where tv can"),
+        ("starting", "waiting", "starting: waiting"),
+    ],
+)
+def test_the_state_is_said_once(state, why, line):
+    status = status_of(state, why=why)
+    assert next(status_lines(status)).startswith(f"ippon: {line}")
 
 
 def test_stop_and_what_is_about_one_goal(robot, capsys):

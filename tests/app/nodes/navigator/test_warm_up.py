@@ -9,6 +9,7 @@ import pytest
 
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.warm_up import warm_up
+from app.process.kernel_cache import COMPLETE
 from ippon.guidance.levels import Level
 from ippon.mission.snapshot import MissionState
 from ippon.planning.visibility.region_weights import Stroke
@@ -37,6 +38,29 @@ def test_every_kernel_that_the_navigator_may_call_is_ready(robot):
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == ""
+
+
+class _CompilingError(Exception):
+    pass
+
+
+def test_a_first_start_says_that_it_compiles_and_a_later_one_does_not(
+    monkeypatch, tmp_path, caplog
+):
+    def compiles(progress, *, first):
+        raise _CompilingError
+
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr("app.nodes.navigator.warm_up._compile_map", compiles)
+    caplog.set_level("INFO")
+    with pytest.raises(_CompilingError):
+        warm_up(NavigatorConfig(), lambda _: None)
+    assert caplog.messages == ["compiling the kernels: a minute or more, at the first start only"]
+    (tmp_path / COMPLETE).touch()
+    caplog.clear()
+    with pytest.raises(_CompilingError):
+        warm_up(NavigatorConfig(), lambda _: None)
+    assert caplog.messages == []
 
 
 def not_ready(robot: str) -> list[str]:
