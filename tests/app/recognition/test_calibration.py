@@ -12,11 +12,10 @@ from ippon.segmentation.detectors.coco import COCO_80
 from ippon.segmentation.detectors.vocabulary import ClosedVocabulary
 from tests.app.recognition.test_recognition import MODEL, SEQUENCE, every_nth_image
 
+
 @pytest.mark.slow
 @pytest.mark.skipif(not (SEQUENCE.exists() and MODEL.exists()), reason="needs the shared images")
-def test_a_table_fitted_to_half_of_a_real_kitchen_explains_the_other_half_better(
-    tmp_path, capsys
-):
+def test_a_table_fitted_to_half_of_a_real_kitchen_explains_the_other_half_better(tmp_path, capsys):
     pytest.importorskip("ncnn")
     out = tmp_path / "table.json"
     status = run([
