@@ -26,6 +26,7 @@ settings.load_profile("patient")
 _LONG = {"process", "browser", "slow"}
 _REPEATED = {"process", "browser"}
 _PAGES = ("tests/product/", "_page.py")
+_NEEDS_TORCH = ('later.needs("torch"', "\n    import torch\n")
 _FOR_PROCESSES = 2
 """Number of workers that begin with files that start processes or browsers."""
 
@@ -75,13 +76,16 @@ class _TwoKindsOfWorkers(LoadFileScheduling):
 
     What waits for processes and what computes then run side by side from beginning to end. All
     files that draw a scene are one piece of work: a page without a GPU uses a core to draw, and two
-    at once leave nothing for what they show.
+    at once leave nothing for what they show. So are all that need torch, whose import takes a
+    process four seconds of a core.
     """
 
     def _split_scope(self, nodeid: str) -> str:
         file = super()._split_scope(nodeid)
-        draws = any(part in file for part in _PAGES)
-        return "pages" if draws else file
+        if any(part in file for part in _PAGES):
+            return "pages"
+        needs_torch = any(part in _text(file) for part in _NEEDS_TORCH)
+        return "networks" if needs_torch else file
 
     def _assign_work_unit(self, node: WorkerController) -> None:
         wanted = _is_for_processes(node.gateway.id)
@@ -92,10 +96,14 @@ class _TwoKindsOfWorkers(LoadFileScheduling):
 
 @functools.cache
 def _starts_processes(scope: str) -> bool:
-    if scope == "pages":
-        return True
-    text = (Path(__file__).parents[1] / scope).read_text(encoding="utf-8")
-    return any(f"mark.{mark}" in text for mark in _REPEATED)
+    if scope in ("pages", "networks"):
+        return scope == "pages"
+    return any(f"mark.{mark}" in _text(scope) for mark in _REPEATED)
+
+
+@functools.cache
+def _text(file: str) -> str:
+    return (Path(__file__).parents[1] / file).read_text(encoding="utf-8")
 
 
 def _is_for_processes(worker: str) -> bool:

@@ -179,7 +179,7 @@ def resident_mb():
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory is read from /proc")
-@pytest.mark.parametrize("count", [5_000, pytest.param(10_000, marks=pytest.mark.large)])
+@pytest.mark.parametrize("count", [3_000, pytest.param(10_000, marks=pytest.mark.large)])
 def test_thousands_of_frames_leave_memory_flat(tools, world, count):
     voxel_map = VoxelMap(MapConfig(), LABELS)
     voxel_map.set_ooi("hat")

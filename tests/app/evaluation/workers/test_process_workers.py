@@ -43,8 +43,9 @@ def die(item, once=None):
     return "survived"
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def workers():
+    """Serves all tests: each leaves processes that work."""
     setup = WorkerSetup(trial=TrialConfig(), catalogue=EpisodeGenerationConfig(), version="1")
     workers = ProcessWorkers(2, setup)
     yield workers
