@@ -39,7 +39,7 @@ def test_rows_of_changed_code_are_not_mixed_with_those_before(tmp_path, monkeypa
 def _arguments(out, room):
     return (
         "eval", "run", "--out", str(out), "--homes", str(room), "--objects", "chair,hat",
-        "--methods", "oracle", "--robot", "zed", "--image-width", "64", "--starts", "2",
+        "--methods", "oracle", "--robot", "zed", "--image-width", "64", "--starts", "4",
         "--max-time-s", "8", "--workers", "1",
     )  # fmt: skip
 

@@ -54,7 +54,7 @@ def _trial(config, scene, clocks=_CLOCKS, observer=None):
 
 @pytest.mark.slow
 def test_the_same_seed_gives_the_same_row(config, scene):
-    limits = EpisodeLimits(time_step_s=0.2, max_time_s=8.0)
+    limits = EpisodeLimits(time_step_s=0.2, max_time_s=12.0)
     config = dataclasses.replace(config, world=WorldConfig(), limits=limits)
     spec = _episode(scene, config, "chair")
     one = _trial(config, scene).run(spec, METHODS["ippon"])

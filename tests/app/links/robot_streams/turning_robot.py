@@ -19,7 +19,7 @@ class TurningRobot:
     """Depth images at 5 Hz and poses at 25 Hz of a robot that turns to and fro for five seconds."""
 
     def __init__(self, yaw_rate=1.0, seed=0):
-        self.camera = camera_of(ZED, 96)
+        self.camera = camera_of(ZED, 160)
         world = SimulatedWorld(
             boxes_scene(BOXES), ZED, self.camera, StartPose(x=0.0, y=0.0, z=0.0, yaw=0.0), seed
         )

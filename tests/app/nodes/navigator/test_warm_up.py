@@ -113,7 +113,7 @@ def _do_all_that_an_operator_may(profile) -> None:
     home = [*boxed_room(8.0, 4.0), ("sofa", "sofa", (3.0, 3.1, 0.0), (4.6, 3.9, 0.8))]
     robot = _Linked(home, 1.0, 2.0, robot=profile)
     _, guidance = robot.ask("hat", context="on the sofa")
-    robot.search(10.0)
+    robot.search(20.0)
     mission = robot.mission
     other = guidance.changed([dataclasses.replace(guidance.rows[0], level=Level.CERTAIN)])
     assert mission.preview(other) is not None
