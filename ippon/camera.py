@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,6 +87,14 @@ class PinholeCamera:
         """Return (N,) columns and (N,) rows of (N, 3) points with z > 0 in the camera frame."""
         x, y, z = points_camera.T
         return self.fx * x / z + self.cx, self.fy * y / z + self.cy
+
+    def lift(
+        self, u: NDArray[Any], v: NDArray[Any], depth: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return (N, 3) points in the camera frame at (N,) columns, rows and depths in metres."""
+        return np.stack(
+            [(u - self.cx) / self.fx * depth, (v - self.cy) / self.fy * depth, depth], axis=1
+        )
 
     def back_project(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
         """Lift a depth image to points in the camera frame.

@@ -110,11 +110,8 @@ def _is_visible(frame: Frame, one: Instance, box: tuple[float, float, float, flo
     )
     u, v = u.ravel(), v.ravel()
     depth = frame.depth[v.astype(np.intp), u.astype(np.intp)].astype(np.float64)
-    camera = frame.camera
-    seen = np.stack(
-        [(u - camera.cx) / camera.fx * depth, (v - camera.cy) / camera.fy * depth, depth], axis=1
-    )
-    off = transform_points(frame.T_world_camera, seen) - np.array(one.position_world)
+    seen = transform_points(frame.T_world_camera, frame.camera.lift(u, v, depth))
+    off = seen - np.array(one.position_world)
     inside = (np.abs(off) <= 0.5 * np.array(one.size_m) + _EDGE_M).all(axis=1) & (depth > 0.0)
     return float(inside.mean()) >= _LEAST_SHOWN
 

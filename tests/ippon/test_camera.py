@@ -62,3 +62,11 @@ def test_a_point_falls_on_the_pixel_that_it_was_lifted_from():
     rows, columns = np.indices(depth.shape)
     np.testing.assert_allclose(u, columns.ravel(), atol=1e-5)
     np.testing.assert_allclose(v, rows.ravel(), atol=1e-5)
+
+
+def test_pixels_lifted_by_their_depth_project_onto_themselves():
+    camera = PinholeCamera.from_horizontal_fov(64, 48, 1.2)
+    u, v = np.array([0, 40, 63]), np.array([47.0, 10.5, 0.0])
+    points = camera.lift(u, v, np.array([0.5, 2.0, 3.0]))
+    assert points[:, 2].tolist() == [0.5, 2.0, 3.0]
+    assert np.allclose(camera.project(points), (u, v))

@@ -94,8 +94,7 @@ def _points(depth: NDArray[np.float32], camera: PinholeCamera) -> Float64Array:
     v, u = np.nonzero(depth > 0.0)
     every = max(1, len(v) // POINTS)
     v, u = v[::every], u[::every]
-    z = depth[v, u].astype(np.float64)
-    return np.stack([(u - camera.cx) / camera.fx * z, (v - camera.cy) / camera.fy * z, z], 1)
+    return camera.lift(u, v, depth[v, u].astype(np.float64))
 
 
 def _misfit(

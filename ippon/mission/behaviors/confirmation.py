@@ -51,6 +51,7 @@ class Confirmation:
         self._confirm_steps = config.confirm_steps
         self._context = config.context_check
         self._min_images = config.image_check.min_images
+        self._same_m = config.image_check.same_m
         self._find_from = config.planner.ooi_threshold
         self._view = config.planner.view
         self._opinions = opinions
@@ -132,7 +133,7 @@ class Confirmation:
         if action is not None:
             self._verified = verified
             return action
-        now = same_find(search.candidates, verified.find)
+        now = same_find(search.candidates, verified.find, self._same_m)
         if now is None or gap_m(step.frame.T_world_base[:2, 3], now) > ARRIVED_M:
             # It has disappeared, or somebody has moved the robot away.
             return None

@@ -16,8 +16,6 @@ SUCCESS_M = 1.0
 """Horizontal distance within which an object is reached: the metre of the task."""
 ARRIVED_M = SUCCESS_M + 0.1
 """That distance and the tolerance within which the robot stops at a viewpoint."""
-SAME_M = 0.6
-"""Distance that the centre of a find may move while more of it is seen."""
 FIND_WITHIN_M = 2.5
 """Largest distance between a find and the robot at the end of a search."""
 
@@ -118,7 +116,7 @@ def reached_find(candidates: Iterable[Find], T_world_base: Float64Array) -> Find
     return max(reached, key=lambda find: find.voxels, default=None)
 
 
-def same_find(candidates: Iterable[Find], find: Find, within_m: float = SAME_M) -> Find | None:
+def same_find(candidates: Iterable[Find], find: Find, within_m: float) -> Find | None:
     """Return the candidate whose centre is nearest to that of an earlier find; None without one."""
     near = (c for c in candidates if math.dist(c.position_world, find.position_world) <= within_m)
     return min(near, key=lambda c: math.dist(c.position_world, find.position_world), default=None)

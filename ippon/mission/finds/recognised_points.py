@@ -37,8 +37,7 @@ def recognised_points(frame: Frame, label: str, models: ObservationModels) -> Fl
     depth = frame.depth[v, u].astype(np.float64)
     known = np.isfinite(depth) & (depth > 0.0)
     u, v, depth = u[known], v[known], depth[known]
-    x, y = (u - camera.cx) / camera.fx * depth, (v - camera.cy) / camera.fy * depth
-    return transform_points(frame.T_world_camera, np.column_stack([x, y, depth]))
+    return transform_points(frame.T_world_camera, camera.lift(u, v, depth))
 
 
 def points_at(points_world: Float64Array, find: Find, margin_m: float) -> Float64Array:

@@ -1,10 +1,15 @@
 """Messages that robots send and the product only reads."""
 
+import io
 import math
 
 import numpy as np
+from PIL import Image
 
 from app.messages.cdr import encode, header, make
+
+STAMP = 12_345_678_901
+FRAME = "camera_color_optical_frame"
 
 
 def odometry(stamp_ns, x, y, yaw):
@@ -42,3 +47,20 @@ def raw_color(pixels, stamp_ns, encoding="rgb8", pad=0):
         step=w * channels + pad,
         data=rows.reshape(-1),
     )
+
+
+def compressed(format_, data):
+    """Return a serialized sensor_msgs/CompressedImage of `STAMP` and `FRAME`."""
+    return encode(
+        "sensor_msgs/msg/CompressedImage",
+        header=header(STAMP, FRAME),
+        format=format_,
+        data=np.frombuffer(data, np.uint8),
+    )
+
+
+def png(array):
+    """Return an array as the bytes of a PNG."""
+    out = io.BytesIO()
+    Image.fromarray(array).save(out, "PNG")
+    return out.getvalue()

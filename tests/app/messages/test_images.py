@@ -1,11 +1,9 @@
-import io
 import struct
 
 import numpy as np
 import pytest
 import simplejpeg
 import zstandard
-from PIL import Image
 
 from app.messages.cdr import MessageError, decode, encode, header
 from app.messages.images import (
@@ -19,10 +17,7 @@ from app.messages.images import (
 from app.messages.perception.heatmaps import decode_heatmap, encode_heatmap
 from ippon.camera import PinholeCamera
 from ippon.observation import Heatmap
-from tests.app.messages.robot_messages import raw_color
-
-STAMP = 12_345_678_901
-FRAME = "camera_color_optical_frame"
+from tests.app.messages.robot_messages import FRAME, STAMP, compressed, png, raw_color
 
 
 @pytest.fixture
@@ -35,21 +30,6 @@ def color():
 def heatmap():
     probabilities = np.random.default_rng(2).integers(0, 255, (6, 8, 3), dtype=np.uint8)
     return Heatmap(labels=("wall", "sofa"), ooi="hat", probabilities=probabilities)
-
-
-def compressed(format_, data):
-    return encode(
-        "sensor_msgs/msg/CompressedImage",
-        header=header(STAMP, FRAME),
-        format=format_,
-        data=np.frombuffer(data, np.uint8),
-    )
-
-
-def png(array):
-    out = io.BytesIO()
-    Image.fromarray(array).save(out, "PNG")
-    return out.getvalue()
 
 
 def test_color_comes_back_as_the_jpeg_that_was_sent(color):

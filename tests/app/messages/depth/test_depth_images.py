@@ -14,9 +14,8 @@ from app.messages.depth.depth_images import (
     encode_depth_raw,
 )
 from tests.app.messages.depth.test_rvl import encode_rvl
+from tests.app.messages.robot_messages import FRAME, STAMP, compressed, png
 
-STAMP = 12_345_678_901
-FRAME = "camera_color_optical_frame"
 HEADER = struct.pack("<iff", 0, 0.0, 0.0)
 
 
@@ -25,21 +24,6 @@ def depth():
     values = np.random.default_rng(1).uniform(0.3, 5.0, (60, 80)).astype(np.float32)
     values[:5] = 0.0
     return values
-
-
-def compressed(format_, data):
-    return encode(
-        "sensor_msgs/msg/CompressedImage",
-        header=header(STAMP, FRAME),
-        format=format_,
-        data=np.frombuffer(data, np.uint8),
-    )
-
-
-def png(array):
-    out = io.BytesIO()
-    Image.fromarray(array).save(out, "PNG")
-    return out.getvalue()
 
 
 @pytest.mark.parametrize(
