@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from app.links.language_model.interface import SentenceAnswer
 from app.messages.control import SearchRequest, SentenceReading
 from ippon.guidance.language.goals.goal import Goal, unchecked
+from ippon.guidance.language.lists.same_objects import once_each
 from ippon.guidance.language.requests.sentence import search_name
 from ippon.rooms.room_names import known_rooms
 
@@ -12,7 +13,7 @@ from ippon.rooms.room_names import known_rooms
 def as_reading(
     answer: SentenceAnswer, elapsed_ms: float, room_names: Sequence[str] = ()
 ) -> SentenceReading:
-    """Return the reading of a sentence, with all that a search does not use yet.
+    """Return the reading of a sentence: each object once, and all that a search does not use yet.
 
     Args:
         answer: The goals.
@@ -20,15 +21,19 @@ def as_reading(
         room_names: Names that people have given to rooms of the map.
     """
     request = answer.request
+    goals, notes = once_each(request.goals)
     notes = [
-        note
-        for goal in request.goals
-        for note in unchecked(goal, known_rooms(goal.context, room_names))
+        *notes,
+        *(
+            note
+            for goal in goals
+            for note in unchecked(goal, known_rooms(goal.context, room_names))
+        ),
     ]
-    if any(goal.order == "or" for goal in request.goals):
+    if any(goal.order == "or" for goal in goals):
         notes.append("“or” is not used yet: each of the objects is searched for")
     return SentenceReading(
-        goals=list(request.goals),
+        goals=list(goals),
         doubtful=request.doubtful,
         because=request.because,
         unused=list(request.unused),

@@ -50,6 +50,7 @@ SPEAKING = [
             "ippon/guidance/language/context.py",
             "ippon/guidance/language/naming.py",
             "ippon/guidance/language/goals/goal.py",
+            "ippon/guidance/language/lists/same_objects.py",
             "ippon/guidance/language/requests/sentence.py",
             "ippon/guidance/levels.py",
             "ippon/guidance/prior.py",

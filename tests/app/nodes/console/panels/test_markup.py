@@ -143,7 +143,8 @@ def test_no_text_of_a_sentence_becomes_markup(text):
         attributes=(Attribute(kind="other", value=text),),
         relations=(Relation(relation=text, place=text),),
     )
-    request = Request(goals=(goal,) * 9, doubtful=True, because=text, unused=(text,))
+    goals = tuple(replace(goal, context=f"at {n}") for n in range(9))
+    request = Request(goals=goals, doubtful=True, because=text, unused=(text,))
     html = markup.understood(as_reading(SentenceAnswer(request, text, "", "", text), 1.0), ENGLISH)
     _assert_harmless(html)
     assert "and 1 more" in html

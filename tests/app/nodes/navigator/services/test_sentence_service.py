@@ -28,6 +28,13 @@ def test_a_sentence_is_read_by_rules_where_there_is_no_model(open_office):
     assert reading.notes == []
 
 
+def test_names_of_one_object_are_one_search_and_the_answer_says_so(open_office):
+    request = SentenceRequest(sentence="find my tv, television and telly")
+    reading = open_office().sentences.read(request)
+    assert [goal.display for goal in reading.goals] == ["tv"]
+    assert reading.notes[1] == "“telly” means the same as “tv”: it is searched for once"
+
+
 def test_a_sentence_is_read_by_the_model_within_its_time(open_office, monkeypatch):
     office = open_office(Model())
     office.model.may_answer.release()
