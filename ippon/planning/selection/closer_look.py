@@ -37,7 +37,8 @@ class CloserLookConfig:
     down_rad: float = 0.5
     """How far the camera looks down below the cluster then; more sees floor closer to the robot."""
     give_up_steps: int = 250
-    """Steps on the way to the viewpoint after which the cluster is left; more drives farther."""
+    """Steps on the way to the viewpoint after which the cluster is left, twice as many for looks
+    that images without it interrupt; more drives farther."""
     grown: float = 1.5
     """A cluster that was left is looked at again once it has this many times the voxels; more
     returns to fewer clusters."""
@@ -77,14 +78,14 @@ class CloserLookSelector:
 
     def reset(self) -> None:
         """Drop all clusters, for another object."""
-        self._look.end()
+        self._look.reset()
         self._left.clear()
         self.out_of_reach.reset()
         self._passing.reset()
 
     def cancel(self) -> None:
         """End the present look: the target ends the search."""
-        self._look.end()
+        self._look.interrupt()
         self._passing.cancel()
 
     def choose(
@@ -129,7 +130,7 @@ class CloserLookSelector:
         if best is not None:
             self._passing.cancel()
             return self._look_down(self._look.aim(best, xy, around.camera_z_m))
-        self._look.end()
+        self._look.interrupt()
         look = None
         if known is not None:
             look = self.out_of_reach.choose(

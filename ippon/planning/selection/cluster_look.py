@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,10 @@ from ippon.planning.selection.look_target import (
     look_at,
     stands_facing,
 )
+
+_INTERRUPTED_FACTOR: Final = 2
+"""How much longer all looks at one cluster may last that come to no end of their own: images that
+miss it now and then interrupt each of them."""
 
 
 class Sight(NamedTuple):
@@ -44,6 +48,8 @@ class _Active:
     """Steps since the look began."""
     settled: int = 0
     """Steps in a row at the viewpoint, facing the cluster."""
+    before: int = 0
+    """Steps of interrupted looks at it."""
 
 
 class ClusterLook:
@@ -58,13 +64,16 @@ class ClusterLook:
             config: How viewpoints are chosen and reached.
             speed_m_s: Highest speed of the robot.
             patience_steps: Steps at the viewpoint, facing the cluster, after which the look ends.
-            give_up_steps: Steps after which it ends wherever the robot is.
+            give_up_steps: Steps after which it ends wherever the robot is; interrupted looks at one
+                cluster end after twice as many together.
         """
         self._config = config
         self._speed = speed_m_s
         self._patience_steps = patience_steps
         self._give_up_steps = give_up_steps
         self._now: _Active | None = None
+        self._interrupted: list[tuple[Float64Array, int]] = []
+        """Centre of each cluster whose look was interrupted, and the steps that it has lasted."""
 
     @property
     def active(self) -> bool:
@@ -76,9 +85,16 @@ class ClusterLook:
         """Steps in a row at the viewpoint, facing the cluster; 0 without a look."""
         return 0 if self._now is None else self._now.settled
 
-    def end(self) -> None:
-        """End the look."""
+    def reset(self) -> None:
+        """End the look and forget all earlier ones, for another object."""
         self._now = None
+        self._interrupted.clear()
+
+    def interrupt(self) -> None:
+        """End the look at a cluster that was not looked at for long enough."""
+        now, self._now = self._now, None
+        if now is not None:
+            self._interrupted.append((now.centre, now.before + now.age))
 
     def first_sight(
         self,
@@ -122,6 +138,9 @@ class ClusterLook:
             camera_z_m: Height of the camera in the world.
         """
         old, centre, stand = self._now, sight.cluster.mean(axis=0), xy[sight.node]
+        goes_on = old is not None and is_same_cluster(self._config, old.centre, centre)
+        if not goes_on:
+            self.interrupt()
         target = look_at(sight.node, stand, sight.voxel, camera_z_m)
         self._now = _Active(
             cluster=sight.cluster,
@@ -130,10 +149,19 @@ class ClusterLook:
             stand=stand.copy(),
             yaw_rad=target.yaw_rad,
         )
-        if old is not None and is_same_cluster(self._config, old.centre, centre):
-            self._now.age = old.age
+        if old is not None and goes_on:
+            self._now.age, self._now.before = old.age, old.before
             self._now.settled = old.settled if old.node == sight.node else 0
+        else:
+            self._now.before = self._take_interrupted(centre)
         return target
+
+    def _take_interrupted(self, centre: Float64Array) -> int:
+        """Return the steps of interrupted looks at a cluster, which are then forgotten."""
+        same = [is_same_cluster(self._config, old, centre) for old, _ in self._interrupted]
+        looks = list(zip(same, self._interrupted, strict=True))
+        self._interrupted = [look for is_same, look in looks if not is_same]
+        return sum(steps for is_same, (_, steps) in looks if is_same)
 
     def count_step(self, T_world_base: Float64Array) -> Float64Array | None:
         """Count a step with the robot at a pose.
@@ -147,7 +175,8 @@ class ClusterLook:
         now.age += 1
         stays = stands_facing(self._config, T_world_base, now.stand, now.yaw_rad)
         now.settled = now.settled + 1 if stays else 0
-        if now.settled < self._patience_steps and now.age < self._give_up_steps:
+        lasts = now.before + now.age < _INTERRUPTED_FACTOR * self._give_up_steps
+        if now.settled < self._patience_steps and now.age < self._give_up_steps and lasts:
             return None
         self._now = None
         return now.cluster

@@ -84,13 +84,13 @@ class PassingLook:
 
     def reset(self) -> None:
         """Forget all places, for another object."""
-        self._look.end()
+        self._look.reset()
         self._voxels = None
         self._done.clear()
 
     def cancel(self) -> None:
         """End the present look; its place may be looked at again."""
-        self._look.end()
+        self._look.interrupt()
 
     def choose(
         self,
@@ -130,7 +130,7 @@ class PassingLook:
                 if found is not None and (best is None or found.seconds < best.seconds):
                     best = found
         if best is None:
-            self._look.end()
+            self._look.interrupt()
             return None
         return self._look.aim(best, xy, around.camera_z_m)
 

@@ -76,6 +76,21 @@ def test_a_cluster_that_does_not_grow_is_left(dense_map):
     assert plan.closer_look or plan.target.kind is NodeKind.TERMINATING
 
 
+def test_a_cluster_that_disappears_again_and_again_is_left(dense_map):
+    volume = seen_from_afar(dense_map)
+    planner = make(closer_look=CloserLookConfig(give_up_steps=30))
+    plan, looks = run(planner, volume, 10), 0
+    there = base_pose(*plan.target.position_world[:2], 0.0, plan.target.yaw_rad)
+    for n in range(180):
+        # An image in eleven does not recognise the cluster, before the patience has run out.
+        ooi = 0.1 if n % 11 == 10 else 0.95
+        volume.fill((4.8, 2.7, 0.7), (5.0, 2.9, 0.9), OCCUPIED, ooi=ooi)
+        looks += run(planner, volume, 1, there).closer_look
+    assert looks <= 60, "twice as long as a look without interruptions"
+    planner.set_goal(probabilities=LevelProbabilities().as_array(), termination_min=9.0)
+    assert run(planner, volume, 10, there).closer_look, "for another object"
+
+
 def test_a_corner_in_sight_is_enough(dense_map):
     volume = seen_from_afar(dense_map)
     # Long enough to be cut off by the wall but at one end.
