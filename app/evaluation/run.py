@@ -28,6 +28,7 @@ from ippon.evaluation.episode_generation import (
     home_name,
 )
 from ippon.evaluation.methods.method_table import method_named
+from ippon.evaluation.methods.rule_share import MOSTLY, rule_note, unruled_shares
 from ippon.evaluation.row import EpisodeRow
 from ippon.evaluation.trial import TrialConfig, config_hash
 
@@ -78,7 +79,20 @@ def run_evaluation(
         failed = failed_homes + _run(workers, folder, jobs, observer)
     finally:
         workers.close()
-    return EvaluationResult(rows=folder.merge() if folder.has_rows() else 0, failed=failed)
+    if not folder.has_rows():
+        return EvaluationResult(rows=0, failed=failed)
+    _tell_unruled(folder, methods, observer)
+    return EvaluationResult(rows=folder.merge(), failed=failed)
+
+
+def _tell_unruled(
+    folder: EvaluationFolder, methods: Sequence[str], observer: EvaluationObserver
+) -> None:
+    """Say for each method of the run how often its rule gave no target, as the report does."""
+    shares = unruled_shares(row for row in folder.rows() if row.method in methods)
+    for method, share in shares.items():
+        if share > 0.0:
+            observer.tell(rule_note(method, share), error=share > MOSTLY)
 
 
 def _check_code(folder: EvaluationFolder, methods: Sequence[str]) -> None:

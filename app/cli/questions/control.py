@@ -69,6 +69,14 @@ def status_lines(status: Status) -> Iterator[str]:
         yield f"is this the {name}? `ippon ask --confirm last`, or `ippon ask --reject last`"
 
 
+def answer_text(robot: str, command: Control, reply: ControlReply) -> str:
+    """Return an answer of the navigator as it is printed."""
+    if command.action == "cancel" and reply.detail:
+        # The state is that of the robot, which may search for the next goal already.
+        return f"{robot}: {reply.detail}"
+    return "; ".join(filter(None, (f"{robot}: {reply.state.replace('_', ' ')}", reply.detail)))
+
+
 def _named(goal: GoalStatus) -> str:
     context = f", {goal.context}" if goal.context else ""
     return f"goal {goal.goal_id}, {name_of(goal)}{context}"
@@ -111,13 +119,8 @@ def _send(session: zenoh.Session, robot: str, command: Control) -> None:
                 reply = ask_until_answered(session, key, asked, ControlReply, limit_s)
             else:
                 reply = ask(session, key, asked, ControlReply, limit_s, who)
-            said, answer = _said(robot, reply), msgspec.json.encode(reply)
+            said, answer = answer_text(robot, command, reply), msgspec.json.encode(reply)
     print(answer.decode() if command.json else printable(said), flush=True)
-
-
-def _said(robot: str, reply: ControlReply) -> str:
-    detail = f"; {reply.detail}" if reply.detail else ""
-    return f"{robot}: {reply.state.replace('_', ' ')}{detail}"
 
 
 def _status(session: zenoh.Session, robot: str, command: Control) -> Status:

@@ -10,6 +10,7 @@ class Told:
     stages: list = field(default_factory=list)
     results: list = field(default_factory=list)
     errors: list = field(default_factory=list)
+    told: list = field(default_factory=list)
 
     def begin(self, stage, total):
         self.stages.append((stage, total))
@@ -18,6 +19,7 @@ class Told:
         self.results.append(result)
 
     def tell(self, text, *, error=False):
+        self.told.append(text)
         if error:
             self.errors.append(text)
 

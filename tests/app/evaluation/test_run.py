@@ -36,6 +36,27 @@ def test_rows_of_changed_code_are_not_mixed_with_those_before(tmp_path, monkeypa
         run._check_code(folder, ["ippon", "mine"])
 
 
+def test_a_rule_that_gave_no_targets_is_said_at_the_end(
+    room, tmp_path, observer, make_row, monkeypatch
+):
+    def search(_workers, folder, _jobs, _observer):
+        for method, left in (("nearest_frontier", 10), ("semantic_frontier", 90), ("oracle", 100)):
+            folder.write(make_row(method=method, rule_steps=100, unruled_steps=left))
+        return 0
+
+    monkeypatch.setattr(run, "_run", search)
+    methods = "nearest_frontier,semantic_frontier"
+    out = tmp_path / "out"
+    config = EvaluationConfig(out=out, homes=(str(room),), objects="chair", methods=methods)
+    assert run_evaluation(config, observer).rows == 3
+    told = [text for text in observer.told if "its rule gave no target" in text]
+    assert [text.split(" of the steps")[0] for text in told] == [
+        "nearest_frontier: in 10 %",
+        "semantic_frontier: in 90 %",
+    ]
+    assert observer.errors == told[1:]
+
+
 def _arguments(out, room):
     return (
         "eval", "run", "--out", str(out), "--homes", str(room), "--objects", "chair,hat",

@@ -18,7 +18,7 @@ from app.messages.control import (
     SearchRequest,
 )
 from app.messages.plain_text import complaint
-from app.messages.status import MissionState
+from app.messages.status import MissionState, name_of
 from app.nodes.navigator.services.guidance_service import GuidanceService
 from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.state.availability import Availability
@@ -247,17 +247,21 @@ class GoalService:
     def _request_cancel(self, goal_id: int | None) -> ControlReply:
         """Cancel the present goal or tour, or one goal of it."""
         goal, _, _ = self._goals.statuses()
+        tour = self._goals.tour()
         if goal_id is not None:
-            known = [*filter(None, [goal]), *self._goals.tour()]
+            known = [*filter(None, [goal]), *tour]
             goal = next((one for one in known if one.goal_id == goal_id), None)
         if goal is None and goal_id is None:
             raise RequestRefusedError("there is no goal to cancel")
         if goal is None:
             raise RequestRefusedError(f"there is no goal with number {goal_id} to cancel")
-        detail = ""
-        if goal.outcome != "active":
+        one_of_many = goal_id is not None and bool(tour)
+        ends = [goal] if one_of_many or not tour else tour
+        display = " and ".join(name_of(one) for one in ends if one.outcome == "active")
+        if display:
+            detail = f"the search for {display} was cancelled"
+        else:
             detail = f"the search for {goal.object} had ended: {goal.outcome}"
-        one_of_many = goal_id is not None and self._goals.in_tour()
         self._operations.enqueue(
             partial(self._cancel_one if one_of_many else self._cancel, goal.goal_id)
         )

@@ -5,7 +5,9 @@ import json
 import pytest
 
 from app.cli.main import run
-from app.cli.questions.control import status_lines
+from app.cli.options.tools import Control
+from app.cli.questions.control import answer_text, status_lines
+from app.messages.control import ControlReply
 from app.messages.status import GoalStatus
 from tests.app.nodes.console.drawn_home import status_of
 from tests.app.nodes.console.published_home import PublishedHome
@@ -74,6 +76,25 @@ def test_stop_and_what_is_about_one_goal(robot, capsys):
     ]
     lines = capsys.readouterr().out.splitlines()
     assert lines[:2] == ["ippon: stopped", "goal 3 is cancelled"]
+
+
+@pytest.mark.parametrize(
+    ("action", "state", "detail", "text"),
+    [
+        (
+            "cancel",
+            "starting",
+            "the search for hat was cancelled",
+            "the search for hat was cancelled",
+        ),
+        ("cancel", "starting", "", "starting"),
+        ("stop", "stopped", "", "stopped"),
+        ("resume", "looking_around", "more", "looking around; more"),
+    ],
+)
+def test_cancel_answers_about_the_goal_and_the_others_about_the_robot(action, state, detail, text):
+    reply = ControlReply(state=state, detail=detail)
+    assert answer_text("ippon", Control(action=action), reply) == f"ippon: {text}"
 
 
 def test_a_goal_goes_with_cancel_alone_and_a_dead_link_is_an_error(robot, capsys):

@@ -201,7 +201,8 @@ def test_cancel_ends_the_goal_it_was_said_of_and_no_other(office):
 
 def test_cancel(office):
     start(office)
-    office.service.control(ControlRequest(action="cancel"))
+    reply = office.service.control(ControlRequest(action="cancel"))
+    assert reply.detail == "the search for hat was cancelled"
     office.operations.run_queued(office.mission)
     assert office.mission.names() == ["cancel_goal"]
     assert office.goals.active() is None
@@ -299,7 +300,8 @@ def test_a_tour_is_cancelled_as_a_whole_or_goal_by_goal(office):
         office.service.control(ControlRequest(action="cancel", goal_id=7))
     with pytest.raises(RequestRefusedError, match="only cancel is about one goal"):
         office.service.control(ControlRequest(action="pause", goal_id=1))
-    office.service.control(ControlRequest(action="cancel", goal_id=1))
+    reply = office.service.control(ControlRequest(action="cancel", goal_id=1))
+    assert reply.detail == "the search for hat was cancelled", "not for the leading one"
     office.operations.run_queued(office.mission)
     assert office.mission.calls == [("cancel_goal", 1)]
     assert [goal.object for goal in office.goals.statuses()[2]] == ["hat"]
@@ -371,3 +373,13 @@ def test_of_two_goals_at_once_for_a_free_robot_one_is_refused(office):
     assert office.goals.add(search).position == 0
     assert office.goals.add(search) is None
     assert len(office.goals.unfinished()) == 1
+
+
+def test_all_goals_of_a_tour_that_is_cancelled_are_named(office):
+    start_tour(office)
+    office.goals.reopen(1)
+    reply = office.service.control(ControlRequest(action="cancel"))
+    assert reply.detail == "the search for hat was cancelled", "the mug was found before"
+    office.goals.reopen(2)
+    reply = office.service.control(ControlRequest(action="cancel"))
+    assert reply.detail == "the search for hat and mug was cancelled"
