@@ -65,6 +65,7 @@ class TopicListener:
         self._topics = tuple(topic for topic in topics if topic != keys.MAP_KEYFRAME)
         self._put = put
         self._heard_at = self._opened_at = time.monotonic()
+        self._was_heard = False
         self._silence_told_of: float | None = None
         """Time of the last message before the silence that was logged."""
 
@@ -113,7 +114,13 @@ class TopicListener:
         quiet_s = time.monotonic() - max(self._heard_at, self._opened_at)
         if self.session is not None and quiet_s > SILENT_S:
             if self._silence_told_of != self._heard_at:
-                logger.info("no data from the navigator at %s: reconnecting", self.endpoint)
+                if self._was_heard:
+                    logger.info("no data from the navigator at %s: reconnecting", self.endpoint)
+                else:
+                    logger.info(
+                        "the router at %s answers; waiting for the navigator of %s to start",
+                        self.endpoint, self.robot,
+                    )  # fmt: skip
                 self._silence_told_of = self._heard_at
             self.close()
         if self.session is None:
@@ -164,7 +171,7 @@ class TopicListener:
         def receive(payload: bytes) -> None:
             self._put(topic, payload)
             if is_status:
-                self._heard_at = time.monotonic()
+                self._heard_at, self._was_heard = time.monotonic(), True
 
         return receive
 

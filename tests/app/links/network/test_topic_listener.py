@@ -1,4 +1,6 @@
+import logging
 import time
+from types import SimpleNamespace
 
 from app.links.network import topic_listener
 from app.links.network.topic_listener import TopicListener
@@ -40,3 +42,37 @@ def test_the_whole_map_is_given_more_time_than_a_status(monkeypatch):
     for topic in (keys.MAP_KEYFRAME, keys.STATUS):
         listener.query(topic)
     assert given[f"r/{keys.MAP_KEYFRAME}"] >= 5 * given[f"r/{keys.STATUS}"]
+
+
+def test_a_first_start_is_no_reconnection(monkeypatch, caplog):
+    now = [100.0]
+    monkeypatch.setattr(topic_listener, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    session = SimpleNamespace(close=lambda: None)
+    monkeypatch.setattr(topic_listener, "open_client", lambda *_: session)
+    receivers = {}
+
+    def subscribe(_session, key, receive, **_):
+        receivers[key] = receive
+
+    monkeypatch.setattr(topic_listener, "subscribe", subscribe)
+    monkeypatch.setattr(topic_listener, "on_token_lost", lambda *_: None)
+    monkeypatch.setattr(topic_listener, "last_message", lambda *_: None)
+    caplog.set_level(logging.INFO, logger=topic_listener.__name__)
+    listener = TopicListener("tcp/robot:7447", "r", (keys.STATUS,), lambda *_: None)
+
+    def check_after(seconds):
+        now[0] += seconds
+        listener.check()
+        said, opened = list(caplog.messages), listener.openings
+        caplog.clear()
+        return said, opened
+
+    assert check_after(0.0) == ([], 1)
+    waiting = "the router at tcp/robot:7447 answers; waiting for the navigator of r to start"
+    assert check_after(5.0) == ([waiting], 2)
+    assert check_after(5.0) == ([], 3), "said once"
+    receivers["r/status"](b"")
+    assert check_after(1.0) == ([], 3)
+    lost = "no data from the navigator at tcp/robot:7447: reconnecting"
+    assert check_after(5.0) == ([lost], 4)
+    assert check_after(5.0) == ([], 5)
