@@ -4,7 +4,9 @@ import math
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ippon.camera import PinholeCamera
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, views_differ
 from ippon.tracking.depth_points import points_of
@@ -13,6 +15,10 @@ UPSIDE_DOWN: Final = (
     "the camera's images are upside down, by their depth and poses: networks recognise little in "
     "them, and the floor may count as ceiling; turn the images by 180 degrees at the camera, or "
     "correct its transform"
+)
+WORLD_UPSIDE_DOWN: Final = (
+    "the world of the poses is upside down, by the depth of the images: the floor faces down and "
+    "counts as ceiling; turn the world by 180 degrees, so that its z axis points up"
 )
 LEAST_VIEWS: Final = 5
 """Views from which it is told."""
@@ -48,10 +54,22 @@ class UprightCheck:
 
     def add(self, frame: Frame) -> None:
         """Count a frame's surface, if it is seen from elsewhere than the last one."""
-        T = frame.T_world_camera
+        self.add_view(frame.depth, frame.camera, frame.T_world_camera)
+
+    def add_view(
+        self, depth: NDArray[np.float32], camera: PinholeCamera, T_world_camera: Float64Array
+    ) -> None:
+        """Count the surface of a depth image, if it is seen from elsewhere than the last one.
+
+        Args:
+            depth: (H, W) metres along the optical axis; 0 for no return.
+            camera: Its intrinsics.
+            T_world_camera: Where it was taken from, by the poses.
+        """
+        T = T_world_camera
         if self._last is not None and not views_differ(T, self._last, _APART_M, _APART_RAD):
             return
-        seen = points_of(frame.depth, frame.camera, _NEAREST_M, _FARTHEST_M)
+        seen = points_of(depth, camera, _NEAREST_M, _FARTHEST_M)
         if len(seen) < _LEAST_POINTS:
             return
         self._last = T
@@ -66,10 +84,23 @@ class UprightCheck:
     @property
     def is_upside_down(self) -> bool:
         """Whether enough views agree that the images are upside down."""
+        return self._views >= LEAST_VIEWS and self._poses_are_wrong != self._is_rolled
+
+    @property
+    def is_world_upside_down(self) -> bool:
+        """Whether enough views agree that the images are upright and the poses' world is not."""
+        enough = self._views >= LEAST_VIEWS
+        turned = self._level_if_turned >= self._level_if_mounted
+        return enough and turned and self._poses_are_wrong and self._is_rolled
+
+    @property
+    def _poses_are_wrong(self) -> bool:
         most = max(self._level_if_mounted, self._level_if_turned)
-        poses_are_wrong = most > TIMES * self._level and most > LEAST_SHARE * self._surface
-        is_rolled = 2 * self._rolled_views > self._views
-        return self._views >= LEAST_VIEWS and poses_are_wrong != is_rolled
+        return most > TIMES * self._level and most > LEAST_SHARE * self._surface
+
+    @property
+    def _is_rolled(self) -> bool:
+        return 2 * self._rolled_views > self._views
 
 
 def _facing(normals: Float64Array, up: Float64Array) -> int:

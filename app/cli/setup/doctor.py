@@ -142,7 +142,8 @@ def _run_file_doctor(command: Doctor) -> int:
 def _print_checkup(path: Path, checkup: RecordingCheck) -> None:
     screen = Console(highlight=False)
     screen.print(f"[bold]{escape(str(path))}[/bold]", soft_wrap=True)
-    screen.print(f"  {checkup.messages} messages, {checkup.duration_s:.1f} s")
+    used = " of known topics" if checkup.others else ""
+    screen.print(f"  {checkup.messages} messages{used}, {checkup.duration_s:.1f} s")
     for problem in checkup.problems:
         screen.print(f"  [yellow]{escape(problem)}[/yellow]", soft_wrap=True)
     if checkup.repaired:
@@ -153,3 +154,8 @@ def _print_checkup(path: Path, checkup: RecordingCheck) -> None:
         screen.print("  [green]whole[/green]")
     if checkup.missing:
         screen.print(f"  without: {', '.join(checkup.missing)}", soft_wrap=True)
+    if checkup.others:
+        screen.print("  topics that are not used:")
+    for one in checkup.others:
+        line = f"    {one.topic} ({one.type or 'no type'}), {one.messages} messages"
+        screen.print(escape(line), soft_wrap=True)

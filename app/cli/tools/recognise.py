@@ -35,7 +35,7 @@ from ippon.observation_model import (
 from ippon.segmentation.detectors.vocabulary import unsupported_reason
 from ippon.segmentation.errors import SegmentationError
 from ippon.segmentation.segmenter import Segmenter
-from ippon.tracking.upright import UPSIDE_DOWN
+from ippon.tracking.upright import UPSIDE_DOWN, WORLD_UPSIDE_DOWN
 from ippon.vocabulary import canonical_label
 
 NOTHING_TOLD: Final = 2
@@ -117,6 +117,8 @@ def _report_frames(recognition: Recognition, left_out: str) -> None:
         print(f"ippon: {recognition.depth_note}", file=sys.stderr)
     if recognition.upright.is_upside_down:
         print(f"ippon: {UPSIDE_DOWN}", file=sys.stderr)
+    if recognition.upright.is_world_upside_down:
+        print(f"ippon: {WORLD_UPSIDE_DOWN}", file=sys.stderr)
     if recognition.dropped:
         print(
             "ippon: the recording exceeds the maps' memory and the oldest parts were dropped: "

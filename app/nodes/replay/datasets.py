@@ -1,6 +1,7 @@
 """Readers of RGB-D datasets in their original folders, with poses or without."""
 
 import json
+import math
 import re
 from bisect import bisect_left
 from collections.abc import Callable
@@ -164,7 +165,7 @@ def _read_sequence(folder: Path, poses: bool) -> Dataset:
             "--track`, or `ippon replay --no-poses` and the profile hand-held"
         )
     k = content["intrinsics"]
-    x, y, z = (-float(g) for g in content["gravity_world"])
+    x, y, z = _up_world(content["gravity_world"])
     rate_hz = float(content["rate_hz"])
     frames = [
         DatasetFrame(
@@ -184,6 +185,19 @@ def _read_sequence(folder: Path, poses: bool) -> Dataset:
         frames=kept,
         left_out=len(frames) - len(kept),
     )
+
+
+def _up_world(gravity: Any) -> tuple[float, float, float]:
+    try:
+        x, y, z = (-float(g) for g in gravity)
+    except (ValueError, TypeError):
+        x = y = z = 0.0
+    if not 0.0 < math.hypot(x, y, z) < math.inf:
+        raise DatasetError(
+            f"gravity_world of sequence.json is {gravity!r}; it takes three numbers, the direction "
+            "in which things fall, such as [0, 0, -1]"
+        )
+    return x, y, z
 
 
 def _stated_pose(n: int, rows: Any) -> Float64Array:

@@ -1,16 +1,23 @@
 """Aligns the world of a hand-held camera with gravity and the floor, and puts a base below it."""
 
 import math
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from app.nodes.replay.datasets import Dataset, read_depth
+from app.nodes.replay.datasets import Dataset, DatasetError, read_depth
+from ippon.camera import PinholeCamera
 from ippon.geometry import Float64Array, base_pose, invert_transform, transform_points
+from ippon.tracking.upright import UprightCheck
 
 SAMPLED_FRAMES: Final = 12
 EVERY_PIXEL: Final = 16
 FLOOR_PERCENTILE: Final = 2.0
+
+_View = tuple[NDArray[np.float32], Float64Array]
+"""A depth image, metres, and T_up_camera."""
 
 
 def align_to_floor(dataset: Dataset, floor_m: float | None = None) -> Float64Array:
@@ -21,13 +28,22 @@ def align_to_floor(dataset: Dataset, floor_m: float | None = None) -> Float64Arr
         floor_m: Height of the floor along up in the dataset's world; None estimates it.
 
     Raises:
-        DatasetError: A depth image cannot be read.
+        DatasetError: A depth image cannot be read, or the images show that up is down.
     """
     R = _rotation_to_z(np.array(dataset.up_world, np.float64))
     turned = np.eye(4)
     turned[:3, :3] = R
+    every = max(1, len(dataset.frames) // SAMPLED_FRAMES)
+    views = [
+        (
+            read_depth(frame.depth, dataset.depth_unit_m, dataset.camera),
+            turned @ frame.T_world_camera,
+        )
+        for frame in dataset.frames[::every]
+    ]
+    _check_up(dataset, views)
     if floor_m is None:
-        floor_m = _floor_height(dataset, turned)
+        floor_m = _floor_height(dataset.camera, views)
     x, y, _ = (turned @ dataset.frames[0].T_world_camera)[:3, 3]
     turned[:3, 3] = (-x, -y, -floor_m)
     return turned
@@ -59,14 +75,23 @@ def _rotation_to_z(up: Float64Array) -> Float64Array:
     return np.eye(3) + sine * K + (1.0 - cosine) * (K @ K)
 
 
-def _floor_height(dataset: Dataset, T_up_world: Float64Array) -> float:
+def _check_up(dataset: Dataset, views: Sequence[_View]) -> None:
+    check = UprightCheck()
+    for depth, T_up_camera in views:
+        check.add_view(depth, dataset.camera, T_up_camera)
+    if check.is_world_upside_down:
+        raise DatasetError(
+            f"{dataset.name}: its floor faces down by the depth of its images, so the world of its "
+            "poses is upside down; in sequence.json, gravity_world is the direction in which "
+            "things fall, [0, 0, -1] where the z axis points up"
+        )
+
+
+def _floor_height(camera: PinholeCamera, views: Sequence[_View]) -> float:
     """Return the height of the floor: a low percentile of the heights of the points."""
-    camera = dataset.camera
     v, u = np.mgrid[0 : camera.height : EVERY_PIXEL, 0 : camera.width : EVERY_PIXEL]
-    every = max(1, len(dataset.frames) // SAMPLED_FRAMES)
     heights: list[Float64Array] = []
-    for frame in dataset.frames[::every]:
-        image = read_depth(frame.depth, dataset.depth_unit_m, camera)
+    for image, T_up_camera in views:
         depth = image[v, u].astype(np.float64)
         seen = (depth > 0.3) & (depth < 5.0)
         z = depth[seen]
@@ -74,6 +99,6 @@ def _floor_height(dataset: Dataset, T_up_world: Float64Array) -> float:
             [(u[seen] - camera.cx) / camera.fx, (v[seen] - camera.cy) / camera.fy], axis=1
         )
         points = np.column_stack([rays * z[:, None], z])
-        heights.append(transform_points(T_up_world @ frame.T_world_camera, points)[:, 2])
+        heights.append(transform_points(T_up_camera, points)[:, 2])
     every_height = np.concatenate(heights)
     return float(np.percentile(every_height, FLOOR_PERCENTILE)) if len(every_height) else 0.0

@@ -18,6 +18,8 @@ from ippon.frame import NANOSECONDS
 
 WINDOW_NS: Final = 60 * NANOSECONDS
 """Time span of which the order of the messages is computed at once."""
+_MOST_NAMED: Final = 20
+"""Topics that an error names."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,6 +31,15 @@ class RecordedMessage:
     key: str
     """Key under the robot's prefix."""
     payload: bytes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OtherTopic:
+    """A topic of a recording that stands for no key: nothing of it is read."""
+
+    topic: str
+    type: str
+    messages: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -165,6 +176,20 @@ class Recording:
         """Return the topics whose messages have a key, in the order of their names."""
         return sorted({source.topic for source in self._sources.get(key, ())})
 
+    def others(self) -> tuple[OtherTopic, ...]:
+        """Return the topics that stand for no key, by name; those of several files once."""
+        counts: Counter[tuple[str, str]] = Counter()
+        used = {(one.topic, one.type) for found in self._sources.values() for one in found}
+        for file in self._files:
+            for number, channel in file.index.channels.items():
+                name = channel.topic, channel.type
+                if name not in used:
+                    counts[name] += _count(file.index, number)
+        return tuple(
+            OtherTopic(topic=topic, type=kind, messages=n)
+            for (topic, kind), n in sorted(counts.items())
+        )
+
     @property
     def duration_s(self) -> float:
         """Time from the first message to the last."""
@@ -272,11 +297,18 @@ def _next_ns(used: list[tuple[str, _Source]], after_ns: int) -> int | None:
     return min(found, default=None)
 
 
+def _count(index: FileIndex, channel: int) -> int:
+    entries = index.entries.get(channel)
+    return 0 if entries is None else len(entries.time_ns)
+
+
 def _nothing(path: Path, index: FileIndex) -> str:
-    topics = sorted({channel.topic for channel in index.channels.values()})
+    topics = sorted({f"{one.topic} ({one.type})" for one in index.channels.values()})
     if not topics:
         return f"{path} holds no message: the recording ended before its first chunk was written"
+    left = len(topics) - _MOST_NAMED
+    listed = ", ".join(topics[:_MOST_NAMED]) + (f" and {left} more" if left > 0 else "")
     return (
-        f"{path} has no topic that can be shown; it has {', '.join(topics[:8])}, and a recording "
+        f"{path} has no topic that can be shown; it has {listed}, and a recording "
         "of a robot has .../camera/color/image_raw/compressed, .../tf or .../status"
     )

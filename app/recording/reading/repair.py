@@ -18,7 +18,7 @@ from app.recording.depth_pairs import FEW, DepthPairs
 from app.recording.errors import RecordingError
 from app.recording.frame_tree import NO_MOUNT, FrameTree
 from app.recording.live_file import is_held
-from app.recording.reading.recording import Recording
+from app.recording.reading.recording import OtherTopic, Recording
 from app.recording.timeline import TIMELINE_ATTACHMENT, pack_timeline, timeline_of
 from app.recording.writing.bag_metadata import write_bag_metadata
 from app.recording.writing.session import CONFIGURATION, SUMMARY, THUMBNAIL, summary_of, thumbnail
@@ -51,6 +51,8 @@ class RecordingCheck:
     problems: tuple[str, ...]
     missing: tuple[str, ...]
     """Expected topics that it lacks."""
+    others: tuple[OtherTopic, ...] = ()
+    """Topics that are not used, by name; `messages` does not count theirs."""
     kept: str = ""
     """Name of the file as it was, where more of it was unreadable than the end of a cut one."""
 
@@ -110,6 +112,7 @@ def check(
             repaired=mend,
             problems=tuple(problems),
             missing=missing,
+            others=recording.others(),
             kept="" if kept is None else kept.name,
         )
     finally:

@@ -261,6 +261,13 @@ def test_refused_frames_and_images_that_are_upside_down_are_told(
     told = capsys.readouterr().err
     assert "1 of 2 frames were refused; the last one: camera at (30000.00, 0.00" in told
     assert "the camera's images are upside down" in told
+    assert "the world of the poses" not in told
+    monkeypatch.setattr(UprightCheck, "is_world_upside_down", True)
+    assert run(["recognise", str(tmp_path), "--find", "cup"]) == 2
+    assert "gravity_world is the direction in which things fall" in capsys.readouterr().err
+    monkeypatch.setattr("app.recognition.frames.align_to_floor", lambda *_: np.eye(4))
+    assert run(["recognise", str(tmp_path), "--find", "cup"]) == 0
+    assert "the world of the poses is upside down" in capsys.readouterr().err
 
 
 def test_a_network_whose_boxes_are_mostly_invalid_is_told(fake, tmp_path, capsys):

@@ -60,11 +60,20 @@ def turned_world(frame):
     return posed(turned_images(frame), R)
 
 
-def looked(change, tilt_deg, views=6):
+def world_turned_over(frame):
+    """The same in a world whose z axis points down."""
+    return posed(frame, np.diag([1.0, -1.0, -1.0]) @ frame.T_world_camera[:3, :3])
+
+
+def check_of(change, tilt_deg, views=6):
     check = UprightCheck()
     for k in range(views):
         check.add(change(view(k * math.pi / 3.0, tilt_deg)))
-    return check.is_upside_down
+    return check
+
+
+def looked(change, tilt_deg, views=6):
+    return check_of(change, tilt_deg, views).is_upside_down
 
 
 @pytest.mark.parametrize("tilt_deg", [-45.0, -20.0, -5.0])
@@ -73,6 +82,15 @@ def test_images_that_are_upside_down_are_told(tilt_deg):
     assert looked(turned_images, tilt_deg)
     assert looked(turned_camera, tilt_deg)
     assert looked(turned_world, tilt_deg)
+
+
+@pytest.mark.parametrize("tilt_deg", [-40.0, -20.0, -5.0])
+def test_a_world_that_is_upside_down_is_told_from_its_images(tilt_deg):
+    check = check_of(world_turned_over, tilt_deg)
+    assert (check.is_world_upside_down, check.is_upside_down) == (True, False)
+    for right in (lambda frame: frame, turned_images, turned_camera, turned_world):
+        assert not check_of(right, tilt_deg).is_world_upside_down
+    assert not check_of(world_turned_over, tilt_deg, views=4).is_world_upside_down
 
 
 def test_one_view_does_not_tell():

@@ -2,6 +2,7 @@ import json
 from types import SimpleNamespace
 
 import pytest
+from mcap.writer import Writer
 
 from app.cli.main import run
 from app.cli.options.tools import Doctor
@@ -77,3 +78,48 @@ def test_a_robot_with_rmw_zenoh_has_a_line_for_its_graph(listened, capsys, tmp_p
     assert listened == ["tcp/127.0.0.1:1", "r", "closed"]
     first = json.loads(capsys.readouterr().out)[0]
     assert (first["what"], first["verdict"]) == ("ROS graph", "missing")
+
+
+def test_a_bag_lists_its_other_topics_with_their_types(tmp_path, capsys):
+    path = tmp_path / "bag.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start(profile="ros2")
+        for name, kind, count in (
+            ("/tf", "tf2_msgs/msg/TFMessage", 3),
+            ("/front/rgb", "sensor_msgs/msg/Image", 2),
+            ("/scan[0]", "sensor_msgs/msg/LaserScan", 1),
+        ):
+            schema = writer.register_schema(kind, "ros2msg", b"")
+            channel = writer.register_channel(name, "cdr", schema)
+            for n in range(count):
+                writer.add_message(channel, n + 1, b"\0\1\0\0\0\0\0\0", n + 1)
+        writer.finish()
+    assert run(["doctor", str(path)]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert "  3 messages of known topics, 0.0 s" in lines
+    assert lines[lines.index("  topics that are not used:") + 1 :] == [
+        "    /front/rgb (sensor_msgs/msg/Image), 2 messages",
+        "    /scan[0] (sensor_msgs/msg/LaserScan), 1 messages",
+    ]
+    run(["doctor", "--json", str(path)])
+    assert json.loads(capsys.readouterr().out)["others"][0] == {
+        "topic": "/front/rgb",
+        "type": "sensor_msgs/msg/Image",
+        "messages": 2,
+    }
+
+
+def test_a_bag_without_a_known_topic_names_what_it_has(tmp_path, capsys):
+    path = tmp_path / "bag.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start(profile="ros2")
+        for n in range(22):
+            schema = writer.register_schema("sensor_msgs/msg/LaserScan", "ros2msg", b"")
+            writer.add_message(writer.register_channel(f"/scan{n:02}", "cdr", schema), 1, b"\0", 1)
+        writer.finish()
+    assert run(["doctor", str(path)]) == 2
+    told = capsys.readouterr().err
+    assert "it has /scan00 (sensor_msgs/msg/LaserScan), /scan01" in told
+    assert "/scan19 (sensor_msgs/msg/LaserScan) and 2 more, and a recording" in told
