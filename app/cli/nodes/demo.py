@@ -53,7 +53,7 @@ def run_demo(command: Demo) -> int:
         if command.record:
             _start_recorder(processes, command.record_to, screen)
         updates = processes.status_updates() if command.exit_when_done else None
-        goal_id = None if command.no_search else processes.search(command.object, context)
+        goal_id = processes.search(command.object, context) if command.search else None
         processes.start_robot(robot_arguments(command))
         if updates is not None and goal_id is not None:
             return _report_result(processes, command.object, updates, goal_id, profile, scene)
@@ -93,7 +93,7 @@ def _check(command: Demo, context: str) -> "RobotProfile":
     if not command.object.strip():
         raise UsageError("no object given; for example: ippon demo --object hat")
     check_query(command.object, context)
-    if command.no_search and command.exit_when_done:
+    if command.exit_when_done and not command.search:
         raise UsageError(
             "--exit-when-done ends with the search, but --no-search starts none; remove one"
         )

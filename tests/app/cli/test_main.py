@@ -1,7 +1,10 @@
 """What the command line says to those who ask for the impossible."""
 
+import dataclasses
+import importlib
 import json
 import os
+import pkgutil
 import re
 import signal
 import socket
@@ -13,6 +16,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from app.cli import options
 from app.cli.main import run
 from app.cli.nodes.demo import navigator_arguments
 from app.cli.options.nodes import Demo
@@ -237,6 +241,19 @@ def test_a_reader_that_has_read_enough_is_no_error(arguments):
             check=False,
         )
     assert (process.returncode, process.stderr) == (141, b"")
+
+
+def test_no_option_is_a_double_negation():
+    modules = [f"app.cli.options.{one.name}" for one in pkgutil.iter_modules(options.__path__)]
+    commands = [
+        one
+        for module in map(importlib.import_module, modules)
+        for one in vars(module).values()
+        if dataclasses.is_dataclass(one)
+    ]
+    assert Demo in commands
+    names = {field.name for command in commands for field in dataclasses.fields(command)}
+    assert {name for name in names if name.startswith("no_")} == set()
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["profile"]])
