@@ -48,7 +48,7 @@ class Demo:
     """Exit when the search ends: the last line of standard output is the result as JSON. Exit
     status 0: object found; 4: object found, but no path leads close to it."""
     search: bool = True
-    """Search for the object at once; without, wait for a query from the page or from `ippon ask`."""
+    """Search for the object at once; else wait for a query from the page or from `ippon ask`."""
     record: bool = True
     """Record the session for `ippon review`."""
     record_to: Path | None = None

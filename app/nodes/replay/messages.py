@@ -17,12 +17,14 @@ from app.messages.motion import encode_transforms, robot_transforms
 from app.nodes.replay.bag_poses import BagPoses, poses_of
 from app.nodes.replay.datasets import Dataset, DatasetError, read_color, read_depth
 from app.nodes.replay.floor_alignment import align_to_floor, base_below, camera_on_base
-from app.recording.camera_topics import topic_problem
+from app.recording.camera_topics import COLORS, DEPTHS, topic_problem
 from app.recording.channels import USUAL, Names
+from app.recording.depth_pairs import FEW
 from app.recording.errors import RecordingError
 from app.recording.frame_tree import TOPICS
 from app.recording.reading.bag_files import METADATA, stored_in
 from app.recording.reading.recording import Recording
+from app.recording.writing.session import VERSIONS
 from ippon.frame import NANOSECONDS
 from ippon.geometry import Float64Array
 
@@ -113,6 +115,35 @@ def bag_poses(
     messages = _bag_messages(path, 0.0, TOPICS, names)
     told = ((one.key, one.payload) for one in messages)
     return poses_of(path, told, T_base_camera, clock_offset_s)
+
+
+def thinning_note(path: Path, names: Names = USUAL) -> str:
+    """Return how many colour images of a bag have no depth image; empty where they are few.
+
+    Args:
+        path: See `bag_messages`.
+        names: See `bag_messages`.
+
+    Raises:
+        DatasetError: It is not a bag.
+    """
+    try:
+        recording = Recording(path, names=names)
+    except RecordingError as error:
+        raise DatasetError(str(error)) from error
+    try:
+        colors, depths = (
+            max(len(recording.times_ns(key)) for key in several) for several in (COLORS, DEPTHS)
+        )
+        left_out = recording.index.metadata.get(VERSIONS, {}).get("sensor_hz", "0")
+    finally:
+        recording.close()
+    if colors - depths <= FEW * colors:
+        return ""
+    text = f"{path} has {depths} depth images for {colors} colour images: the others are not mapped"
+    if left_out != "0":
+        text += f" (recorded with --sensor-hz {left_out}; 0 keeps all depth images)"
+    return text
 
 
 def bag_messages(

@@ -20,6 +20,7 @@ from app.nodes.replay.messages import (
     bag_poses,
     dataset_messages,
     is_bag,
+    thinning_note,
 )
 from app.process.stop_signal import ProcessStopSignal, StopSignal
 from app.recording.channels import USUAL, Names
@@ -76,6 +77,24 @@ def poses_sent(config: ReplayConfig) -> BagPoses | None:
     if not is_bag(config.path):
         return TF_ALONE
     return bag_poses(config.path, config.names, config.T_base_camera, config.clock_offset_s)
+
+
+def left_out(config: ReplayConfig) -> str:
+    """Return which images of a recording are not mapped; empty where few or none are left out.
+
+    Raises:
+        DatasetError: The path cannot be replayed.
+    """
+    if is_bag(config.path):
+        return thinning_note(config.path, config.names)
+    dataset = open_dataset(config.path, poses=config.poses)
+    images = dataset.left_out + len(dataset.frames)
+    if dataset.left_out == 0:
+        return ""
+    return (
+        f"{config.path}: {dataset.left_out} of {images} colour images are left out, for want of a "
+        f"depth image of their time{' or a valid pose' if config.poses else ''}"
+    )
 
 
 def messages_of(
@@ -155,6 +174,8 @@ def run_replay(config: ReplayConfig) -> None:
     next(messages_of(config, 0, told=True), None)
     poses = poses_sent(config)
     if poses is not None and (note := poses.note(config.path)):
+        logger.warning("%s", note)
+    if note := left_out(config):
         logger.warning("%s", note)
     session = open_client(config.connect)
     puts: dict[str, Callable[[bytes], Any]] = {}

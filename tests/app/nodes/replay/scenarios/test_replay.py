@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import queue
+import re
 import threading
 
 import numpy as np
@@ -12,7 +13,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from scipy.spatial.transform import Rotation
 
 from app.cli.main import run
-from app.links.network.session import open_client
+from app.links.network.session import LinkError, open_client
 from app.links.network.subscription import subscribe
 from app.links.robot_streams.assembler import FrameAssembler, assemble
 from app.messages import keys
@@ -27,6 +28,8 @@ from app.nodes.replay.floor_alignment import align_to_floor
 from app.nodes.replay.messages import RobotMessage, bag_messages
 from app.nodes.replay.node import ReplayConfig, messages_of, play, poses_sent, run_replay
 from app.recognition.frames import open_source
+from app.recording.writing.limits import RecordingLimits
+from app.recording.writing.session import Session
 from app.recording.writing.writer import SessionWriter
 from ippon.geometry import invert_transform, make_transform, rotation_z
 from ippon.mapping.objects.surface_changes import SurfaceTracker
@@ -155,6 +158,38 @@ def test_a_session_is_replayed_as_it_was_sent(tmp_path):
     sent.clear()
     play(dataclasses.replace(config, loop=True), lambda *message: sent.append(message), stop, 0)
     assert sent == played
+
+
+@pytest.mark.parametrize(
+    ("sensor_hz", "note"),
+    [
+        (0.0, ""),
+        (
+            2.0,
+            r"has 12 depth images for 30 colour images: .* \(recorded with --sensor-hz 2; 0 keeps",
+        ),
+    ],
+)
+def test_a_replay_says_that_a_recording_was_thinned(
+    tmp_path, caplog, free_endpoint, sensor_hz, note
+):
+    session = Session(tmp_path, "r", RecordingLimits(min_free_gb=0.0), 10**18, sensor_hz)
+    for time_ns, key, payload in all_messages():
+        session.add(key, payload, time_ns, 1e-9 * time_ns)
+    session.close()
+    config = ReplayConfig(path=session.writer.folder, connect=free_endpoint)
+    with pytest.raises(LinkError):
+        run_replay(config)
+    (said,) = [text for text in caplog.messages if "depth images for" in text] or [""]
+    assert re.search(note, said) if note else said == ""
+
+
+def test_a_replay_says_how_many_images_of_a_dataset_are_left_out(tmp_path, caplog, free_endpoint):
+    _sequence(tmp_path, [*POSES, LOST])
+    with pytest.raises(LinkError):
+        run_replay(ReplayConfig(path=tmp_path, connect=free_endpoint))
+    left = "1 of 4 colour images are left out, for want of a depth image of their time or a valid"
+    assert left in caplog.text
 
 
 def test_a_bag_of_ros_2_in_sqlite_is_replayed(tmp_path):
