@@ -7,7 +7,7 @@ this module are cautious defaults that state their origin.
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -98,6 +98,8 @@ class ObservationModel:
     """Tables of single labels."""
     provenance: str
     """Data that the tables were fitted to, or the reason for their values."""
+    note: str = ""
+    """What was changed in the tables of a file, empty for nothing."""
 
     def table_of(self, label: str) -> ScoreTable:
         """Return the table of a label."""
@@ -185,6 +187,9 @@ def _tables(content: Mapping[str, Any]) -> dict[str, ScoreTable]:
 def read_observation_model(path: Path) -> ObservationModel:
     """Read a file of `ippon calibrate`.
 
+    Files of its earlier versions may have tables in which a weak score tells more against an object
+    than that it was not recognised at all. These scores are raised to that, and `note` says so.
+
     Raises:
         ObservationModelError: The file cannot be read, or is not an observation model.
     """
@@ -192,7 +197,41 @@ def read_observation_model(path: Path) -> ObservationModel:
         content = json.loads(path.read_text("utf-8"))
     except (OSError, ValueError) as error:
         raise ObservationModelError(f"cannot read {path}: {error}") from error
-    return ObservationModel.parse(content)
+    return _risen(ObservationModel.parse(content), content, path.name)
+
+
+def _risen(model: ObservationModel, content: Mapping[str, Any], name: str) -> ObservationModel:
+    """Return a model whose tables do not fall from "not recognised" to the lowest score.
+
+    Args:
+        model: As it was parsed.
+        content: The file. Tables without `not_recognised`, which are no fits, stay as they are.
+        name: Of the file.
+    """
+    written = {canonical_label(label): one for label, one in content.get("labels", {}).items()}
+    falling = [label for label, one in model.labels.items() if _falls(one, written[label])]
+    common = _falls(model.table, content["table"])
+    if model.kind != "scores" or not (falling or common):
+        return model
+    labels = {
+        label: _raised(one) if label in falling else one for label, one in model.labels.items()
+    }
+    told = ", ".join([*falling, *(["other labels"] if common else [])])
+    note = (
+        f"{name}: a weak score of {told} told more against an object than that it was not "
+        "recognised, as in tables of earlier versions: it counts as that now. Run `ippon "
+        "calibrate` again"
+    )
+    table = _raised(model.table) if common else model.table
+    return replace(model, table=table, labels=labels, note=note)
+
+
+def _falls(table: ScoreTable, written: Mapping[str, Any]) -> bool:
+    return "not_recognised" in written and table.nats[0] < table.not_recognised
+
+
+def _raised(table: ScoreTable) -> ScoreTable:
+    return replace(table, nats=tuple(max(n, table.not_recognised) for n in table.nats))
 
 
 class ObservationModels:

@@ -56,7 +56,7 @@ def test_a_model_of_the_source_comes_before_the_default():
 
 
 def test_a_model_is_read_as_it_was_written(tmp_path):
-    table = ScoreTable(scores=(0.0, 1.0), nats=(-1.0, 2.0), not_recognised=-0.5)
+    table = ScoreTable(scores=(0.0, 1.0), nats=(-0.5, 2.0), not_recognised=-1.0)
     own = ObservationModel(
         source="x", kind="scores", table=table, labels={"cup": table}, provenance="test"
     )
@@ -145,6 +145,35 @@ def test_the_bounds_of_a_table_belong_to_it():
     assert table.log_ratios("scores")[[0, 2, 255]].tolist() == pytest.approx(
         [-12.0, -11.6, 12.0], abs=0.1
     )
+
+
+def test_tables_of_earlier_fits_that_fall_at_the_bottom_are_raised_and_said(tmp_path):
+    falling = {"scores": [0.2, 0.4, 0.6], "nats": [-3.0, -1.0, 5.0], "not_recognised": -0.5}
+    rising = {"scores": [0.2, 0.6], "nats": [-0.5, 5.0], "not_recognised": -0.5}
+    content = {"source": "net", "kind": "scores", "provenance": "an earlier fit"}
+    path = tmp_path / "table.json"
+
+    def read(**tables):
+        path.write_text(json.dumps({**content, **tables}))
+        return read_observation_model(path)
+
+    model = read(table=rising, labels={"chair": falling, "cup": rising})
+    assert model.table_of("chair").nats == (-0.5, -0.5, 5.0)
+    assert model.table_of("cup").nats == model.table.nats == (-0.5, 5.0)
+    assert model.note.startswith("table.json: a weak score of chair told more against an object")
+    ratios = model.table_of("chair").log_ratios("scores")
+    assert ratios[LEAST_SCORE:].min() == ratios[NOT_RECOGNISED]
+    assert (
+        "a weak score of chair, other labels told"
+        in read(table=falling, labels={"chair": falling}).note
+    )
+    assert read(table=rising).note == ""
+    del falling["not_recognised"]
+    by_hand = read(table=falling)
+    assert (by_hand.table.nats, by_hand.note) == ((-3.0, -1.0, 5.0), "")
+    falling["not_recognised"] = -0.5
+    content["kind"] = "distribution"
+    assert read(table=falling).table.nats == (-3.0, -1.0, 5.0), "it has no such value"
 
 
 def test_a_file_may_leave_out_what_was_not_recognised():

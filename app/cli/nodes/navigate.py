@@ -162,6 +162,8 @@ def _observation_model(command: Navigate) -> ObservationModel | None:
             model.check_network(source_name(Path(network.model)), "scores")
     except ObservationModelError as error:
         raise UsageError(str(error)) from error
+    if model.note:
+        logger.warning("%s", model.note)
     return model
 
 

@@ -60,6 +60,8 @@ def run_recognise(command: Recognise) -> int:
             print(f"ippon: {source.note}", file=sys.stderr)
         path = command.observation_model
         own = None if path is None else read_observation_model(path)
+        if own is not None and own.note:
+            print(f"ippon: {own.note}", file=sys.stderr)
         models = ObservationModels([] if own is None else [own])
         segmenter = segmenter_of(command.segmentation)
         label_of = labels_of(segmenter, objects)

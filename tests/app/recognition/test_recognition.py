@@ -197,6 +197,12 @@ def test_an_observation_model_of_another_network_is_refused(fake, tmp_path, caps
     (tmp_path / "other.json").write_text(MODEL_TEXT.replace("SOURCE", "other"))
     arguments = ["recognise", str(tmp_path), "--find", "cup", "--observation-model"]
     assert run([*arguments, str(tmp_path / "own.json")]) == 0
+    assert "weak score" not in capsys.readouterr().err
+    (tmp_path / "fell.json").write_text(
+        MODEL_TEXT.replace("SOURCE", "own").replace("[0, 6]", "[-2, 6]")
+    )
+    assert run([*arguments, str(tmp_path / "fell.json")]) == 0
+    assert "ippon: fell.json: a weak score of other labels told more" in capsys.readouterr().err
     assert run([*arguments, str(tmp_path / "other.json")]) == 2
     assert "the observation model is that of 'other'" in capsys.readouterr().err
     where = ["--segmentation.where", "here", "--segmentation.backend", "detector"]
