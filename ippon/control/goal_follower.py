@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 from ippon.command import COMMAND_S, Command, GoalOutcome, NavigationGoal
+from ippon.control.tilt_wait import TiltWait
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.mapping.arrays import MapArrays
 from ippon.planning.plan import NodeKind, Plan
@@ -74,6 +75,7 @@ class GoalFollower:
         self.config = config
         self._robot = robot
         self._tilt_tolerance = angle_tolerance_rad
+        self._tilt_wait = TiltWait(robot)
         self._goal: NavigationGoal | None = None
         self._outcome: GoalOutcome | None = None
         self._numbers = 0
@@ -89,7 +91,10 @@ class GoalFollower:
 
     @property
     def reached(self) -> bool:
-        """The robot has arrived at the last step's target, and its camera has the tilt."""
+        """The robot has arrived at the last step's target, and its camera has the tilt.
+
+        A tilt that does not come is not awaited without end; see `TiltWait`.
+        """
         return self._reached
 
     @property
@@ -135,8 +140,10 @@ class GoalFollower:
             yaw = self._goal.yaw_rad  # It only faces the direction of travel.
         self._aim(x, y, yaw, T_world_base, dt_s)
         tilt = self._robot.within_tilt(plan.target.tilt_rad)
-        arrived = self._outcome is GoalOutcome.REACHED
-        self._reached = arrived and abs(tilt - tilt_rad) <= self._tilt_tolerance
+        if self._outcome is GoalOutcome.REACHED:
+            self._reached = self._tilt_wait.is_over(tilt - tilt_rad, self._tilt_tolerance, dt_s)
+        else:
+            self._tilt_wait.restart()
         return Command(tilt_rad=tilt, goal=self._wanted())
 
     def turn(

@@ -9,6 +9,7 @@ import numpy as np
 from ippon.command import Command
 from ippon.control.acceleration_limits import limit_acceleration
 from ippon.control.obstacles import OVERLAP_TOLERANCE_M, disc_clearance, mapped_obstacles
+from ippon.control.tilt_wait import TiltWait
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.mapping.arrays import MapArrays
 from ippon.planning.plan import Plan, Viewpoint
@@ -73,6 +74,7 @@ class PathFollower:
         self._turning = False
         self._settling = False
         self._reached = False
+        self._tilt_wait = TiltWait(robot)
 
     def resume_from(self, command: Command) -> None:
         """Replace the last command by the executed one, for the acceleration limits."""
@@ -80,7 +82,10 @@ class PathFollower:
 
     @property
     def reached(self) -> bool:
-        """Whether the robot has reached position, yaw and tilt of the last step's target."""
+        """Whether the robot has reached position, yaw and tilt of the last step's target.
+
+        A tilt that does not come is not awaited without end; see `TiltWait`.
+        """
         return self._reached
 
     def step(
@@ -109,6 +114,7 @@ class PathFollower:
         self._settling = self._has_arrived(target, T_world_base)
         if self._settling:
             return self._settle(target, T_world_base, tilt_rad, dt_s)
+        self._tilt_wait.restart()
         path = remaining_path(plan.path_world[:, :2], here[0], here[1])
         return self._drive(path, target, T_world_base, map_arrays, dt_s)
 
@@ -133,11 +139,8 @@ class PathFollower:
         yaw_error = wrap_angle(target.yaw_rad - yaw_of(T_world_base))
         tilt = self._robot.within_tilt(target.tilt_rad)
         limit = self.config.angle_tolerance_rad
-        self._reached = (
-            abs(yaw_error) <= limit
-            and abs(tilt - tilt_rad) <= limit
-            and abs(self._last.linear_m_s) < 0.05
-        )
+        faces = abs(yaw_error) <= limit and abs(self._last.linear_m_s) < 0.05
+        self._reached = faces and self._tilt_wait.is_over(tilt - tilt_rad, limit, dt_s)
         self._turning = False
         return self._limit(0.0, self._turn_rate(yaw_error, dt_s), tilt, dt_s)
 

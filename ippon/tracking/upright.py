@@ -16,10 +16,6 @@ UPSIDE_DOWN: Final = (
     "them, and the floor may count as ceiling; turn the images by 180 degrees at the camera, or "
     "correct its transform"
 )
-WORLD_UPSIDE_DOWN: Final = (
-    "the world of the poses is upside down, by the depth of the images: the floor faces down and "
-    "counts as ceiling; turn the world by 180 degrees, so that its z axis points up"
-)
 LEAST_VIEWS: Final = 5
 """Views from which it is told."""
 TIMES: Final = 4.0

@@ -35,9 +35,13 @@ from ippon.observation_model import (
 from ippon.segmentation.detectors.vocabulary import unsupported_reason
 from ippon.segmentation.errors import SegmentationError
 from ippon.segmentation.segmenter import Segmenter
-from ippon.tracking.upright import UPSIDE_DOWN, WORLD_UPSIDE_DOWN
+from ippon.tracking.upright import UPSIDE_DOWN
 from ippon.vocabulary import canonical_label
 
+_WORLD_UPSIDE_DOWN: Final = (
+    "the world of the poses is upside down, by the depth of the images: the floor faces down and "
+    "counts as ceiling; turn the world by 180 degrees, so that its z axis points up"
+)
 NOTHING_TOLD: Final = 2
 """Exit status where the network can tell none of the objects."""
 
@@ -120,7 +124,7 @@ def _report_frames(recognition: Recognition, left_out: str) -> None:
     if recognition.upright.is_upside_down:
         print(f"ippon: {UPSIDE_DOWN}", file=sys.stderr)
     if recognition.upright.is_world_upside_down:
-        print(f"ippon: {WORLD_UPSIDE_DOWN}", file=sys.stderr)
+        print(f"ippon: {_WORLD_UPSIDE_DOWN}", file=sys.stderr)
     if recognition.dropped:
         print(
             "ippon: the recording exceeds the maps' memory and the oldest parts were dropped: "

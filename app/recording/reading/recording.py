@@ -306,8 +306,7 @@ def _nothing(path: Path, index: FileIndex) -> str:
     topics = sorted({f"{one.topic} ({one.type})" for one in index.channels.values()})
     if not topics:
         return f"{path} holds no message: the recording ended before its first chunk was written"
-    left = len(topics) - _MOST_NAMED
-    listed = ", ".join(topics[:_MOST_NAMED]) + (f" and {left} more" if left > 0 else "")
+    listed = ", ".join([*topics[:_MOST_NAMED], *(["…"] if len(topics) > _MOST_NAMED else [])])
     return (
         f"{path} has no topic that can be shown; it has {listed}, and a recording "
         "of a robot has .../camera/color/image_raw/compressed, .../tf or .../status"

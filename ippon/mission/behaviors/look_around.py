@@ -5,10 +5,12 @@ import math
 import numpy as np
 
 from ippon.command import Command
+from ippon.control.tilt_wait import TiltWait
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.mission.behaviors.behavior import Action, StepContext
 from ippon.mission.behaviors.config import LookAroundConfig
+from ippon.mission.journal import Journal
 from ippon.mission.search import Search
 from ippon.mission.snapshot import MissionState
 from ippon.robot import RobotProfile
@@ -17,8 +19,12 @@ from ippon.robot import RobotProfile
 class LookAround:
     """Looks down, turns until the images cover a full circle, and turns back over the floor."""
 
-    def __init__(self, config: LookAroundConfig, robot: RobotProfile) -> None:
+    def __init__(
+        self, config: LookAroundConfig, robot: RobotProfile, journal: Journal | None = None
+    ) -> None:
         self._config = config
+        self._journal = journal or Journal()
+        self._tilt_wait = TiltWait(robot)
         self._robot = robot
         self._down_tilt = robot.within_tilt(config.down_tilt_rad)
         self._turn_tilt = robot.within_tilt(config.turn_tilt_rad)
@@ -38,6 +44,7 @@ class LookAround:
         self._turned_rad = 0.0
         self._waits = 0
         self._last_yaw: float | None = None
+        self._tilt_wait.restart()
 
     def was_done_for(self, label: str, last: Frame | None) -> bool:
         """Return whether the robot stands where it last looked around for this object.
@@ -65,7 +72,7 @@ class LookAround:
             return Action(step.hold)
         self._done_for = (search.goal.object, frame.T_world_base)
         why = f"looking around ({self.progress:.0%})"
-        command = self.step(yaw_of(frame.T_world_base), frame.tilt_rad)
+        command = self.step(yaw_of(frame.T_world_base), frame.tilt_rad, step.dt_s)
         return Action(command, MissionState.LOOKING_AROUND, why)
 
     def abandon(self, search: Search | None) -> None:
@@ -108,10 +115,16 @@ class LookAround:
         self._waits = max(0, self._waits - 1)
         return self._waits > 0
 
-    def step(self, yaw_rad: float, tilt_rad: float) -> Command:
-        """Return the next command for the robot's present heading and tilt."""
+    def step(self, yaw_rad: float, tilt_rad: float, dt_s: float) -> Command:
+        """Return the next command.
+
+        Args:
+            yaw_rad: The robot's heading.
+            tilt_rad: Tilt of its camera.
+            dt_s: Seconds since the last step.
+        """
         if not self._looked_down:
-            if not self._is_at(self._down_tilt, tilt_rad):
+            if self._awaits(self._down_tilt, tilt_rad, dt_s):
                 return Command(tilt_rad=self._down_tilt)
             self._looked_down = True
         floor_tilt = self._floor_tilt
@@ -126,7 +139,7 @@ class LookAround:
             return self._turn(1.0, self._turn_tilt)
         tilt = self._robot.within_tilt(floor_tilt)
         begins = self._turned_rad < self._circle_rad + self._overlap_rad
-        if begins and not self._is_at(tilt, tilt_rad):
+        if begins and self._awaits(tilt, tilt_rad, dt_s):
             return Command(tilt_rad=tilt)
         return self._turn(-1.0, tilt)
 
@@ -134,5 +147,11 @@ class LookAround:
         rate = direction * self._robot.max_yaw_rate_rad_s
         return Command(yaw_rate_rad_s=rate, tilt_rad=tilt_rad)
 
-    def _is_at(self, tilt_rad: float, now_rad: float) -> bool:
-        return abs(now_rad - tilt_rad) <= self._config.tilt_tolerance_rad
+    def _awaits(self, tilt_rad: float, now_rad: float, dt_s: float) -> bool:
+        """Return whether to wait for a tilt; says once that it does not come."""
+        wait, gave_up = self._tilt_wait, self._tilt_wait.given_up
+        is_over = wait.is_over(now_rad - tilt_rad, self._config.tilt_tolerance_rad, dt_s)
+        if wait.given_up and not gave_up:
+            text = "the camera does not tilt: the search goes on with the tilt that it has"
+            self._journal.note("error", text)
+        return not is_over

@@ -34,7 +34,7 @@ class Behaviors:
         rooms: RoomRegions,
     ) -> None:
         self.recovery = Recovery(config.recovery, robot)
-        self.look_around = LookAround(config.look_around, robot)
+        self.look_around = LookAround(config.look_around, robot, journal)
         self._by_priority: tuple[Behavior, ...] = (
             ManualDrive(operator),
             self.recovery,

@@ -77,6 +77,16 @@ def test_arrival_is_what_the_robot_says_once_the_camera_has_its_tilt():
     assert follower.reached
 
 
+def test_arrival_does_not_wait_without_end_for_a_camera_that_sticks():
+    follower = Follower()
+    follower.to(3.0, 1.0)
+    follower.report(1, GoalOutcome.REACHED)
+    follower.to(3.0, 1.0, tilt=0.0, steps=20)
+    assert not follower.reached, "4 s: it may be slow"
+    follower.to(3.0, 1.0, tilt=0.0, steps=15)
+    assert follower.reached
+
+
 def test_a_robot_that_says_nothing_has_arrived_when_it_stands_near_the_goal():
     follower = Follower()
     follower.to(3.0, 1.0)

@@ -274,3 +274,17 @@ def test_a_robot_that_cannot_reverse_turns(floor_with):
     ride = Ride(floor_with(*corridor), dataclasses.replace(LONG, can_reverse=False))
     ride.run(make_plan([(0.0, 0.0), (-1.8, 0.0)], yaw=math.pi), 5.0)
     assert min(c.linear_m_s for c in ride.commands) >= 0.0
+
+
+def test_a_target_is_reached_with_a_camera_that_sticks(floor_with):
+    follower, plan = PathFollower(FollowerConfig(), ZED), make_plan([(3.0, 3.0)], tilt=-0.8)
+    arrays, T_world_base = floor_with(), base_pose(3.0, 3.0, 0.0, 0.0)
+    steps = 0
+    while not follower.reached and steps < 100:
+        follower.step(plan, T_world_base, -0.2, arrays, 0.2)
+        steps += 1
+    assert 0.2 * steps == pytest.approx(5.9, abs=0.5), "after all that its tilt could take"
+    away = base_pose(2.0, 3.0, 0.0, 0.0)
+    follower.step(make_plan([(2.0, 3.0), (3.0, 3.0)]), away, -0.2, arrays, 0.2)
+    follower.step(plan, T_world_base, -0.2, arrays, 0.2)
+    assert not follower.reached, "it is awaited at each target"

@@ -5,14 +5,17 @@ import pytest
 
 from ippon.mission.behaviors.config import LookAroundConfig
 from ippon.mission.behaviors.look_around import LookAround
+from ippon.mission.journal import Journal
 from ippon.robot import HABITAT, ZED, RobotProfile
+
+DT_S = 0.2
 
 
 def run(look: LookAround, robot: RobotProfile, dt: float = 0.2) -> tuple[list[float], list[float]]:
     yaw, tilt = 3.0, 0.0
     yaws, tilts = [yaw], [tilt]
     for _ in range(600):
-        command = look.step(math.remainder(yaw, 2 * math.pi), tilt)
+        command = look.step(math.remainder(yaw, 2 * math.pi), tilt, DT_S)
         if look.done:
             return yaws, tilts
         yaw += command.yaw_rate_rad_s * dt
@@ -62,14 +65,14 @@ def test_skip_ends_it() -> None:
 
 def test_what_was_interrupted_at_the_start_is_made_up_for() -> None:
     look = LookAround(LookAroundConfig(), ZED)
-    assert look.step(0.0, -0.9).yaw_rate_rad_s > 0.0
-    look.step(0.3, -0.25)
+    assert look.step(0.0, -0.9, DT_S).yaw_rate_rad_s > 0.0
+    look.step(0.3, -0.25, DT_S)
     begun = look.progress
     assert begun > 0.0
     look.interrupt(gone_m=0.2)
-    look.step(2.0, -0.25)
+    look.step(2.0, -0.25, DT_S)
     assert look.progress == begun, "a turn towards something else is none of it"
-    look.step(2.3, -0.25)
+    look.step(2.3, -0.25, DT_S)
     assert look.progress == pytest.approx(2 * begun)
     look.interrupt(gone_m=0.8)
     assert look.done
@@ -83,3 +86,17 @@ def test_what_interrupted_it_is_waited_for_some_steps() -> None:
     look.interrupt(gone_m=0.0)
     look.interrupt(gone_m=0.0)
     assert look.waits()
+
+
+@pytest.mark.parametrize("robot", [ZED, HABITAT])
+def test_a_camera_that_sticks_does_not_hold_up_the_search(robot: RobotProfile) -> None:
+    journal = Journal()
+    look = LookAround(LookAroundConfig(), robot, journal)
+    yaw, most, steps = 3.0, 3.0, 0
+    while not look.done:
+        yaw += 0.2 * look.step(math.remainder(yaw, 2 * math.pi), -0.3, 0.2).yaw_rate_rad_s
+        most, steps = max(most, yaw), steps + 1
+        assert 0.2 * steps < 120.0, "the look-around never ended"
+    assert most - 3.0 + robot.horizontal_fov_rad >= 2 * math.pi, "with the tilt that it has"
+    (event,) = journal.take()
+    assert event.text == "the camera does not tilt: the search goes on with the tilt that it has"
