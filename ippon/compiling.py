@@ -7,10 +7,11 @@ import contextlib
 import subprocess
 import sys
 from collections.abc import Generator
+from typing import Any
 
-import numba
 from llvmlite import binding
 from numba import njit
+from numba.core import config
 
 __all__ = ["compile_in_second_process", "njit"]
 
@@ -22,7 +23,8 @@ def use_wide_vectors() -> None:
     Those with arithmetic in half precision (Sapphire Rapids and later) came after that; there the
     map's update of blocks takes a fifth less. `NUMBA_CPU_FEATURES` has the last word.
     """
-    if numba.config.CPU_FEATURES is not None or not numba.config.ENABLE_AVX:
+    settings: dict[str, Any] = config.__dict__
+    if settings["CPU_FEATURES"] is not None or not settings["ENABLE_AVX"]:
         return
     try:
         features = binding.get_host_cpu_features()
@@ -30,7 +32,7 @@ def use_wide_vectors() -> None:
         # No features are known of this kind of processor.
         return
     if features.get("avx512fp16"):
-        numba.config.CPU_FEATURES = f"{features.flatten()},-prefer-256-bit"
+        settings["CPU_FEATURES"] = f"{features.flatten()},-prefer-256-bit"
 
 
 use_wide_vectors()

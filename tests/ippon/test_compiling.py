@@ -2,7 +2,6 @@
 
 from types import SimpleNamespace
 
-import numba
 import pytest
 from llvmlite import binding
 
@@ -18,7 +17,7 @@ class _Features(dict[str, bool]):
 def config(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
     """numba's settings as of a new process."""
     config = SimpleNamespace(CPU_FEATURES=None, ENABLE_AVX=1)
-    monkeypatch.setattr(numba, "config", config)
+    monkeypatch.setattr(compiling, "config", config)
     return config
 
 
