@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from ippon.calibration.known_objects import KnownObjects
+from ippon.compiling import njit
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, transform_points
 from ippon.mapping.objects.places import place_of

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, transform_points, yaw_of
 from ippon.mapping.arrays import OCCUPIED, MapArrays

@@ -4,8 +4,9 @@ import math
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ippon.compiling import njit
 
 BLOCK_EDGE: Final = 8
 BLOCK_VOLUME: Final = 512

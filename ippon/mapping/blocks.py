@@ -8,9 +8,9 @@ when the map grows, and views that were handed out stay valid.
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, FREE, INNER, NOT_MAPPED
 
 GROWTH_MARGIN: Final = 8

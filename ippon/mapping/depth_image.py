@@ -3,10 +3,10 @@
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ippon.camera import PinholeCamera
+from ippon.compiling import njit
 from ippon.mapping.arrays import INNER, INNER_OPTIONS
 
 MIN_SLOPE: Final = 0.15

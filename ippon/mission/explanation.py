@@ -1,9 +1,9 @@
 """The reason for the robot's target, in one line."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.guidance.levels import Guidance, Level
 from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, OCCUPIED
 from ippon.mapping.objects.surface_voxels import NO_LABEL

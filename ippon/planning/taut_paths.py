@@ -8,9 +8,9 @@ around the obstacles, not of steps in eight directions.
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.geometry import Float64Array
 
 

@@ -1,7 +1,6 @@
 """Lookup of single voxels of the map, for compiled code."""
 
-from numba import njit
-
+from ippon.compiling import njit
 from ippon.mapping.arrays import MapArrays
 
 

@@ -4,9 +4,9 @@ from collections.abc import Collection, Iterable
 from typing import Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.observation import Detections, Heatmap, Instance, Observation
 from ippon.observation_model import LEAST_SCORE, NOT_RECOGNISED, NOTHING_SAID
 from ippon.vocabulary import MATTERPORT_40

@@ -3,9 +3,9 @@
 from typing import Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, invert_transform
 from ippon.mapping.arrays import INNER

@@ -1,8 +1,8 @@
 """Kernels over every surface voxel: start of the goals, their combination, voxels of one goal."""
 
 import numpy as np
-from numba import njit
 
+from ippon.compiling import njit
 from ippon.mapping.arrays import NOT_MAPPED, OCCUPIED
 from ippon.mapping.goal_layers.goal_arrays import highest_code
 from ippon.mapping.objects.layer_kernels import label_odds

@@ -6,8 +6,8 @@ other goals.
 """
 
 import numpy as np
-from numba import njit
 
+from ippon.compiling import njit
 from ippon.mapping.arrays import INNER, NOT_MAPPED
 from ippon.mapping.goal_layers.goal_arrays import highest_code
 from ippon.mapping.objects.bayes_update import NEVER, is_suppressed_by

@@ -1,8 +1,8 @@
 """Kernels that rewrite the object probabilities of every surface voxel at once."""
 
 import numpy as np
-from numba import njit
 
+from ippon.compiling import njit
 from ippon.mapping.arrays import INNER, NOT_MAPPED
 from ippon.mapping.blocks import NO_SLAB
 from ippon.mapping.objects.posterior_arithmetic import (

@@ -14,8 +14,8 @@ import math
 from typing import Final
 
 import numpy as np
-from numba import njit
 
+from ippon.compiling import njit
 from ippon.mapping.arrays import INNER_OPTIONS
 from ippon.mapping.objects.surface_voxels import STEPS_PER_NAT
 from ippon.observation_model import MOST_NATS

@@ -10,9 +10,9 @@ voxel, near or far. A place that the camera has left is closed: later images fro
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.mapping.arrays import INNER
 from ippon.mapping.objects.surface_voxels import SurfaceVoxels
 

@@ -21,9 +21,9 @@ below one step.
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.mapping.arrays import INNER, INNER_OPTIONS
 from ippon.mapping.objects.surface_voxels import ENERGY_MAX, STEPS_PER_NAT
 

@@ -7,9 +7,9 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.mapping.arrays import INNER_OPTIONS
 from ippon.mapping.objects.posterior_arithmetic import LOG_ODDS_MAX, ooi_code, share_code
 from ippon.mapping.objects.surface_voxels import norm_code

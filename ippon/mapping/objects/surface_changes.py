@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.mapping.arrays import BLOCK_VOLUME, OCCUPIED
 from ippon.mapping.blocks import N_ROWS, NO_SLAB
 from ippon.mapping.voxel_map import VoxelMap

@@ -3,9 +3,9 @@
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.mapping.arrays import INNER, NOT_MAPPED
 from ippon.mapping.blocks import NO_SLAB, allocate_slab
 from ippon.mapping.objects.bayes_update import update_by_images, update_by_places

@@ -9,9 +9,9 @@ cache: more operations than a lower envelope of parabolas, but all of them in ve
 from typing import Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.mapping.arrays import INNER, OCCUPIED
 from ippon.mapping.blocks import N_ROWS, Pools
 

@@ -3,8 +3,8 @@
 from typing import Final
 
 import numpy as np
-from numba import njit
 
+from ippon.compiling import njit
 from ippon.mapping.arrays import FREE, INNER_OPTIONS, OCCUPIED
 
 TSDF_ONE: Final = 32767

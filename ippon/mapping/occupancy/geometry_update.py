@@ -8,8 +8,8 @@ clear space. An image therefore never clears a voxel that contains one of its en
 """
 
 import numpy as np
-from numba import njit
 
+from ippon.compiling import njit
 from ippon.mapping.arrays import FREE, INNER, INNER_OPTIONS, NOT_MAPPED, OCCUPIED
 from ippon.mapping.blocks import N_LAYER_FREE, NO_SLAB, release_slab
 from ippon.mapping.occupancy.free_space import (
@@ -201,7 +201,7 @@ def update_kernel(
     z, read = np.empty(512, np.float32), np.empty(512, np.float32)
     signed = np.empty(512, np.float32)
     index, cell = np.empty(512, np.uint32), np.empty(512, np.uint32)
-    no_hits = np.zeros(512, np.int32)
+    no_hits, listed = np.zeros(512, np.int32), np.empty(513, np.uint32)
     per_cell = np.float32(1.0 / (1 << depth_image.slope_shift))
     depths = np.float32(view.near_m), np.float32(view.far_m)
     # One pixel of border, and half a one so that cutting off the fraction rounds.
@@ -246,7 +246,7 @@ def update_kernel(
             )
             if endpoints.any[at + 1] == 1:
                 n_entries = _list_entries(
-                    state[row], row, count, endpoints.best[at + 1], entries, n_entries
+                    state[row], row, count, endpoints.best[at + 1], listed, entries, n_entries
                 )
         if flag & STATE_CHANGED:
             _note_change(pools, surface, row, flag, rules.layer, revision)
@@ -292,13 +292,22 @@ def _corner(m, v, block):
 
 
 @INNER
-def _list_entries(state, row, count, best, entries, n):
+def _list_entries(state, row, count, best, listed, entries, n):
+    """Append a block's occupied voxels with endpoints to the entries; return how many there are.
+
+    `listed` has room for 513 voxels: each is written, and overwritten if it is none of them, which
+    is faster than a branch that is hard to predict.
+    """
+    found = np.uint64(0)
     for k in range(512):
-        if count[k] > 0 and state[k] == OCCUPIED:
-            entries[n, 0] = row
-            entries[n, 1] = k
-            entries[n, 2] = best[k] & np.int32((1 << PIXEL_BITS) - 1)
-            n += 1
+        listed[found] = k
+        found += np.uint64((count[k] > 0) & (state[k] == OCCUPIED))
+    for at in range(found):
+        k = listed[at]
+        entries[n, 0] = row
+        entries[n, 1] = k
+        entries[n, 2] = best[k] & np.int32((1 << PIXEL_BITS) - 1)
+        n += 1
     return n
 
 

@@ -3,16 +3,20 @@
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ippon.camera import PinholeCamera
+from ippon.compiling import njit
 from ippon.mapping.arrays import INNER, INNER_OPTIONS
+from ippon.mapping.depth_image import TILE
 
 NO_SAMPLE: Final = 0x7FFFFFFF
 PIXEL_BITS: Final = 20
 """Bits of `EndpointCounts.best` that index a sample; the others hold its distance to the voxel's
 centre."""
+PARTS: Final = (0, 4, 2, 6, 1, 5, 3, 7)
+"""Order in which every eighth sample of a row is listed, so that neighbours can be compared as
+vectors: they are halves, quarters and eighths of the list."""
 
 
 class CameraGeometry(NamedTuple):
@@ -207,32 +211,18 @@ def count_endpoints_kernel(depth_image, strides, view, rules, box, place, endpoi
     """
     depth, slope, shift = depth_image.depth, depth_image.slope, depth_image.slope_shift
     height, width = depth.shape[0] - 2, depth.shape[1] - 2
-    samples_u = (width + strides[0] - 1) // strides[0]
-    # Neighbouring samples are stored in four quarters of a row, to be compared as vectors.
-    part = (samples_u + 3) // 4
-    slots = 4 * part
-    order, pixels = np.empty(slots, np.int32), np.empty(slots, np.float32)
-    columns, cells = np.zeros(slots, np.uint32), np.zeros(slots, np.uint32)
-    for slot in range(slots):
-        su = 4 * (slot % part) + slot // part
-        u = min(su * strides[0] + strides[0] // 2, width - 1)
-        order[slot], pixels[slot] = su, u
-        # Beyond the last sample the border is read, which has no depth.
-        if su < samples_u:
-            columns[slot], cells[slot] = u + 1, u >> shift
+    samples_u, samples_v = -(-width // strides[0]), -(-height // strides[1])
+    eighth = (samples_u + 7) // 8
+    most = 8 * eighth
+    # The samples of even rows, the same in all of them, and of odd ones.
+    orders, all_pixels = np.empty((2, most), np.int32), np.empty((2, most), np.float32)
+    all_columns, all_cells = np.empty((2, most), np.uint32), np.empty((2, most), np.uint32)
     # Loops over few arrays: LLVM does not vectorise loops over more.
-    sinks, read = np.empty(slots, np.float32), np.empty(slots, np.float32)
-    z = np.empty(slots, np.float32)
-    x, y, up = np.empty(slots, np.float32), np.empty(slots, np.float32), np.empty(slots, np.float32)
-    voxels, codes = np.empty(slots, np.uint32), np.empty(slots, np.int32)
-    weights, kept = np.empty(slots, np.int32), np.empty(slots + 1, np.uint32)
-    half = 2 * part
-    voxels_0, voxels_1 = voxels[:part], voxels[part:half]
-    voxels_2, voxels_3 = voxels[half : half + part], voxels[half + part :]
-    codes_0, codes_1 = codes[:part], codes[part:half]
-    codes_2, codes_3 = codes[half : half + part], codes[half + part :]
-    weights_0, weights_1 = weights[:part], weights[part:half]
-    weights_2, weights_3 = weights[half : half + part], weights[half + part :]
+    sinks, read = np.empty(most, np.float32), np.empty(most, np.float32)
+    z = np.empty(most, np.float32)
+    x, y, up = np.empty(most, np.float32), np.empty(most, np.float32), np.empty(most, np.float32)
+    voxels, codes = np.empty(most, np.uint32), np.empty(most, np.int32)
+    weights, kept = np.empty(most, np.int32), np.empty(most + 1, np.uint32)
     low_x, low_y, low_z, size_x, size_y, size_z = box
     size_x, size_y, size_z = np.int32(size_x), np.int32(size_y), np.int32(size_z)
     near, far = np.float32(view.near_m), np.float32(view.far_m)
@@ -250,33 +240,96 @@ def count_endpoints_kernel(depth_image, strides, view, rules, box, place, endpoi
     shift_x, shift_y = np.float32(lines[0, 3]), np.float32(lines[1, 3])
     shift_z = np.float32(lines[2, 3])
     number, best = endpoints.number.ravel(), endpoints.best.ravel()
-    last_line = -1
-    for sv in range((height + strides[1] - 1) // strides[1]):
-        v = min(sv * strides[1] + strides[1] // 2, height - 1)
-        if v >> shift != last_line:
-            last_line = v >> shift
-            _read_sinks(slope[last_line], cells, sink, sinks)
-        _read_depth(depth[v + 1], columns, read)
-        _lift_row(read, sinks, near, far, z)
-        yn = (v - view.cy) / view.fy
-        # The ray of the row's pixel u is start + step * u, for one metre of depth.
-        start_x = np.float32(lines[0, 1] * yn + lines[0, 2] - steps[0] * view.cx)
-        start_y = np.float32(lines[1, 1] * yn + lines[1, 2] - steps[1] * view.cx)
-        start_z = np.float32(lines[2, 1] * yn + lines[2, 2] - steps[2] * view.cx)
-        _along_axis(z, pixels, start_x, step_x, shift_x, x)
-        _along_axis(z, pixels, start_y, step_y, shift_y, y)
-        _along_axis(z, pixels, start_z, step_z, shift_z, up)
-        _name_voxels(z, x, y, up, size_x, size_y, size_z, voxels)
-        first = np.int32(sv * samples_u)
-        _rate_samples(x, y, up, read, half_range, np.int32(sv), order, first, codes, weights)
-        _merge_codes(voxels_0, voxels_1, codes_0, codes_1)
-        _merge_weights(voxels_0, voxels_1, weights_0, weights_1)
-        _merge_codes(voxels_2, voxels_3, codes_2, codes_3)
-        _merge_weights(voxels_2, voxels_3, weights_2, weights_3)
-        _merge_codes(voxels_0, voxels_2, codes_0, codes_2)
-        _merge_weights(voxels_0, voxels_2, weights_0, weights_2)
-        n = _keep_weighted(weights, kept)
-        _count_row(voxels, codes, weights, kept, n, place, number, best, endpoints.any)
+    for band in range(2 * depth_image.tiles.shape[1]):
+        # The even and then the odd rows of a row of tiles. Near samples are left out in odd rows
+        # and between two even samples (see `_rate_samples`): odd ones are listed where it is far.
+        ty, odd = band >> 1, band & 1
+        begin, end = _far_eights(depth_image.tiles[0, ty], half_range, strides[0], samples_u)
+        if odd and begin == end:
+            continue
+        start, length = (begin, end - begin) if odd else (0, eighth)
+        order, pixels = orders[odd], all_pixels[odd]
+        columns, cells = all_columns[odd], all_cells[odd]
+        if odd or band == 0:
+            for part in range(8):
+                a, b = part * length, (part + 1) * length
+                _list_samples(
+                    8 * start + PARTS[part], samples_u, strides[0], width, shift,
+                    order[a:b], pixels[a:b], columns[a:b], cells[a:b],
+                )  # fmt: skip
+        n = (8 if begin < end else 4) * length
+        # Slices cost a count of references each, so they are made once a band.
+        columns_n, cells_n = columns[:n], cells[:n]
+        read_n, z_n, x_n, weights_n = read[:n], z[:n], x[:n], weights[:n]
+        at_8, at_4, at_2 = length, 2 * length, 4 * length
+        voxels_2, codes_2, weights_2 = voxels[at_2:n], codes[at_2:n], weights[at_2:n]
+        voxels_4, codes_4, weights_4 = voxels[at_4:at_2], codes[at_4:at_2], weights[at_4:at_2]
+        voxels_8, codes_8, weights_8 = voxels[at_8:at_4], codes[at_8:at_4], weights[at_8:at_4]
+        last_line = -1
+        for sv in range(_first_row(ty, odd, strides[1], height), samples_v, 2):
+            v = min(sv * strides[1] + strides[1] // 2, height - 1)
+            if v >= TILE * (ty + 1):
+                break
+            if v >> shift != last_line:
+                last_line = v >> shift
+                _read_sinks(slope[last_line], cells_n, sink, sinks)
+            _read_depth(depth[v + 1], columns_n, read)
+            _lift_row(read_n, sinks, near, far, z)
+            yn = (v - view.cy) / view.fy
+            # The ray of the row's pixel u is start + step * u, for one metre of depth.
+            start_x = np.float32(lines[0, 1] * yn + lines[0, 2] - steps[0] * view.cx)
+            start_y = np.float32(lines[1, 1] * yn + lines[1, 2] - steps[1] * view.cx)
+            start_z = np.float32(lines[2, 1] * yn + lines[2, 2] - steps[2] * view.cx)
+            _along_axis(z_n, pixels, start_x, step_x, shift_x, x)
+            _along_axis(z_n, pixels, start_y, step_y, shift_y, y)
+            _along_axis(z_n, pixels, start_z, step_z, shift_z, up)
+            _name_voxels(z_n, x, y, up, size_x, size_y, size_z, voxels)
+            first, row = np.int32(sv * samples_u), np.int32(sv)
+            _rate_samples(x_n, y, up, read, half_range, row, order, first, codes, weights)
+            # 2 k + 1 with 2 k, then 4 k + 2 with 4 k, then 8 k + 4 with 8 k.
+            _merge_codes(voxels_2, voxels, codes, codes_2)
+            _merge_weights(voxels_2, voxels, weights, weights_2)
+            _merge_codes(voxels_4, voxels, codes, codes_4)
+            _merge_weights(voxels_4, voxels, weights, weights_4)
+            _merge_codes(voxels_8, voxels, codes, codes_8)
+            _merge_weights(voxels_8, voxels, weights, weights_8)
+            m = _keep_weighted(weights_n, kept)
+            _count_row(voxels, codes, weights, kept, m, place, number, best, endpoints.any)
+
+
+@INNER
+def _far_eights(tiles, half_range, stride, samples_u):
+    """Return the range of the eights of samples in which a row of tiles may be far."""
+    begin, end = tiles.shape[0], 0
+    for tx in range(tiles.shape[0]):
+        if tiles[tx, 1] >= half_range:
+            begin, end = min(begin, tx), tx + 1
+    if end == 0:
+        return 0, 0
+    # Sample s reads pixel s * stride + stride // 2, the last one no further than the image's edge.
+    first, last = max(0, begin * TILE // stride - 1), min(samples_u - 1, end * TILE // stride)
+    return first // 8, last // 8 + 1
+
+
+@INNER
+def _first_row(ty, odd, stride, height):
+    """Return the first even or odd row of samples that lies in a row of tiles."""
+    row = max(0, (ty * TILE - stride // 2) // stride - 1)
+    row += (row & 1) != odd
+    while min(row * stride + stride // 2, height - 1) < ty * TILE:
+        row += 2
+    return row
+
+
+@INNER
+def _list_samples(first, samples_u, stride, width, shift, order, pixels, columns, cells):
+    """List every eighth sample from one on."""
+    for slot in range(order.shape[0]):
+        su = first + 8 * slot
+        u = min(su * stride + stride // 2, width - 1)
+        order[slot], pixels[slot] = su, u
+        # Beyond the last sample the border is read, which has no depth.
+        columns[slot], cells[slot] = (u + 1, u >> shift) if su < samples_u else (0, 0)
 
 
 @INNER

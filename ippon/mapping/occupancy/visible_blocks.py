@@ -3,9 +3,9 @@
 from typing import Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.mapping.arrays import BLOCK_EDGE, INNER
 from ippon.mapping.blocks import allocate_block
 from ippon.mapping.depth_image import TILE

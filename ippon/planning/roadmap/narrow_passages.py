@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from ippon.compiling import njit
 from ippon.geometry import Float64Array
 from ippon.planning.terrain.body_limits import BodyLimits
 from ippon.planning.terrain.floor_grid import FloorGrid, cell_centres, offset_distance_cells

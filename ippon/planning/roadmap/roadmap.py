@@ -11,9 +11,9 @@ from collections.abc import Collection
 from itertools import pairwise
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.geometry import Float64Array
 from ippon.planning.roadmap.shortest_tree import RootEdges, ShortestTree, solve_tree
 from ippon.planning.terrain.body_limits import BodyLimits

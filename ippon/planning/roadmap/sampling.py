@@ -4,9 +4,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.geometry import Float64Array
 from ippon.planning.terrain.clearance import clearance_at
 from ippon.planning.terrain.floor_grid import (

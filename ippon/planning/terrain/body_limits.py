@@ -3,8 +3,8 @@
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from ippon.compiling import njit
 from ippon.geometry import Float64Array
 from ippon.robot import RobotProfile
 

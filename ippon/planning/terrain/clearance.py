@@ -2,8 +2,7 @@
 
 import math
 
-from numba import njit
-
+from ippon.compiling import njit
 from ippon.planning.terrain.body_limits import BodyLimits
 from ippon.planning.terrain.floor_grid import BEYOND_CUTOFF, FloorGrid
 

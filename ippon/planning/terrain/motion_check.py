@@ -3,8 +3,7 @@
 import math
 from typing import Final
 
-from numba import njit
-
+from ippon.compiling import njit
 from ippon.geometry import Float64Array
 from ippon.planning.terrain.body_limits import BodyLimits, inscribed_unseen_radius, speed_at
 from ippon.planning.terrain.clearance import (

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.mapping.arrays import FREE, OCCUPIED, UNKNOWN, MapArrays
 from ippon.planning.voxel_lookup import block_row
 from ippon.robot import RobotProfile

@@ -3,9 +3,9 @@
 from typing import Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.planning.terrain.body_limits import BodyLimits, inscribed_radius, inscribed_unseen_radius
 from ippon.planning.terrain.floor_grid import OPEN, FloorGrid
 

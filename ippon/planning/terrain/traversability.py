@@ -4,10 +4,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ippon.command import Command
+from ippon.compiling import njit
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
 from ippon.planning.terrain.body_limits import body_limits_of

@@ -4,8 +4,8 @@ import math
 from typing import Final
 
 import numpy as np
-from numba import njit
 
+from ippon.compiling import njit
 from ippon.geometry import Float64Array
 from ippon.planning.terrain.body_limits import BodyLimits, inscribed_radius
 from ippon.planning.terrain.clearance import clearance_at

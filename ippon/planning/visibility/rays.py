@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import OCCUPIED, UNKNOWN, MapArrays
 from ippon.planning.visibility.view_table import ViewTable

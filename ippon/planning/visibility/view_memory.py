@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.mapping.arrays import FREE, NOT_MAPPED, OCCUPIED, UNKNOWN, MapArrays
 from ippon.planning.array_overlap import copy_overlap
 from ippon.planning.visibility.panorama import ViewField, ViewRules, within_field

@@ -4,9 +4,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.mapping.arrays import NOT_MAPPED, MapArrays
 from ippon.planning.visibility.panorama import Panorama
 from ippon.planning.visibility.view_table import Orientations, ViewTable

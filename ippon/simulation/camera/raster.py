@@ -11,9 +11,9 @@ times as fast as casting one ray per pixel into a bounding volume hierarchy.
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.geometry import Float64Array
 
 Float32Array = NDArray[np.float32]

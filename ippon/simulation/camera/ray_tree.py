@@ -1,9 +1,9 @@
 """Intersection tests of rays and triangles, by a bounding volume hierarchy with median splits."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.geometry import Float64Array
 
 Int32Array = NDArray[np.int32]

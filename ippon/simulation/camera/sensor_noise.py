@@ -4,11 +4,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy import ndimage
 
 from ippon.camera import PinholeCamera
+from ippon.compiling import njit
 
 Float32Array = NDArray[np.float32]
 UInt8Array = NDArray[np.uint8]

@@ -4,10 +4,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ippon.camera import PinholeCamera
+from ippon.compiling import njit
 from ippon.geometry import Float64Array
 from ippon.simulation.camera.raster import Float32Array, Int32Array
 from ippon.simulation.scene import Scene

@@ -4,9 +4,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ippon.compiling import njit
 from ippon.geometry import Float64Array
 from ippon.robot import CollisionSphere
 from ippon.simulation.scene import Scene

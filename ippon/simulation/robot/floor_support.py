@@ -3,10 +3,10 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from ippon.compiling import njit
 from ippon.geometry import Float64Array
 from ippon.simulation.scene import Scene
 

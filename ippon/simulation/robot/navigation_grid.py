@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from ippon.compiling import njit
 from ippon.errors import SceneError
 from ippon.robot import RobotProfile
 from ippon.simulation.scene import Scene

@@ -1,8 +1,9 @@
 """Heatmaps from instance images: sampling, neighbours, blending of probability vectors."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ippon.compiling import njit
 
 Float32Array = NDArray[np.float32]
 Int32Array = NDArray[np.int32]
