@@ -11,7 +11,7 @@ import pytest
 from app.cli.main import run
 from app.messages import keys, status
 from scripts.documentation.command_options import option_rows
-from scripts.documentation.pages import Pages
+from scripts.documentation.pages import Pages, with_whole_words
 from scripts.documentation.python_source import as_markdown
 from scripts.documentation.reference import (
     ADDED,
@@ -31,6 +31,19 @@ def site(tmp_path_factory):
     out = tmp_path_factory.mktemp("site")
     Pages(ROOT, out, ADDED).copy_documents()
     return out
+
+
+def test_code_of_several_words_in_a_table_breaks_between_them_alone(tmp_path):
+    row = "| `ippon eval` <code>--rate A&#124;B</code> | `no_travel_pitch`, not `a <b` |"
+    spans = (
+        "| <code><span>ippon</span> <span>eval</span></code> "
+        "<code><span>--rate</span> <span>A&#124;B</span></code> | `no_travel_pitch`, not "
+        "<code><span>a</span> <span>&lt;b</span></code> |"
+    )
+    assert with_whole_words(row) == spans
+    fenced = f"```\n{row}\n```"
+    Pages(ROOT, tmp_path, ADDED).write("a.md", f"`two words`\n{row}\n{fenced}\n")
+    assert (tmp_path / "a.md").read_text("utf-8") == f"`two words`\n{spans}\n{fenced}\n"
 
 
 def test_every_command_is_in_the_reference():

@@ -127,7 +127,10 @@ def open_source(
         raise DatasetError(f"{path} does not exist")
     if is_bag(path):
         if track:
-            raise DatasetError(f"{path} is a bag: only the poses of datasets can be tracked here")
+            raise DatasetError(
+                f"{path} is a bag: only the poses of datasets can be tracked here; those of a bag "
+                "with `ippon navigate --profile hand-held` and `ippon replay --no-poses`"
+            )
         poses = bag_poses(path, names, mount, clock_offset_s)
         return FrameSource(
             path, None, np.eye(4), poses=poses, names=names, clock_offset_s=clock_offset_s

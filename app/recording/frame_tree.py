@@ -19,6 +19,10 @@ NO_MOUNT: Final = (
     ". Odometry says where the base is; --profile FILE with a fixed `tilt` says where the camera "
     "is on it"
 )
+NO_BASE: Final = (
+    f"; the base must be called {BASE_FRAME!r}: a fixed transform from the frame that it has to "
+    f"{BASE_FRAME!r} belongs into tf_static"
+)
 MOST_NAMED: Final = 8
 MOST_APART_S: Final = 0.05
 """How far an image may be from the first or last pose, see `TransformBuffer`."""
@@ -174,12 +178,14 @@ class FrameTree:
     def _way_problem(self) -> str:
         world = self.world
         if world == BASE_FRAME:
-            return self._told(f"nothing says where {BASE_FRAME!r} is")
+            told = self._told(f"nothing says where {BASE_FRAME!r} is")
+            return told + (NO_BASE if self._parents and BASE_FRAME not in self.names else "")
         for name in (BASE_FRAME, self._camera):
             if name and world not in self._up(name):
                 end = self._up(name)[-1]
                 why = f"nothing names {name!r}" if end == name else f"it ends at {end!r}"
-                return self._told(f"no way from {world!r} to {name!r}: {why}")
+                hint = NO_BASE if name == BASE_FRAME and end == name else ""
+                return self._told(f"no way from {world!r} to {name!r}: {why}") + hint
         return ""
 
     def _time_problem(self, world: str) -> str:

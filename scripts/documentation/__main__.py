@@ -11,6 +11,7 @@ from scripts.documentation.reference import ADDED, write_reference
 
 ROOT = Path(__file__).parents[2]
 CONFIG = Path(__file__).with_name("zensical.toml")
+STYLES = Path(__file__).with_name("tables.css")
 
 
 def main() -> int:
@@ -22,6 +23,8 @@ def main() -> int:
     out = options.out.resolve()
     shutil.rmtree(out, ignore_errors=True)
     pages = Pages(ROOT, out / "pages", ADDED)
+    (out / "pages").mkdir(parents=True)
+    shutil.copy(STYLES, out / "pages" / STYLES.name)
     for page, text in write_reference(ROOT).items():
         pages.write(page, text)
     try:

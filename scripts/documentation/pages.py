@@ -4,6 +4,7 @@ What a document links outside docs/ gets a page of its own: Markdown as it is, a
 block of code, a folder as a list.
 """
 
+import html
 import posixpath
 import re
 from collections.abc import Iterator, Mapping
@@ -12,6 +13,9 @@ from typing import Final
 
 LINK: Final = re.compile(r"(!?\[[^\]]*\]\()([^)#\s]+)((?:#[^)\s]*)?\))")
 FENCE: Final = re.compile(r"(```.*?```)", re.DOTALL)
+ROW: Final = re.compile(r"^\|.*$", re.MULTILINE)
+"""A row of a table."""
+CODE: Final = re.compile(r"`([^`]+)`|<code>([^<]+)</code>")
 PICTURES: Final = frozenset({".png", ".svg", ".webp"})
 SOURCE: Final = "source"
 """Folder of the pages of files outside docs/."""
@@ -41,7 +45,9 @@ class Pages:
         """Write a generated page."""
         path = self.out / page
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, "utf-8")
+        parts = FENCE.split(text)
+        parts[::2] = [ROW.sub(lambda m: with_whole_words(m.group()), part) for part in parts[::2]]
+        path.write_text("".join(parts), "utf-8")
 
     def copy_documents(self) -> None:
         """Copy docs/, and make pages of everything that is linked from there.
@@ -109,6 +115,19 @@ class Pages:
 
     def _relative(self, path: Path, page: str) -> str:
         return posixpath.relpath(self._place_of(path), posixpath.dirname(page))
+
+
+def with_whole_words(row: str) -> str:
+    """Return a row of a table whose code breaks between words alone, by the site's style sheet."""
+    return CODE.sub(_spans, row)
+
+
+def _spans(match: re.Match[str]) -> str:
+    code = match.group(2) or html.escape(match.group(1), quote=False)
+    if " " not in code:
+        return match.group()
+    words = " ".join(f"<span>{word}</span>" for word in code.split(" "))
+    return f"<code>{words}</code>"
 
 
 def _files(folder: Path) -> Iterator[Path]:

@@ -250,8 +250,8 @@ class Doctor:
     connect: str | None = None
     """zenoh endpoint of its navigator; by default the navigator running on this machine."""
     profile: str | None = None
-    """Built-in profile or YAML file to compare the robot's camera with; for a recording, as in
-    `ippon replay`."""
+    """Built-in profile or YAML file to compare the robot's camera with; for a recording, the one
+    whose section `ros2` names its topics, as in `ippon replay`."""
 
 
 Tool = User | Export | Ask | Control | Read | Memory | Levels | Profile | Config | Doctor

@@ -61,7 +61,7 @@ def write_profile(name: str, measured: MeasuredCamera, ask: Ask | None) -> str:
         "forward_m": measured.forward_m,
         "tilt_deg": measured.tilt_deg,
     }
-    lines = {key: f"{value:.3g}  # read" for key, value in known.items() if value is not None}
+    lines = {key: f"{_rounded(value)}  # read" for key, value in known.items() if value is not None}
     questions = {**QUESTIONS, **{key: MOUNT[key] for key in MOUNT if key not in lines}}
     for key, (text, usual) in questions.items():
         lines[key] = _answer(text, usual, ask)
@@ -89,6 +89,11 @@ camera:  # images of {measured.width} x {measured.height}
   max_depth_m: {lines["max_depth_m"]}
   tilt: {lines["tilt_deg"]}
 """
+
+
+def _rounded(value: float) -> str:
+    """Three digits of a length or an angle, and none below a thousandth."""
+    return f"{round(value, 3) + 0.0:.3g}"
 
 
 def _answer(text: str, usual: float, ask: Ask | None) -> str:

@@ -119,7 +119,12 @@ def _chain(parents: dict[str, set[str]], optical: str | None) -> list[Finding]:
         else:
             detail += f": it ends at {way[-1]!r}"
         do = "publish the missing transform (static_transform_publisher)"
-        if name == BASE_FRAME:
+        if name == BASE_FRAME and name not in known:
+            do = (
+                f"the base must be called {BASE_FRAME!r}: publish a fixed transform from the frame "
+                "that it has to that name (static_transform_publisher)"
+            )
+        elif name == BASE_FRAME:
             do += "; a robot without a map frame publishes a fixed one from 'map' to 'odom'"
         return [Finding(what="tf", verdict="failed", detail=detail, do=do)]
     return []

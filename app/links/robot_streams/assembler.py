@@ -110,7 +110,7 @@ class FrameAssembler:
         if stamp <= self._taken_ns:
             return "colour images with a new stamp"
         if self._match(self._depths, stamp) is None:
-            return "a depth image with the stamp of the colour image"
+            return "depth images with the stamp of the colour image"
         for frame in (self._camera.frame_id, BASE_FRAME):
             if self._pose(frame, stamp) is None:
                 return f"tf from {WORLD_FRAME} to {frame[:60]} at the stamp of the images"

@@ -120,7 +120,7 @@ def test_a_description_with_a_mistake_is_refused_by_name(recording, tmp_path, ch
 def test_only_datasets_are_tracked(tmp_path):
     bag = tmp_path / "a.mcap"
     bag.write_bytes(b"")
-    with pytest.raises(DatasetError, match="is a bag"):
+    with pytest.raises(DatasetError, match=r"is a bag: .* and `ippon replay --no-poses`$"):
         open_source(bag, track=True)
 
 

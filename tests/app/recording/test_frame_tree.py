@@ -44,6 +44,12 @@ def test_the_world_is_map_or_the_root(moving, world):
     assert tree.world == world
 
 
+CALLED_OTHERWISE = (
+    "; the base must be called 'base_link': a fixed transform from the frame that it has to "
+    "'base_link' belongs into tf_static"
+)
+
+
 @pytest.mark.parametrize(
     ("moving", "fixed", "why", "names"),
     [
@@ -62,7 +68,10 @@ def test_the_world_is_map_or_the_root(moving, world):
         ),
         ((), MOUNT, "nothing says where 'base_link' is", "base_link, link, optical"),
         (("odom>base",), ("base>optical",), "nothing says where 'base_link' is",
-         "base, odom, optical"),
+         "base, odom, optical" + CALLED_OTHERWISE),
+        (("map>odom", "odom>footprint"), ("footprint>optical",),
+         "no way from 'map' to 'base_link': nothing names 'base_link'",
+         "footprint, map, odom, optical" + CALLED_OTHERWISE),
         ((), (), "nothing says where 'base_link' is", "no frame, and there is no tf_static"),
     ],
 )  # fmt: skip

@@ -1,4 +1,5 @@
 from contextlib import nullcontext
+from dataclasses import replace
 
 import pytest
 
@@ -29,6 +30,13 @@ def test_what_is_read_and_what_is_answered_becomes_a_profile(tmp_path, capsys):
     assert "radius_m: 0.3  # answered" in text
     assert "0.05 m to the left" in text
     assert "a number is needed; got 'tall'" in capsys.readouterr().err
+
+
+def test_a_level_camera_has_no_tilt_of_rounding_errors():
+    level = replace(CAMERA, tilt_deg=-4.37e-15, forward_m=2e-17)
+    text = write_profile("scout", level, None)
+    assert "  tilt: 0  # read\n" in text
+    assert "  forward_m: 0  # read\n" in text
 
 
 def test_without_tf_the_mount_is_asked_for_and_without_a_terminal_nothing_is():

@@ -262,6 +262,23 @@ def test_a_frame_of_another_name_is_said_and_a_silent_navigator_is_no_news_then(
     assert "commands" not in lines
 
 
+def test_a_base_of_another_name_is_told_to_publish_ours(samples, change):
+    def renamed(payload):
+        return encode_transforms(
+            dataclasses.replace(
+                t,
+                parent=t.parent.replace("base_link", "base_footprint"),
+                child=t.child.replace("base_link", "base_footprint"),
+            )
+            for t in decode_transforms(payload)
+        )
+
+    change(keys.TF, renamed)
+    line = found(samples)["tf"]
+    assert "nothing names 'base_link'; there is base_footprint" in line.detail
+    assert line.do.startswith("the base must be called 'base_link': publish a fixed transform")
+
+
 def test_odometry_takes_the_place_of_tf(samples):
     stamps = [a.at_ns for a in samples.arrivals.pop(keys.TF)]
     for at_ns in stamps:

@@ -1,4 +1,4 @@
-"""Errors of the pose of a frame at 1 m/s and 1 rad/s; `docs/guides/robot.md` states them."""
+"""Errors of the pose of a frame at 1 m/s and 1 rad/s; `docs/results.md` states them."""
 
 import math
 

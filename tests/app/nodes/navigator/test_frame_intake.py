@@ -111,7 +111,7 @@ def test_streams_that_do_not_fit_together_are_lost_too(intake, send):
     send(4 * PERIOD, without=(keys.DEPTH,))
     assert take(intake, 0.1) is None
     ((name, age),) = intake.lost(0.4)
-    assert name == "a depth image with the stamp of the colour image"
+    assert name == "depth images with the stamp of the colour image"
     assert age > 0.4
 
 
