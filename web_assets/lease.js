@@ -40,6 +40,7 @@ export class Lease {
   get watching() {
     if (this.you.role === "viewer") return say("lease.viewer");
     if (this.lease.state === "free" || this.holds) return "";
+    if (this.you.standing === "denied") return say("lease.denied", { name: this.lease.holder });
     return say("lease.watching", { name: this.lease.holder });
   }
 
