@@ -693,18 +693,6 @@ def test_a_paused_robot_is_said_to_wait_for_resume(page, post):
     )
 
 
-def test_a_requester_who_is_denied_control_is_told(page, post):
-    post(lease=LeaseStatus(state="held", holder="browser 1", epoch=3))
-    told = """async () => {
-        const { Lease } = await import("/assets/lease.js");
-        const lease = { state: "held", holder: "browser 1" };
-        const you = { role: "operator", standing: "denied" };
-        const { get } = Object.getOwnPropertyDescriptor(Lease.prototype, "watching");
-        return get.call({ you, lease });
-    }"""
-    assert page.evaluate(told) == "browser 1 keeps control. You are watching."
-
-
 def test_cancelling_a_goal_of_a_tour_is_answered_in_words(page, post, state_feed):
     common = {"outcome": "active", "context": "", "count": 1, "rejected": 0, "took_s": None,
               "counted": [], "confirmed": False, "display": "", "tour": 5}  # fmt: skip
