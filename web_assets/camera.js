@@ -126,6 +126,8 @@ export class Camera {
       this.section.dataset.stamp = stamp_ns;
       this.section.dataset.drawnAt = message.drawnAt;
       this.section.dataset.bytes = message.bytes;
+      // In the corner the box has the shape of the picture; an upright one would be too high.
+      this.section.style.setProperty("--shape", Math.max(message.shape, 4 / 3).toFixed(4));
       at("camera-none").hidden = true;
       this.renderLabels(labels, label);
     }
@@ -147,19 +149,21 @@ export class Camera {
   renderAge() {
     const age = this.age();
     const isPaused = document.body.hasAttribute("data-paused");
-    const state = age === null ? "none" : isPaused ? "paused" : age > LOST_MS ? "lost" : age > OLD_MS ? "old" : "live";
+    // A recorded picture is neither late nor lost: it is that of the moment that is shown.
+    const isRecorded = document.body.classList.contains("review");
+    const state = age === null ? "none" : isPaused ? "paused" : isRecorded ? "live"
+      : age > LOST_MS ? "lost" : age > OLD_MS ? "old" : "live";
     this.section.dataset.state = state;
-    at("camera-age").textContent = age === null
-      ? say("camera.age.none")
-      : isPaused ? say("camera.age.paused") : shownAge(age);
-    const rate = this.rate();
+    at("camera-age").textContent = age === null ? say("camera.age.none")
+      : isPaused ? say("camera.age.paused") : isRecorded ? say("camera.age.recorded") : shownAge(age);
+    const rate = isRecorded ? null : this.rate();
     const parts = [];
-    if (this.latency && !isPaused) parts.push(say("camera.latency", { n: Math.round(this.latency.ms) }));
+    if (this.latency && !isPaused && !isRecorded) parts.push(say("camera.latency", { n: Math.round(this.latency.ms) }));
     if (rate !== null && state === "live") parts.push(say("camera.rate", { n: decimal(rate, rate < 3 ? 1 : 0) }));
     at("camera-latency").textContent = parts.join(", ");
     const lag = this.drawn?.header.lag_ms ?? 0;
     at("camera-lag").textContent = lag > 150 ? say("camera.lag", { n: decimal(lag / 1000, 1) }) : "";
-    const said = state === "live" ? say("camera.age.live") : at("camera-age").textContent;
+    const said = state === "live" && !isRecorded ? say("camera.age.live") : at("camera-age").textContent;
     at("camera-picture").setAttribute("aria-label", say("camera.picture.now", { age: said }));
   }
 

@@ -103,7 +103,7 @@ function show() {
   send({ type: "drawn", number: header.number });
   const drawnAt = Date.now();
   // A page that is hidden draws nothing: a picture that came then waits until it is seen.
-  postMessage({ header, bytes, drawnAt, waited_ms: drawnAt - cameAt });
+  postMessage({ header, shape: bitmap.width / bitmap.height, bytes, drawnAt, waited_ms: drawnAt - cameAt });
 }
 
 function draw() {

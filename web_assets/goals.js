@@ -241,7 +241,9 @@ export class Goals {
   async ask(message) {
     at("goals-answer").textContent = "…";
     const reply = await this.send(message);
-    at("goals-answer").textContent = reply?.text || say(reply ? "goals.done" : "link.silence.sentence");
+    // A control request is answered by a word for programs, the state that it leads to.
+    const text = reply?.ok && message.type === "control" ? "" : reply?.text;
+    at("goals-answer").textContent = text || say(reply ? "goals.done" : "link.silence.sentence");
     at("goals-answer").dataset.ok = String(reply?.ok ?? false);
     return reply;
   }

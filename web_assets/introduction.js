@@ -23,10 +23,15 @@ export class Introduction {
       at("help").close();
       this.go(0);
     });
-    this.box.addEventListener("keydown", (event) => event.key === "Escape" && this.go(STEPS.length));
     const kept = localStorage.getItem(KEY);
     this.step = kept === DONE ? STEPS.length : Number(kept ?? 0);
     this.begun = false;
+  }
+
+  // Escape closes the card wherever the focus is, unless something over it takes the key.
+  onKey(event) {
+    if (event.key !== "Escape" || this.box.hidden) return;
+    if (!document.querySelector("dialog[open], body[data-side]")) this.go(STEPS.length);
   }
 
   // Begin once there is something to see.

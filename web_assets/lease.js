@@ -15,6 +15,7 @@ export class Lease {
     this.view = view;
     this.you = { name: "", role: "operator", standing: "watches", detail: "", has_login: false };
     this.lease = { state: "free", holder: "", requester: "", epoch: 0 };
+    this.deniedBy = null; // Who has just kept control from this page.
     // A page that the browser puts to sleep sends no beat, and its lease expires.
     setInterval(() => {
       send({ type: "alive" });
@@ -40,11 +41,13 @@ export class Lease {
   get watching() {
     if (this.you.role === "viewer") return say("lease.viewer");
     if (this.lease.state === "free" || this.holds) return "";
-    return say("lease.watching", { name: this.lease.holder });
+    const name = this.lease.holder;
+    return say(name === this.deniedBy ? "lease.denied" : "lease.watching", { name });
   }
 
   meet(you) {
     this.you = you;
+    this.deniedBy = you.standing === "denied" ? this.lease.holder : null;
     this.render();
   }
 

@@ -70,7 +70,7 @@ function told(state, shown, notDelivered, mayJudge) {
     case "ended":
       return { title: say("notice.ended"), text: state.why };
     case "paused":
-      return { title: say("notice.paused"), text: state.why };
+      return { title: say("notice.paused"), text: say("notice.paused.text") };
     default:
       if (state.drive?.waypoint) return { title: say("notice.waypoint") };
       return unfound(state.unfound);

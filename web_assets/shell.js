@@ -223,6 +223,7 @@ const onSideKey = (event) => sides.onKey(event);
 const onPlanKey = (event) => plan.onKey(event);
 const onExplanationKey = (event) => explanation.onKey(event);
 const onCameraKey = (event) => camera.onKey(event);
+const onIntroductionKey = (event) => introduction.onKey(event);
 
 // Shows a place of the world on the plan if that is open.
 function showOnPlan(position) {
@@ -329,6 +330,7 @@ function listenToKeys(target) {
     target.addEventListener("keydown", onKey, true);
   }
   target.addEventListener("keydown", onExplanationKey);
+  target.addEventListener("keydown", onIntroductionKey);
 }
 
 listenToKeys(window);

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from app.messages.scene import FoundObject
 from app.view.colors import FOUND, ORANGE, ROBOT
 from app.view.model.attribute_colors import AttributeColor, attribute_colors
 from app.view.model.scene_model import SceneModel
@@ -18,6 +17,8 @@ from app.view.model.voxel_store import ATTRIBUTES
 GROUND: Final = (13, 17, 23)
 CEILING_M: Final = 1.4
 MARGIN_PX: Final = 16
+_PLACE_M: Final = 0.4
+"""Edge of the mark of a find whose size is not known any more."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,37 +129,57 @@ class MapFromAbove:
 
 
 def draw_map(
-    scene: SceneModel, frame: PictureExtent, mode: AttributeColor = "camera"
+    scene: SceneModel,
+    frame: PictureExtent,
+    mode: AttributeColor = "camera",
+    found: Sequence[tuple[float, float, float]] = (),
 ) -> NDArray[np.uint8]:
-    """Return the scene from above, (H, W, 3)."""
+    """Return the scene from above, (H, W, 3).
+
+    Args:
+        scene: With the map.
+        frame: Extent of the picture.
+        mode: Colour mode.
+        found: Where the searches of the session have found something, metres in the world.
+    """
     image = Image.new("RGB", frame.size, GROUND)
     indices, attributes = scene.voxels.all_voxels()
     if scene.voxel_size_m is not None and len(indices):
         above = MapFromAbove(indices, scene.voxel_size_m, frame, mode)
         above.take(indices, attributes)
         image = above.image()
-    return draw_things(image, scene, frame)
+    return draw_things(image, scene, frame, found)
 
 
-def draw_things(image: Image.Image, scene: SceneModel, frame: PictureExtent) -> NDArray[np.uint8]:
+def draw_things(
+    image: Image.Image,
+    scene: SceneModel,
+    frame: PictureExtent,
+    found: Sequence[tuple[float, float, float]] = (),
+) -> NDArray[np.uint8]:
     """Return a map with the robot, its trajectory and its finds drawn over it, (H, W, 3)."""
     draw = ImageDraw.Draw(image)
     points = [frame.place(x, y) for x, y, _ in scene.trail_world]
     if len(points) > 1:
         draw.line(points, fill=ROBOT, width=3)
-    _draw_finds(draw, scene, frame, scene.detections)
+    _draw_finds(draw, scene, frame, found)
     if scene.T_world_base is not None:
         _draw_robot(draw, scene.T_world_base, frame)
     return np.asarray(image)
 
 
 def _draw_finds(
-    draw: ImageDraw.ImageDraw, scene: SceneModel, frame: PictureExtent, finds: Sequence[FoundObject]
+    draw: ImageDraw.ImageDraw,
+    scene: SceneModel,
+    frame: PictureExtent,
+    found: Sequence[tuple[float, float, float]],
 ) -> None:
-    boxes = [(d.center_world, d.size_m, ORANGE) for d in finds]
+    boxes = [(d.center_world, d.size_m, ORANGE) for d in scene.detections]
     report = scene.status.find if scene.status is not None else None
     if report is not None:
         boxes.append((report.position_world, report.size_m, FOUND))
+    known = report.position_world if report is not None else None
+    boxes += [(place, (_PLACE_M,) * 3, FOUND) for place in found if place != known]
     for center, size, color in boxes:
         half_x, half_y = 0.5 * size[0] + 0.08, 0.5 * size[1] + 0.08
         u0, v0 = frame.place(center[0] - half_x, center[1] + half_y)

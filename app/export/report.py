@@ -22,6 +22,7 @@ from app.export.search_table import (
     effort_of,
     is_found,
     outcome_text,
+    places_of,
     places_text,
     search_table,
     table,
@@ -37,6 +38,7 @@ from app.recording.notes import read_notes
 from app.recording.session_goals import goals_of
 from app.recording.timeline import MARKS
 from app.view.colors import GREEN, ORANGE, SKY, hex_of
+from app.view.model.attribute_colors import AttributeColor
 from app.view.words import ENGLISH, Words
 
 RESULT_FILE: Final = "result.json"
@@ -86,7 +88,7 @@ def part_of(session: SessionData, say: Words = ENGLISH) -> ReportPart:
         f"<p class=when>{escape(_when(session, goals, say))}</p>",
         _figures(session, goals, say),
         search_table(session, goals, say),
-        _map(session, say),
+        _map(session, goals, say),
         _pictures(session, say),
         _plots(session, say),
         _events(session, say),
@@ -197,17 +199,15 @@ def _truth(session: SessionData) -> dict[str, Any] | None:
     return truth if isinstance(truth, dict) else None
 
 
-def _map(session: SessionData, say: Words) -> str:
+def _map(session: SessionData, goals: Sequence[GoalStatus], say: Words) -> str:
     indices, _ = session.scene.voxels.all_voxels()
     voxel_m = session.scene.voxel_size_m
     if voxel_m is None or not len(indices):
         return f"<h2>{escape(say('report.map'))}</h2><p>{escape(say('report.map.none'))}</p>"
     frame = extent_of(indices, voxel_m, MAP_PX)
-    pictures = [
-        ("camera", draw_map(session.scene, frame)),
-        ("ooi", draw_map(session.scene, frame, "ooi")),
-        ("proximity", draw_map(session.scene, frame, "proximity")),
-    ]
+    places = [position for goal in goals for _, position in places_of(goal)]
+    modes: tuple[AttributeColor, ...] = ("camera", "ooi", "proximity")
+    pictures = [(mode, draw_map(session.scene, frame, mode, places)) for mode in modes]
     body = "".join(
         f'<figure><img alt="" src="{_png(image)}"><figcaption>'
         f"{escape(say(f'report.map.{name}'))}</figcaption></figure>"

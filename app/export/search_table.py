@@ -46,13 +46,18 @@ def outcome_text(goal: GoalStatus, say: Words) -> str:
     return say(f"outcome.{outcome_of(goal)}")
 
 
-def places_text(goal: GoalStatus, say: Words) -> str:
-    """Return where a goal was found, room and position of each find; empty for no find."""
+def places_of(goal: GoalStatus) -> list[tuple[str, tuple[float, float, float]]]:
+    """Return room and position of each find of a goal, metres in the world."""
     places = [(one.room, one.position_world) for one in goal.counted]
     if goal.position_world is not None:
         places.append((goal.room, goal.position_world))
+    return places
+
+
+def places_text(goal: GoalStatus, say: Words) -> str:
+    """Return where a goal was found, room and position of each find; empty for no find."""
     texts: list[str] = []
-    for room, position in places:
+    for room, position in places_of(goal):
         x, y, z = (say.number(value, 1) for value in position)
         where = say("panel.places.where", x=x, y=y, z=z)
         texts.append(f"{say.room(room)}, {where}" if room else where)

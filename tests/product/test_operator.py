@@ -275,7 +275,7 @@ def test_what_if_shows_the_next_choice_and_changes_nothing(page):
     before = levels.inner_text()
     choose(page, "What if?")
     answer = inside.get_by_text(
-        _either("The choice would not change", "It would be", "there is no plan")
+        _either("The choice would not change", "Then: ", "there is no plan")
     )
     expect(answer).to_be_in_viewport()
     assert levels.inner_text() == before

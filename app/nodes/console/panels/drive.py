@@ -123,8 +123,9 @@ class DrivePanel:
     def _show(self, drive: DriveStatus, *, is_stopped: bool) -> None:
         if (drive, is_stopped) == (self._drive, self._is_stopped) and self._mode_text.content:
             return
-        if drive.mode != self._drive.mode:
-            # What was answered about another mode holds no more.
+        has_arrived = self._drive.waypoint is not None and drive.waypoint is None
+        if drive.mode != self._drive.mode or has_arrived:
+            # What was answered about another mode, or about a way that is over, holds no more.
             self._answer.content = ""
         if drive.speed_limit != self._drive.speed_limit:
             self._limit.value = _shown_limit(drive)

@@ -17,12 +17,13 @@ from PIL import Image
 from pyarrow import csv
 
 from app.cli.main import run
+from app.export import report
 from app.export.geometry import voxel_faces
 from app.export.map_picture import MapFromAbove, extent_of
 from app.export.session_data import need_map, read_session_data
 from app.messages import keys
 from app.messages.control import encode
-from app.messages.status import GoalStatus
+from app.messages.status import CountedFind, GoalStatus
 from app.recording.writing.writer import SessionWriter
 from tests.app.recording.conftest import START_NS, status_of, write_session
 from tests.chromium import PATIENCE_MS, new_page, open_browser
@@ -198,6 +199,26 @@ def test_a_report_of_several_searches_names_each_and_sums_them(tmp_path):
     assert "<td>hat</td><td>on the sofa</td><td>found, not confirmed</td>" in page
     assert "<td>cups</td><td></td><td>unfinished, all: 0 found</td>" in page
     assert "<dt>Path</dt><dd>1.5 m</dd>" in page
+
+
+def test_the_map_of_a_report_marks_the_finds_of_every_search(session, monkeypatch):
+    drawn = []
+
+    def draw(scene, frame, mode, found):
+        drawn.append((mode, found))
+        return np.zeros((2, 2, 3), np.uint8)
+
+    places = [(0.5, 0.5, 0.2), (0.2, 0.4, 0.6), (0.9, 0.1, 0.4)]
+    chair = CountedFind(number=1, position_world=places[1])
+    goals = [
+        GoalStatus(goal_id=1, object="hat", outcome="found", position_world=places[0], tour=1),
+        GoalStatus(goal_id=2, object="keys", outcome="exhausted", tour=1),
+        GoalStatus(goal_id=3, object="chair", position_world=places[2], counted=[chair], count=2),
+    ]
+    monkeypatch.setattr(report, "draw_map", draw)
+    monkeypatch.setattr(report, "goals_of", lambda _: goals)
+    report.part_of(session)
+    assert drawn == [(mode, places) for mode in ("camera", "ooi", "proximity")]
 
 
 @pytest.mark.browser

@@ -12,6 +12,7 @@ DIGITS = bytes(c for c in range(0x21, 0x7F) if chr(c) not in "\"&<>'`")
 
 DEFAULTS = (
     b"`data:image/jpeg;base64,AAAA`,enableDefaultLights:!0,enableDefaultLightsShadows:!0;"
+    b"var m=1,s=fetch(n).then(e=>e.arrayBuffer()).then(e=>t({wasmBinary:e}));function g(){}"
     b"n.type===`retry`?e!==null&&a():n.type===`close`?(e=null,t!==null&&t.close(),1):0;"
     b"t.messageQueue.length=0,t.firstMessageBatch=!0;"
     b"function q(e,t){let n=e.messageQueue,r=1}"
@@ -31,6 +32,7 @@ DEFAULTS = (
 )
 CHANGED = (
     b"null,enableDefaultLights:!1,enableDefaultLightsShadows:!1;"
+    b"var m=1,s=null;function g(){}"
     b"n.type===`retry`?e!==null&&t?.readyState!==WebSocket.CONNECTING&&a()"
     b":n.type===`close`?(e=null,t!==null&&t.close(),1):0;"
     b"t.messageQueue.length=0,t.firstMessageBatch=!0,globalThis.ipponMapFirst.begin();"

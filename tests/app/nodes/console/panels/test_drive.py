@@ -53,3 +53,11 @@ def test_a_stopped_robot_is_not_said_to_drive_by_itself(panel):
     assert ENGLISH("panel.drive.stopped.text") in panel._mode_text.content
     _show(panel)
     assert ENGLISH("panel.drive.auto.text") in panel._mode_text.content
+
+
+def test_the_answer_of_a_way_that_is_over_is_removed(panel):
+    panel._answer.content = "Driving there, 10.6 m"
+    _show(panel, waypoint=(1.0, 2.0))
+    assert panel._answer.content == "Driving there, 10.6 m"
+    _show(panel)
+    assert panel._answer.content == ""

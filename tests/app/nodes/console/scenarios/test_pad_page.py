@@ -76,7 +76,7 @@ def test_a_robot_that_drives_to_a_point_is_not_said_to_be_in_manual(page, parts)
     parts.home.status_changes = {"drive": DriveStatus(waypoint=(1.0, 2.0))}
     expect_state(page, "Driving to a point")
     expect(page.locator("#mode")).to_have_text("Auto")
-    expect(page.locator("#notice")).to_contain_text("Driving to the point that you clicked")
+    expect(page.locator("#notice")).to_contain_text("Driving to the clicked point")
     parts.home.status_changes = {"drive": DriveStatus()}
     expect(answer).to_have_count(0)
 
@@ -125,3 +125,14 @@ def test_the_camera_of_a_paused_recording_is_not_said_to_be_old(page, parts):
     expect(camera).to_have_attribute("data-state", "paused")
     expect(page.locator("#camera-age")).to_have_text("paused")
     page.evaluate("document.body.toggleAttribute('data-paused', false)")
+
+
+def test_a_recording_that_is_played_has_no_age_and_no_latency(page, parts):
+    parts.home.frozen = True
+    camera = page.locator("#camera")
+    expect(camera).to_have_attribute("data-state", "lost")
+    page.evaluate("document.body.classList.add('review')")
+    expect(camera).to_have_attribute("data-state", "live")
+    expect(page.locator("#camera-age")).to_have_text("recorded")
+    expect(page.locator("#camera-latency")).to_have_text("")
+    page.evaluate("document.body.classList.remove('review')")

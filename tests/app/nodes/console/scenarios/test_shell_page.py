@@ -21,6 +21,7 @@ from app.nodes.console.web.access import OpenAccess
 from app.nodes.console.web.gateway import Gateway
 from app.nodes.console.web.guard import Hosts
 from app.view.drawing.viser_client import ClientFiles
+from app.view.words import Words
 from ippon.control.drive_mode import NO_INPUT
 from tests.app.nodes.console.drawn_home import things_of
 from tests.app.nodes.console.opened_page import expect_state, panels
@@ -631,3 +632,116 @@ def test_a_picture_that_waited_to_be_drawn_is_as_old_as_that(page):
         return Camera.prototype.age.call({ drawn, latency: { ms: 40 } });
     }"""
     assert 60_005 <= page.evaluate(age) < 61_000
+
+
+SHAPE = """async ([width, height]) => {
+    const { Camera } = await import("/assets/camera.js");
+    const section = document.getElementById("camera");
+    const one = { section, times: [], renderLabels() {} };
+    const header = { stamp_ns: 1, label: "", labels: [], held_ms: 0 };
+    Camera.prototype.hear.call(one, { header, shape: width / height, drawnAt: 1, bytes: 1 });
+    const box = document.getElementById("camera-picture").getBoundingClientRect();
+    return box.width / box.height;
+}"""
+
+
+@pytest.mark.parametrize(
+    ("size", "shape"), [((1280, 720), 16 / 9), ((640, 480), 4 / 3), ((720, 1280), 4 / 3)]
+)
+def test_the_camera_in_the_corner_has_the_shape_of_its_picture(page, size, shape):
+    expect(page.locator("#camera")).to_have_attribute("data-size", "corner")
+    assert page.evaluate(SHAPE, size) == pytest.approx(shape, rel=0.01)
+
+
+def test_escape_closes_the_introduction_wherever_the_focus_is(browser, alone, post):
+    window = new_window(browser, is_first_visit=True)
+    page = _opened(window, alone.origin)
+    card = page.locator("#introduction")
+    for focus in (
+        lambda: None,
+        lambda: page.locator("#introduction-text").click(),
+        lambda: panels(page).locator("body").click(position={"x": 5, "y": 500}),
+        lambda: page.locator("#introduction-next").click(),
+    ):
+        expect(card).to_be_visible()
+        focus()
+        page.keyboard.press("Escape")
+        expect(card).to_be_hidden()
+        page.evaluate("localStorage.removeItem('ippon-introduction')")
+        page.reload()
+    expect(card).to_be_visible()
+    page.keyboard.press("g")
+    page.keyboard.press("Escape")
+    expect(page.locator("#goals")).to_be_hidden()
+    expect(card).to_be_visible()
+    window.close()
+
+
+def test_a_page_with_its_scene_has_no_errors(window, client, post):
+    page, problems = window.new_page(), []
+    page.on("pageerror", lambda problem: problems.append(str(problem)))
+    page.goto(client.origin)
+    expect(panels(page).locator("canvas[data-engine]")).to_be_attached()
+    page.wait_for_timeout(1_000)
+    assert problems == []
+
+
+def test_a_paused_robot_is_said_to_wait_for_resume(page, post):
+    post(msgspec.structs.replace(SEARCHING, state="paused", why="paused"))
+    expect(page.locator("#notice")).to_contain_text(
+        "Paused The robot does not move until Resume is pressed in the Search tab."
+    )
+
+
+def test_cancelling_a_goal_of_a_tour_is_answered_in_words(page, post, state_feed):
+    common = {"outcome": "active", "context": "", "count": 1, "rejected": 0, "took_s": None,
+              "counted": [], "confirmed": False, "display": "", "tour": 5}  # fmt: skip
+    active = [{"goal_id": n, "object": name, **common} for n, name in ((5, "hat"), (6, "plant"))]
+    state_feed.goals = msgspec.json.encode({"active": active})
+    post(goals=5)
+    page.keyboard.press("g")
+    page.locator("#goals-active").get_by_role("button", name="Cancel").last.click()
+    expect(page.locator("#goals-answer")).to_have_text("Done.")
+
+
+@pytest.fixture
+def german_page(window, stage, viser_server, state_feed, navigator, browsers, shell_alone, post):
+    """The page in German, without a scene."""
+    access, hosts = OpenAccess(browsers), Hosts("127.0.0.1")
+    with pytest.MonkeyPatch.context() as patch:
+        empty = ClientFiles(page=shell_alone.view._plain, files={}, links=b"")
+        patch.setattr(assets, "unpack_client", lambda *_: empty)
+        files = assets.Assets(Words("de"))
+    served = stage.Served(Gateway(viser_server, state_feed, navigator, access, hosts, assets=files))
+    page = window.new_page()
+    page.goto(served.origin)
+    expect_state(page, "Sucht")
+    yield page
+    served.close()
+
+
+@pytest.mark.parametrize("is_watching", [False, True])
+@pytest.mark.parametrize(
+    ("width", "height", "name"),
+    [(390, 844, "Laptop"), (970, 768, "Wasserkocher"), (1024, 768, "Waschmaschine")],
+)
+def test_the_german_header_of_a_small_window_shows_what_is_searched_for(
+    german_page, post, width, height, name, is_watching
+):
+    page = german_page
+    page.set_viewport_size({"width": width, "height": height})
+    lease = LeaseStatus(state="held", holder="Browser 12", epoch=3) if is_watching else None
+    words = Words("de")
+    states = ["looking_around", "perhaps", "exhausted", "approaching", "confirmed"]
+    for state in states if is_watching else [*states, "stopped"]:
+        searching = msgspec.structs.replace(SEARCHING, state=state, object=name)
+        post(searching, elapsed_s=754.0, why="fährt zum Blickpunkt", lease=lease or LeaseStatus())
+        expect_state(page, words(f"state.{state}"))
+        goal = page.locator("#goal")
+        assert goal.evaluate("(e) => e.scrollWidth <= e.clientWidth"), f"{state}: it is cut"
+        # On a phone the goal is below the state.
+        parts = ("#goal", "#stop") if width < 520 else ("#state", "#goal", ".actions")
+        boxes = [page.locator(part).bounding_box() for part in parts]
+        for left, right in itertools.pairwise(boxes):
+            assert left["x"] + left["width"] <= right["x"], state
+        assert boxes[-1]["x"] + boxes[-1]["width"] <= width
