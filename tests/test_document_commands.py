@@ -109,6 +109,7 @@ def test_a_search_that_requesters_and_viewers_see(shell):
     shell.run(REQUESTER, "ippon control cancel")
     shell.start(REQUESTER, "ippon memory --find mug")
     assert "stopped" in shell.run(REQUESTER, "ippon control stop")
+    shell.run(REQUESTER, "ippon control resume")
     asked.kill()
     demo.interrupt()
 
@@ -229,7 +230,8 @@ def test_a_robot_with_a_router_of_its_own_and_a_language_model(shell):
 
 @pytest.mark.skipif(not NETWORKS.is_dir() or not KITCHEN.is_dir(), reason="no recording at hand")
 def test_a_network_on_a_recording_and_live(shell):
-    (shell.folder / "nanodet").symlink_to(NETWORKS, target_is_directory=True)
+    if not (shell.folder / "nanodet").exists():  # It is there in a second attempt.
+        (shell.folder / "nanodet").symlink_to(NETWORKS, target_is_directory=True)
     folder, parts = str(KITCHEN), "--segmentation.backend detector --segmentation.model"
     found = shell.start(
         NETWORK,
