@@ -21,7 +21,6 @@ from ippon.mapping.occupancy.distance_field import DistanceField
 from ippon.mapping.occupancy.free_space import OBSERVED, OCCUPIED_CHANGED
 from ippon.mapping.occupancy.geometry_update import update_kernel
 from ippon.mapping.occupancy.ray_endpoints import (
-    PIXEL_BITS,
     CameraGeometry,
     UpdateRules,
     count_endpoints_kernel,
@@ -29,6 +28,7 @@ from ippon.mapping.occupancy.ray_endpoints import (
     n_samples,
     sample_strides,
 )
+from ippon.mapping.occupancy.sample_rows import PIXEL_BITS
 
 MOST_FROM_ORIGIN_M: Final = 10_000.0
 """Distance from the world's origin up to which the float32 coordinates of messages and drawings

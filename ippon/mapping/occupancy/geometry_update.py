@@ -21,7 +21,7 @@ from ippon.mapping.occupancy.free_space import (
     VECTORS,
     update_clear_block,
 )
-from ippon.mapping.occupancy.ray_endpoints import PIXEL_BITS
+from ippon.mapping.occupancy.sample_rows import PIXEL_BITS
 from ippon.mapping.occupancy.visible_blocks import CLEAR
 
 
@@ -293,13 +293,10 @@ def _corner(m, v, block):
 
 @INNER
 def _list_entries(state, row, count, best, listed, entries, n):
-    """Append a block's occupied voxels with endpoints to the entries; return how many there are.
-
-    `listed` has room for 513 voxels: each is written, and overwritten if it is none of them, which
-    is faster than a branch that is hard to predict.
-    """
+    """Append a block's occupied voxels with endpoints to the entries; return how many there are."""
     found = np.uint64(0)
     for k in range(512):
+        # Faster than a branch that is hard to predict.
         listed[found] = k
         found += np.uint64((count[k] > 0) & (state[k] == OCCUPIED))
     for at in range(found):

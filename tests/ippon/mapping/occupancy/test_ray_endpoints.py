@@ -7,13 +7,12 @@ from numpy.typing import NDArray
 from ippon.camera import PinholeCamera
 from ippon.mapping.depth_image import prepare_depth
 from ippon.mapping.occupancy.ray_endpoints import (
-    NO_SAMPLE,
-    PIXEL_BITS,
     CameraGeometry,
     UpdateRules,
     count_endpoints_kernel,
     make_endpoint_counts,
 )
+from ippon.mapping.occupancy.sample_rows import NO_SAMPLE, PIXEL_BITS
 
 VOXEL_M = 0.05
 BLOCKS = 14
