@@ -196,8 +196,8 @@ class PublishedHome:
     def _responder(self, key, answer):
         def respond(query):
             payload = b"" if query.payload is None else query.payload.to_bytes()
-            # Pages ask for the memory by themselves, at any time.
-            if payload and key != keys.MEMORY:
+            # Pages ask for the memory and the rooms by themselves, at any time.
+            if payload and key not in (keys.MEMORY, keys.ROOMS):
                 self.requests.append((key, payload))
             query.reply(f"{self.robot}/{key}", answer(payload))
 
