@@ -338,6 +338,7 @@ def test_a_first_visit_is_introduced_and_the_next_one_is_not(shared, browser, ho
     page.reload()
     expect(card).to_contain_text("5 of 5")
     page.get_by_role("button", name="Done").click()
+    expect(card).to_be_hidden()
     expect(panels(page).get_by_role("tab", name="Search")).to_have_attribute(
         "aria-selected", "true"
     )
