@@ -6,19 +6,20 @@ gives up its goal when it accepts another. By x, a goal is refused (over 50), ac
 7 s (over 40), or cancelled only at the second request (over 30).
 """
 
-import contextlib
 import faulthandler
 import json
+import signal
 import sys
 import threading
 import time
 
 import rclpy
+import rclpy.signals
 import zenoh
 from geometry_msgs.msg import PoseStamped
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.executors import MultiThreadedExecutor
 from rclpy.serialization import serialize_message
 
 
@@ -97,7 +98,10 @@ def main():
     }.items():
         config.insert_json5(key, json.dumps(value))
     session = zenoh.open(config)
-    rclpy.init()
+    # With the handlers of rclpy an interrupted executor goes on at times.
+    rclpy.init(signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)
+    interrupted = threading.Event()
+    signal.signal(signal.SIGINT, lambda *_: interrupted.set())
     node = rclpy.create_node("navigation")
     if "topic" in options:
 
@@ -112,10 +116,11 @@ def main():
     sys.stdout.flush()
     executor = MultiThreadedExecutor(4)
     executor.add_node(node)
-    with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
-        executor.spin()
-    # The shutdown of the middleware hangs at times, as `ippon_ros2.__main__` says.
+    threading.Thread(target=executor.spin, daemon=True).start()
+    interrupted.wait()
+    # The middleware hangs at times as it ends, as `ippon_ros2.__main__` says.
     faulthandler.dump_traceback_later(5.0, exit=True)
+    rclpy.try_shutdown()
 
 
 if __name__ == "__main__":

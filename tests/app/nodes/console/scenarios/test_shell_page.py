@@ -572,6 +572,7 @@ def test_the_cross_of_a_notice_takes_no_row(page, post, width):
         size=(0.2, 0.2, 0.2), perhaps=False, out_of_reach_m=None,
     )  # fmt: skip
     post(msgspec.structs.replace(SEARCHING, state="found", find=find))
+    expect(page.locator("#notice-close")).to_be_visible()
     cross, notice = (page.locator(part).bounding_box() for part in ("#notice-close", "#notice"))
     assert cross["y"] - notice["y"] < 10
     assert notice["x"] + notice["width"] - cross["x"] - cross["width"] < 10
