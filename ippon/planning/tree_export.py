@@ -53,19 +53,15 @@ class TreeExporter:
         nodes = np.array([node])
         kinds = self._kinds(nodes)
         yaw, tilt = self._facing(nodes, kinds)[0]
-        level = int(self._viewpoints.level[node])
-        if kinds[0] == NodeKind.EXPLORING:
-            yaw = self._scores.yaw[node]
-            tilt, level = self._viewpoints.tilt_and_level(node, yaw)
         x, y = self._xy[node]
-        far_evidence_nat, cued = self._viewpoints.far_evidence_at(node, self._scores.yaw[node])
+        far_evidence_nat, cued = self._viewpoints.far_evidence_at(node)
         return Viewpoint(
             position_world=(float(x), float(y), self._floor_z_m),
             yaw_rad=float(yaw),
             tilt_rad=float(tilt),
-            gain=float(self._scores.gain[node]),
+            gain=float(self._viewpoints.gain[node]),
             termination=float(self._viewpoints.termination[node]),
-            level=Level(level),
+            level=Level(int(self._viewpoints.level[node])),
             kind=NodeKind(int(kinds[0])),
             path_gain=float(self._scores.path_gain[node]),
             path_cost_s=float(self._scores.path_cost[node]),

@@ -130,7 +130,6 @@ def _papers_scores(config: MissionConfig) -> MissionConfig:
         stay_power=0.0,
         passing_weight=1.0,
         framing_cap=_NO_CAP,
-        standing_s=0.0,
     )
     view = replace(planner.view, termination_depth_m=0.0)
     passing = replace(planner.closer_look.passing, enabled=False)

@@ -56,10 +56,6 @@ class SelectionConfig:
     reached_m: float = 0.2
     """Distance from the target within which the robot has reached it; more counts images taken
     farther away as images from the target."""
-    standing_s: float = 1.0
-    """Travel time below which the robot stands at a viewpoint: its heading is then that of the
-    highest score, the turn included, and elsewhere that of the highest gain. More turns less and
-    looks aside in another order; 0 is the paper's rule."""
     max_reevaluations: int = 4
     """Stale candidates for the target that are evaluated again in a step at most; more takes longer
     and relies less on outdated gains."""
@@ -98,10 +94,6 @@ class SelectionConfig:
 class Scores(NamedTuple):
     """Gain, cost and their ratio for the path to each node."""
 
-    gain: NDArray[np.float32]
-    """(N,) G(n) at the final heading."""
-    yaw: Float64Array
-    """(N,) final heading, radians."""
     path_gain: NDArray[np.float64]
     """(N,) G(P_n)."""
     path_cost: NDArray[np.float64]
@@ -131,7 +123,7 @@ def score_nodes(
     Args:
         config: Weights.
         tree: Shortest paths.
-        gain: (N,) G(n) at the final heading.
+        gain: (N,) G(n).
         by_heading: (N, A) gain of each candidate heading, evenly spaced from just above 0.
         termination: (N,) T(n).
         yaw: (N,) final heading of each node.
@@ -156,34 +148,12 @@ def score_nodes(
     explores = reached & eligible & ~terminating
     ratio[explores] = gain_ratio(config, path_gain[explores], path_cost[explores])
     ratio[terminating] = framed[terminating] / (path_cost[terminating] + config.settle_s)
-    return Scores(gain, yaw, path_gain, path_cost, ratio, terminating)
+    return Scores(path_gain, path_cost, ratio, terminating)
 
 
 def gain_ratio(config: SelectionConfig, gain: Float64Array, cost: Float64Array) -> Float64Array:
     """Return the score of exploring paths with (N,) gains and (N,) costs in seconds."""
     return gain / (cost + config.look_s) ** config.cost_power
-
-
-def standing_heading(
-    config: SelectionConfig,
-    gains: NDArray[np.float32],
-    turns_s: Float64Array,
-    held: int | None = None,
-) -> int:
-    """Return the heading to turn to at a viewpoint where the robot stands.
-
-    The highest gain alone would turn it from side to side: what comes into view lowers a gain below
-    that of another heading before the turn has ended.
-
-    Args:
-        config: Weights.
-        gains: (A,) gain of each candidate heading.
-        turns_s: (A,) time to turn to each.
-        held: The heading that it turns to, None for none; another must exceed it by `stay_factor`.
-    """
-    scores = gain_ratio(config, gains.astype(np.float64), turns_s)
-    best = int(np.argmax(scores))
-    return best if held is None or scores[best] >= config.stay_factor * scores[held] else held
 
 
 def max_gain_per_s(config: SelectionConfig, scores: Scores) -> float:

@@ -4,6 +4,9 @@ import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ippon.planning.selection.node_selection import Scores, SelectionConfig, gain_ratio
 
 
@@ -63,12 +66,13 @@ class TargetProgress:
 
 
 def update_target_progress(
-    scores: Scores, target: int | None, before: TargetProgress | None
+    scores: Scores, gain: NDArray[np.float32], target: int | None, before: TargetProgress | None
 ) -> TargetProgress | None:
     """Return the progress towards a target, which restarts if the target is another one.
 
     Args:
         scores: Scores of every node, with `credit_passed_gain`.
+        gain: (N,) G(n).
         target: The node that was chosen, None for none.
         before: The progress after the last step.
     """
@@ -80,13 +84,15 @@ def update_target_progress(
         return replace(before, max_gain=gathered) if more else before
     return TargetProgress(
         node=target,
-        passing=gathered - float(scores.gain[target]),
+        passing=gathered - float(gain[target]),
         cost=float(scores.path_cost[target]),
         max_gain=gathered,
     )
 
 
-def credit_passed_gain(config: SelectionConfig, scores: Scores, progress: TargetProgress) -> Scores:
+def credit_passed_gain(
+    config: SelectionConfig, scores: Scores, gain: NDArray[np.float32], progress: TargetProgress
+) -> Scores:
     """Return scores in which the target keeps the gain of the viewpoints that it was chosen with.
 
     The robot's path to its target passes the same places as the tree's path did, but none of its
@@ -95,9 +101,7 @@ def credit_passed_gain(config: SelectionConfig, scores: Scores, progress: Target
     """
     node = progress.node
     ahead = min(1.0, float(scores.path_cost[node]) / max(progress.cost, 1e-6))
-    path_gain = max(
-        float(scores.path_gain[node]), float(scores.gain[node]) + ahead * progress.passing
-    )
+    path_gain = max(float(scores.path_gain[node]), float(gain[node]) + ahead * progress.passing)
     if scores.ratio[node] <= 0.0 or scores.terminating[node]:
         return scores
     gains, ratio = scores.path_gain.copy(), scores.ratio.copy()

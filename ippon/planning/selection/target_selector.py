@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ippon.geometry import Float64Array
 from ippon.mapping.arrays import MapArrays
@@ -17,7 +16,6 @@ from ippon.planning.selection.node_selection import (
     holding_termination_min,
     score_nodes,
     select,
-    standing_heading,
 )
 from ippon.planning.selection.target_hysteresis import (
     ReturnCounter,
@@ -48,8 +46,6 @@ class TargetSelector:
         self._returns = ReturnCounter(config)
         self.node: int | None = None
         """The target, None for none."""
-        self._heading: int | None = None
-        """Candidate heading that the robot turns to at the target, None where it does not stand."""
         self.path: Float64Array | None = None
         """(K, 2) path of the robot to it when it was last planned, metres; None for none."""
 
@@ -111,9 +107,8 @@ class TargetSelector:
             xy: Position of the robot, metres.
         """
         followed = chosen if look is None else None
-        self._progress = update_target_progress(scores, followed, self._progress)
-        self._heading = (
-            None if followed is None else self._viewpoints.heading_of(scores.yaw[followed])
+        self._progress = update_target_progress(
+            scores, self._viewpoints.gain, followed, self._progress
         )
         if look is None:
             self._returns.note(self.node, chosen, xy)
@@ -135,14 +130,10 @@ class TargetSelector:
         enough = holding_termination_min(config, termination_min)
         for node in np.flatnonzero(viewpoints.termination[:n] > enough):
             yaw[node] = viewpoints.framing(int(node))[0]
-        gain = viewpoints.gain[:n].copy()
-        for node in np.flatnonzero((tree.cost < config.standing_s) & eligible):
-            if viewpoints.termination[node] <= enough:
-                self._turn_where_it_stands(int(node), tree, viewpoints, gain, yaw)
         scores = score_nodes(
             config,
             tree,
-            gain=gain,
+            gain=viewpoints.gain[:n],
             by_heading=viewpoints.by_heading[:n],
             termination=viewpoints.termination[:n],
             yaw=yaw,
@@ -153,25 +144,10 @@ class TargetSelector:
         )
         if self._progress is None or self._progress.node != self.node:
             return scores
-        return credit_passed_gain(config, scores, self._progress)
-
-    def _turn_where_it_stands(
-        self,
-        node: int,
-        tree: ShortestTree,
-        viewpoints: ViewpointStore,
-        gain: NDArray[np.float32],
-        yaw: Float64Array,
-    ) -> None:
-        """Write heading and gain of a node where the robot stands into (N,) arrays."""
-        gains, yaws = viewpoints.by_heading[node], viewpoints.yaws
-        off = (yaws - tree.heading[node] + math.pi) % (2.0 * math.pi) - math.pi
-        held = self._heading if node == self.node else None
-        heading = standing_heading(self._config, gains, np.abs(off) / self._turn_rate, held)
-        gain[node], yaw[node] = gains[heading], yaws[heading]
+        return credit_passed_gain(config, scores, viewpoints.gain, self._progress)
 
     def _drop(self) -> None:
-        self.node = self.path = self._progress = self._heading = None
+        self.node = self.path = self._progress = None
 
     def _select(self, scores: Scores) -> int | None:
         if self.node is None:
@@ -194,5 +170,5 @@ class TargetSelector:
         progress = self._progress
         if progress is None or progress.node != self.node:
             return 1.0
-        nat, cued = self._viewpoints.far_evidence_at(progress.node, scores.yaw[progress.node])
+        nat, cued = self._viewpoints.far_evidence_at(progress.node)
         return 1.0 if nat > 0.0 or cued else progress.remaining(scores)

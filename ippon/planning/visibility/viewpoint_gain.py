@@ -39,10 +39,6 @@ class ViewChoice(NamedTuple):
     """Highest gain of any orientation if p_img were that of the average level."""
     by_heading: NDArray[np.float32]
     """(A,) gain of each heading at its best tilt."""
-    tilts: NDArray[np.uint8]
-    """(A,) that tilt."""
-    levels: NDArray[np.uint8]
-    """(A,) level that p_img was taken from at each heading."""
 
 
 def sum_views(panorama: Panorama, orientations: Orientations, half_fov_columns: int) -> ViewSums:
@@ -188,30 +184,16 @@ def choose_view(
         cued: (A,) headings that look at far evidence of a label that is certainly near the object.
         weights: (A,) factor on the gain of each heading.
     """
-    headings = sums.known.shape[0]
-    by_heading = np.empty(headings, dtype=np.float32)
-    tilts = np.zeros(headings, dtype=np.uint8)
-    level_of = np.zeros(headings, dtype=np.uint8)
+    by_heading = np.empty(sums.known.shape[0], dtype=np.float32)
     rules = (probabilities, min_level_voxels)
     gain, heading, tilt, level, potential = _choose_kernel(
-        sums.known,
-        sums.unknown,
-        sums.levels,
-        rules,
-        far_evidence_nat,
-        cued,
-        weights,
-        by_heading,
-        tilts,
-        level_of,
+        sums.known, sums.unknown, sums.levels, rules, far_evidence_nat, cued, weights, by_heading
     )
-    return ViewChoice(gain, heading, tilt, level, potential, by_heading, tilts, level_of)
+    return ViewChoice(gain, heading, tilt, level, potential, by_heading)
 
 
 @njit(cache=True, nogil=True)
-def _choose_kernel(
-    known, unknown, levels, rules, far_evidence_nat, cued, weights, by_heading, tilts, level_of
-):
+def _choose_kernel(known, unknown, levels, rules, far_evidence_nat, cued, weights, by_heading):
     probabilities, minimum = rules
     best, best_a, best_b, best_level = -1.0, 0, 0, 1
     potential = 0.0
@@ -219,11 +201,9 @@ def _choose_kernel(
         level = 3 if cued[a] else imagined_level(levels[a], minimum)
         p_img = with_evidence(probabilities[level], far_evidence_nat[a])
         top = -1.0
-        level_of[a] = level
         for b in range(known.shape[1]):
             gain = weights[a] * (known[a, b] + p_img * unknown[a, b])
-            if gain > top:
-                top, tilts[a] = gain, b
+            top = max(top, gain)
             usual = known[a, b] + probabilities[1] * unknown[a, b]
             potential = max(potential, weights[a] * usual)
             if gain > best:

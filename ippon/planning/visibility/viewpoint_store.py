@@ -66,8 +66,6 @@ class ViewpointStore:
         """(capacity,) `Level` that p_img was taken from."""
         self.by_heading = np.zeros((capacity, headings), dtype=np.float32)
         """(capacity, A) gain of each candidate heading at its best tilt."""
-        self._tilts = np.zeros((capacity, headings), dtype=np.uint8)
-        self._levels = np.zeros((capacity, headings), dtype=np.uint8)
         self._reach = np.zeros((capacity, config.yaw_bins), dtype=np.float32)
         self._framing = np.full((capacity, 2), np.nan)
         self._at = np.zeros((capacity, 2))
@@ -194,8 +192,7 @@ class ViewpointStore:
     def copy(self) -> "ViewpointStore":
         """Return a store whose gains can be recomputed; it shares what was observed."""
         twin = copy.copy(self)
-        names = ("gain", "potential", "termination", "yaw", "tilt", "level", "by_heading")
-        for name in (*names, "_tilts", "_levels"):
+        for name in ("gain", "potential", "termination", "yaw", "tilt", "level", "by_heading"):
             setattr(twin, name, getattr(self, name).copy())
         twin._sums = dict(self._sums)  # noqa: SLF001
         return twin
@@ -250,24 +247,10 @@ class ViewpointStore:
             return float(self.yaw[node]), float(self.tilt[node])
         return float(yaw), float(tilt)
 
-    @property
-    def yaws(self) -> Float64Array:
-        """(A,) candidate headings, radians."""
-        return self.geometry.orientations.yaws
-
-    def heading_of(self, yaw_rad: float) -> int:
-        """Return the candidate heading that is nearest to a yaw."""
-        return int(np.argmin(np.abs(self.yaws - yaw_rad)))
-
-    def tilt_and_level(self, node: int, yaw_rad: float) -> tuple[float, int]:
-        """Return the best tilt at a viewpoint's heading, radians, and the level of p_img there."""
-        heading = self.heading_of(yaw_rad)
-        tilt = self.geometry.orientations.tilts[self._tilts[node, heading]]
-        return float(tilt), int(self._levels[node, heading])
-
-    def far_evidence_at(self, node: int, yaw_rad: float) -> tuple[float, bool]:
-        """Return the far evidence at a viewpoint's heading: nat, and whether it is a cue."""
-        heading = self.heading_of(yaw_rad)
+    def far_evidence_at(self, node: int) -> tuple[float, bool]:
+        """Return the far evidence in a viewpoint's view: nat, and whether it is a cue."""
+        yaws = self.geometry.orientations.yaws
+        heading = int(np.argmin(np.abs(yaws - self.yaw[node])))
         return float(self.far_evidence_nat[node, heading]), bool(self.cued[node, heading])
 
     def _update_geometry(self, arrays: MapArrays, floor_z_m: float, termination_min: float) -> None:
@@ -341,4 +324,3 @@ class ViewpointStore:
         self.yaw[node] = orientations.yaws[choice.heading]
         self.tilt[node] = orientations.tilts[choice.tilt]
         self.by_heading[node] = choice.by_heading
-        self._tilts[node], self._levels[node] = choice.tilts, choice.levels

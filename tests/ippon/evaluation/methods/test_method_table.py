@@ -58,7 +58,6 @@ def _changes(one, other, prefix=""):
                 "planner.selection.framing_cap",
                 "planner.selection.look_s",
                 "planner.selection.passing_weight",
-                "planner.selection.standing_s",
                 "planner.selection.stay_power",
                 "planner.view.termination_depth_m",
             },

@@ -13,7 +13,6 @@ from ippon.planning.selection.node_selection import (
     max_gain_per_s,
     score_nodes,
     select,
-    standing_heading,
 )
 
 CONFIG = SelectionConfig(
@@ -140,13 +139,3 @@ def test_the_highest_gain_per_second_is_that_of_an_exploring_path():
     assert highest([12.0, 60.0], eligible=[True, False]) == highest([12.0, 0.0])
     assert highest([12.0, 60.0], eligible=[False, False]) == 0.0
     assert highest([12.0, 60.0], termination=[9.0, 9.0]) == 0.0, "those end the search"
-
-
-def test_a_heading_is_worth_its_gain_over_the_turn_and_is_held_against_slightly_better_ones():
-    gains, turns_s = np.array([5.0, 12.0, 9.0], dtype=np.float32), np.array([0.0, 3.0, 1.0])
-    assert standing_heading(CONFIG, gains, turns_s) == 0
-    assert standing_heading(CONFIG, gains, np.zeros(3)) == 1
-    assert standing_heading(CONFIG, gains, np.zeros(3), held=2) == 1
-    assert standing_heading(CONFIG, gains, np.array([9.0, 0.0, 0.0]), held=2) == 1
-    gains[1] = 11.0
-    assert standing_heading(CONFIG, gains, np.zeros(3), held=2) == 2, "less than 1.3 times"

@@ -74,21 +74,21 @@ def test_a_path_whose_gain_was_seen_is_left_like_a_short_one():
 
 def test_progress_keeps_the_highest_gain_since_the_target_was_selected():
     def scored(gain):
-        return score(chain([2.0, 4.0]), gain)
+        return score(chain([2.0, 4.0]), gain), np.array(gain, dtype=np.float32)
 
-    first = scored([10.0, 20.0])
-    chosen = update_target_progress(first, 1, None)
+    first, gain = scored([10.0, 20.0])
+    chosen = update_target_progress(first, gain, 1, None)
     assert (chosen.max_gain, chosen.remaining(first)) == (30.0, 1.0)
-    more = scored([10.0, 40.0])
-    chosen = update_target_progress(more, 1, chosen)
+    more, gain = scored([10.0, 40.0])
+    chosen = update_target_progress(more, gain, 1, chosen)
     assert (chosen.max_gain, chosen.passing) == (50.0, 10.0), "more came into view"
-    less = scored([0.0, 5.0])
-    assert update_target_progress(less, 1, chosen) is chosen
+    less, gain = scored([0.0, 5.0])
+    assert update_target_progress(less, gain, 1, chosen) is chosen
     assert chosen.remaining(less) == pytest.approx(0.1), "seen from half way"
-    assert update_target_progress(less, 0, chosen).max_gain == 0.0, (
+    assert update_target_progress(less, gain, 0, chosen).max_gain == 0.0, (
         "another target, another promise"
     )
-    assert update_target_progress(less, 0, chosen).remaining(less) == 0.0
+    assert update_target_progress(less, gain, 0, chosen).remaining(less) == 0.0
 
 
 class Alternating:
@@ -103,7 +103,7 @@ class Alternating:
         if self.target is not None:
             ratio[self.target] /= worse
         gains = np.array([5.0, 5.0])
-        scores = Scores(gains, np.zeros(2), gains, gains / ratio, ratio, np.zeros(2, bool))
+        scores = Scores(gains, gains / ratio, ratio, np.zeros(2, bool))
         chosen = chosen_by(self.config, scores, self.target, returns=self.returns.count)
         self.returns.note(self.target, chosen, (self.x, 0.0))
         self.switches += self.target is not None and chosen != self.target
@@ -144,8 +144,9 @@ def test_new_targets_are_no_returns():
 
 def test_a_target_keeps_the_gain_of_the_viewpoints_on_its_first_path():
     gain = np.array([10.0, 20.0, 24.0], dtype=np.float32)
-    first = score(chain([2.0, 4.0, math.inf]), gain.tolist())
-    chosen = update_target_progress(first, 1, None)
+    chosen = update_target_progress(
+        score(chain([2.0, 4.0, math.inf]), [10.0, 20.0, 24.0]), gain, 1, None
+    )
     assert chosen is not None
     assert (chosen.node, chosen.passing, chosen.cost) == (1, 10.0, 4.0)
     # Now the robot's own way leads to it, past no node, and another one looks better for it.
@@ -159,12 +160,12 @@ def test_a_target_keeps_the_gain_of_the_viewpoints_on_its_first_path():
     bare = SelectionConfig(stay_factor=1.0, stay_power=0.0, look_s=1.0)
     scores = score(own, gain.tolist(), config=bare)
     assert chosen_by(bare, scores, 1) == 2
-    kept = credit_passed_gain(bare, scores, chosen)
+    kept = credit_passed_gain(bare, scores, gain, chosen)
     assert kept.path_gain[1] == 30.0
     assert chosen_by(bare, kept, 1) == 1
     assert kept.ratio[1] == pytest.approx(30.0 / 5.0**bare.cost_power), "compared like the others"
     # Half way there half of what was to be passed is left.
     near = score(own._replace(cost=np.array([1.0, 2.0, 2.0])), gain.tolist(), config=bare)
-    assert credit_passed_gain(bare, near, chosen).path_gain[1] == 25.0
-    assert update_target_progress(scores, 1, chosen) is chosen
-    assert update_target_progress(scores, None, chosen) is None
+    assert credit_passed_gain(bare, near, gain, chosen).path_gain[1] == 25.0
+    assert update_target_progress(scores, gain, 1, chosen) is chosen
+    assert update_target_progress(scores, gain, None, chosen) is None

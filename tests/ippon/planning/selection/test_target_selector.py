@@ -33,9 +33,6 @@ class Views:
         self.evaluated: list[int] = []
         self.far_evidence_nat: tuple[float, bool] = (0.0, False)
         self.yaw = np.zeros(3)
-        self.yaws = np.linspace(0.0, 2.0 * math.pi, 8, endpoint=False)
-        self.aside: dict[int, float] = {}
-        """Gain of headings at which it is not that of the others."""
         self.termination = np.zeros(3, dtype=np.float32)
 
     @property
@@ -44,13 +41,7 @@ class Views:
 
     @property
     def by_heading(self):
-        gains = np.tile(self.gain[:, None], (1, 8))
-        for heading, gain in self.aside.items():
-            gains[:, heading] = gain
-        return gains
-
-    def heading_of(self, yaw_rad):
-        return int(np.argmin(np.abs(self.yaws - yaw_rad)))
+        return np.tile(self.gain[:, None], (1, 4))
 
     def stale(self, nodes, xy, voxel_size):
         return np.isin(nodes, list(self.anew))
@@ -59,7 +50,7 @@ class Views:
         self.gain[node] = self.anew.pop(node)
         self.evaluated.append(node)
 
-    def far_evidence_at(self, node, yaw_rad):
+    def far_evidence_at(self, node):
         return self.far_evidence_nat
 
     def framing(self, node):
@@ -167,32 +158,3 @@ def test_a_node_that_ends_the_search_faces_the_object():
     node, scores = choose(choice_among(viewpoints))
     assert node == 1
     assert scores.path_cost.tolist() == pytest.approx([2.0, 2.0 + math.pi, 2.0])
-
-
-def test_a_robot_that_stands_at_a_viewpoint_turns_to_the_near_side_first_and_all_the_way():
-    viewpoints = Views([10.0, 1.0, 1.0])
-    viewpoints.yaw[0] = viewpoints.yaws[3]
-    viewpoints.aside = dict.fromkeys(range(8), 1.0) | {3: 10.0, 7: 9.0}
-    choice = choice_among(viewpoints)
-    node, scores = choose(choice)
-    assert (node, scores.yaw[0], scores.gain[0]) == (0, viewpoints.yaws[3], 10.0), "on the way"
-    standing = TREE._replace(cost=np.array([0.1, 2.0, 2.0]))
-    node, scores = choice.choose(ARRAYS, standing, 4.0, UNLIMITED)
-    assert (node, scores.yaw[0], scores.gain[0]) == (0, viewpoints.yaws[7], 9.0)
-    choice.set_target(node, scores, None, HERE)
-    # It turns there, and what comes into view is worth less than what is behind it.
-    standing = standing._replace(heading=np.full(3, -0.4))
-    viewpoints.aside[7] = 4.0
-    _, scores = choice.choose(ARRAYS, standing, 4.0, UNLIMITED)
-    assert scores.yaw[0] == viewpoints.yaws[7]
-    viewpoints.aside[7] = 1.0
-    _, scores = choice.choose(ARRAYS, standing, 4.0, UNLIMITED)
-    assert scores.yaw[0] == viewpoints.yaws[3]
-
-
-def test_a_node_at_the_robot_that_ends_the_search_still_faces_the_object():
-    viewpoints = Views([10.0, 1.0, 1.0])
-    viewpoints.termination[0] = 9.0
-    standing = TREE._replace(cost=np.array([0.1, 2.0, 2.0]))
-    node, scores = choice_among(viewpoints).choose(ARRAYS, standing, 4.0, UNLIMITED)
-    assert (node, scores.yaw[0]) == (0, math.pi)
