@@ -53,8 +53,11 @@ class StepCloser:
         if away_m <= SUCCESS_M:
             return False
         middle = np.median([np.median(points, axis=0) for points in images], axis=0)
-        left_m = away_m - config.near_m
-        x, y = here + (middle - here) * (left_m / math.dist(middle, here))
+        left_m, middle_m = away_m - config.near_m, math.dist(middle, here)
+        if middle_m == 0.0:
+            # What is all around the robot is in no direction.
+            return False
+        x, y = here + (middle - here) * (left_m / middle_m)
         path = path_to(self._planner, (float(x), float(y)), step.frame.T_world_base)
         if path is None or len(path) == 0 or path_length(path) > left_m + config.detour_m:
             return False

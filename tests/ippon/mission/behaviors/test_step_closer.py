@@ -125,6 +125,12 @@ def test_it_stays_where_it_is_near_enough_or_no_short_way_leads_closer(
     assert closer.act(step_at(0.0, plan), search, hat) is None
 
 
+def test_it_stays_where_what_the_images_recognise_lies_all_around_it(plan):
+    around = (np.array([[1.5, 0.0], [-1.5, 0.0], [0.0, 1.5], [0.0, -1.5]]),) * 5
+    closer = StepCloser(CONFIG, Straight(), ZED)
+    assert not closer.begin(step_at(0.0, plan), search_of(around), find(1.2))
+
+
 def test_it_does_not_try_for_ever(plan):
     closer = StepCloser(CONFIG, Straight(), ZED)
     hat, search = find(1.2), search_of(points(1.1, 1.5))
