@@ -30,7 +30,9 @@ from ippon.simulation.scene import Scene
 
 logger = logging.getLogger(__name__)
 
-SILENT_S: Final = 20.0
+SILENT_S: Final = 120.0
+"""Time without a status after which the navigator hangs; that it has ended is noticed at once. On
+an overloaded machine a step, or a kernel that is compiled, takes long."""
 RESULT_FILE: Final = "result.json"
 """File beside a recording with the measures of the search."""
 

@@ -3,6 +3,8 @@
 import queue
 import sys
 import time
+from collections.abc import Callable
+from functools import partial
 
 import msgspec
 import zenoh
@@ -75,7 +77,7 @@ def run_ask(command: Ask) -> int:
             else:
                 # A navigator that compiles is at its endpoint already, and takes no request yet.
                 # Where it cannot be determined, the request itself fails.
-                is_alive(session, f"{robot}/{keys.NAVIGATOR_ALIVE}", command.timeout_s)
+                _presence(session, robot, command.timeout_s)()
             if feedback is not None:
                 give_feedback(session, robot, command, feedback, NAME)
                 return 0
@@ -127,7 +129,8 @@ def _search(session: zenoh.Session, robot: str, command: Ask, requests: list[Wan
             _explain(tables, accepted, command)
     if not command.follow:
         return 0
-    return follow(updates, [accepted.goal_id for accepted in goals], command)
+    ids = [accepted.goal_id for accepted in goals]
+    return follow(updates, ids, command, _presence(session, robot, limit_s))
 
 
 def _give(session: zenoh.Session, command: Ask, requests: list[Wanted]) -> int:
@@ -140,7 +143,16 @@ def _give(session: zenoh.Session, command: Ask, requests: list[Wanted]) -> int:
     robot, accepted = given
     updates: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     subscribe(session, f"{robot}/{keys.STATUS}", updates.put)
-    return follow(updates, [accepted.goal_id], command)
+    is_there = _presence(session, robot, command.timeout_s)
+    return follow(updates, [accepted.goal_id], command, is_there)
+
+
+def _presence(session: zenoh.Session, robot: str, timeout_s: float) -> Callable[[], bool]:
+    """Return what tells whether a navigator takes requests.
+
+    Its token stays while its threads are busy, and is gone with its process.
+    """
+    return partial(is_alive, session, f"{robot}/{keys.NAVIGATOR_ALIVE}", timeout_s)
 
 
 def _read(session: zenoh.Session, robot: str, command: Ask) -> list[Wanted]:

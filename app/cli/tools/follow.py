@@ -3,8 +3,9 @@
 import json
 import queue
 import re
+import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import msgspec
 
@@ -15,15 +16,30 @@ from app.messages.control import decode
 from app.messages.status import GoalStatus, Status, goal_of, name_of
 
 SILENT_S = 10.0
+"""Time without a status after which it is checked whether the navigator is still there."""
+HANGS_S = 120.0
+"""Time without a status after which a navigator that is there hangs. The thread that reports also
+maps and plans: on an overloaded machine a step, or a kernel that is compiled, takes long."""
 NUMBERS_EVERY_S = 5.0
 """How often it prints what a search does where only its numbers have changed."""
 
 
-def follow(updates: "queue.SimpleQueue[bytes]", goals: list[int], command: Ask) -> int:
+def follow(
+    updates: "queue.SimpleQueue[bytes]",
+    goals: list[int],
+    command: Ask,
+    is_there: Callable[[], bool],
+) -> int:
     """Print how the searches go on until all are over; return the highest exit status.
 
+    Args:
+        updates: The statuses of the navigator.
+        goals: The searches.
+        command: How they are printed.
+        is_there: Asked after silence: whether the navigator is connected.
+
     Raises:
-        LinkError: The navigator is silent, or does not list a goal any more.
+        LinkError: The navigator is gone, hangs, or does not list a goal any more.
         msgspec.DecodeError: It is of another version.
     """
     left, worst = set(goals), 0
@@ -31,10 +47,7 @@ def follow(updates: "queue.SimpleQueue[bytes]", goals: list[int], command: Ask) 
     listed_at = dict.fromkeys(goals, time.monotonic())
     counted: set[tuple[int, int]] = set()
     while left:
-        try:
-            status = decode(updates.get(timeout=SILENT_S), Status)
-        except queue.Empty:
-            raise LinkError(f"the navigator has been silent for {SILENT_S:g} s") from None
+        status = decode(_next(updates, is_there), Status)
         listed = [goal_of(status, goal_id) for goal_id in goals if goal_id in left]
         _check_listed(listed, left, listed_at)
         begun = [goal for goal in listed if goal is not None and goal.outcome != "queued"]
@@ -57,6 +70,35 @@ def follow(updates: "queue.SimpleQueue[bytes]", goals: list[int], command: Ask) 
             left.remove(goal.goal_id)
             worst = max(worst, exit_status(goal))
     return worst
+
+
+def _next(updates: "queue.SimpleQueue[bytes]", is_there: Callable[[], bool]) -> bytes:
+    """Return the next status; it may be long in coming while the navigator is there.
+
+    Raises:
+        LinkError: The navigator is gone or hangs.
+    """
+    silent_s = 0.0
+    while silent_s < HANGS_S:
+        try:
+            return updates.get(timeout=SILENT_S)
+        except queue.Empty:
+            if not is_there():
+                raise LinkError(
+                    f"the navigator is gone: it has been silent for {SILENT_S:g} s"
+                ) from None
+        if silent_s == 0.0:
+            print(
+                f"the navigator is connected but has reported nothing for {SILENT_S:g} s: it is "
+                "busy, or its machine is overloaded; waiting",
+                file=sys.stderr,
+                flush=True,
+            )
+        silent_s += SILENT_S
+    raise LinkError(
+        f"the navigator is connected but has reported nothing for {HANGS_S:g} s: its log may say "
+        "why"
+    )
 
 
 def _check_listed(

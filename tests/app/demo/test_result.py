@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from app.demo import result
 from app.demo.result import RESULT_FILE, await_outcome, end_recording, judge_of
 from app.errors import DemoError
 from app.messages.control import encode
@@ -68,6 +69,34 @@ def test_the_result_needs_navigator_and_robot(name):
     parts = [part(name, -9) if p.name == name else p for p in parts]
     with pytest.raises(DemoError, match=f"the {name} ended with status -9"):
         await_outcome(parts, heard(), 7)
+
+
+class Late:
+    """Reports that come after a silence, by a clock that goes ten seconds with each question."""
+
+    def __init__(self, silent_s: float, last: bytes) -> None:
+        self.silent_s, self.now_s, self.last = silent_s, 0.0, last
+
+    def monotonic(self) -> float:
+        return self.now_s
+
+    def get(self, timeout: float) -> bytes:
+        self.now_s += 10.0
+        if self.now_s <= self.silent_s:
+            raise queue.Empty
+        return self.last
+
+
+@pytest.mark.parametrize("silent_s", [60.0, 180.0])
+def test_a_navigator_that_runs_may_be_silent_for_a_minute_on_a_busy_machine(monkeypatch, silent_s):
+    late: Any = Late(silent_s, report(goal("found")))
+    monkeypatch.setattr(result, "time", late)
+    parts = [part("navigator"), part("robot")]
+    if silent_s < 120.0:
+        assert await_outcome(parts, late, 7)[1].outcome == "found"
+        return
+    with pytest.raises(DemoError, match="the navigator has been silent for 120 s"):
+        await_outcome(parts, late, 7)
 
 
 def test_a_result_that_cannot_be_stored_is_still_printed(tmp_path, caplog):

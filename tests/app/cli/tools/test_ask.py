@@ -1,6 +1,7 @@
 """`ippon ask` with a navigator that only reads sentences and takes searches."""
 
 import json
+import threading
 from contextlib import nullcontext
 
 import msgspec
@@ -250,6 +251,41 @@ def test_following_ends_where_the_navigator_does_not_know_the_goal_any_more(
     publish_only(monkeypatch, [begun, again, again])
     assert ask("my keys", "--follow") == 2
     assert "does not list goal 1: it was perhaps started again" in capsys.readouterr().err
+
+
+def publish_late(monkeypatch, payload, after_s):
+    """Publish a status once the command has waited for a while, as a busy navigator does."""
+
+    def publish(session, topic, receive):
+        if topic.endswith(keys.STATUS):
+            threading.Timer(after_s, receive, (payload,)).start()
+
+    monkeypatch.setattr(following, "SILENT_S", 0.1)
+    monkeypatch.setattr(asking, "subscribe", publish)
+
+
+def test_following_waits_for_a_navigator_that_is_connected_but_slow(searches, monkeypatch, capsys):
+    publish_late(monkeypatch, encode(status_of([("keys", "found")], 1)), 0.5)
+    assert ask("my keys", "--follow") == 0
+    err = capsys.readouterr().err
+    assert err.count("the navigator is connected but has reported nothing for 0.1 s") == 1
+
+
+def test_following_ends_where_no_navigator_is_connected(searches, monkeypatch, capsys):
+    publish_late(monkeypatch, encode(status_of([("keys", "found")], 1)), 0.5)
+    tokens = iter((True,))  # before the request; then none
+    monkeypatch.setattr(asking, "is_alive", lambda *_: next(tokens, False))
+    assert ask("my keys", "--follow") == 2
+    assert "the navigator is gone: it has been silent for 0.1 s" in capsys.readouterr().err
+
+
+def test_following_ends_where_a_connected_navigator_reports_nothing_for_long(
+    searches, monkeypatch, capsys
+):
+    publish_late(monkeypatch, encode(status_of([("keys", "found")], 1)), 5.0)
+    monkeypatch.setattr(following, "HANGS_S", 0.3)
+    assert ask("my keys", "--follow") == 2
+    assert "is connected but has reported nothing for 0.3 s: its log" in capsys.readouterr().err
 
 
 def test_following_a_navigator_of_another_version_says_so(searches, monkeypatch, capsys):
