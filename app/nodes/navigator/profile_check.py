@@ -14,8 +14,9 @@ from typing import Final
 import numpy as np
 
 from ippon.frame import Frame
-from ippon.geometry import Float64Array, invert_transform
+from ippon.geometry import Float64Array, invert_transform, views_differ
 from ippon.robot import RobotProfile
+from ippon.tracking.depth_points import points_of
 from ippon.tracking.upright import UPSIDE_DOWN, UprightCheck
 
 logger = logging.getLogger(__name__)
@@ -30,15 +31,21 @@ OPTICAL: Final = "does camera_info name the optical frame (z ahead, x to the rig
 _LOOKS_UP: Final = math.sin(math.radians(5.0))
 SHARE: Final = 0.1
 """Relative difference of field of view and aspect ratio that is accepted."""
-_UNITS: Final = (10, 100, 1000)
+_UNITS: Final = (10.0, 100.0, 1000.0, 0.1, 0.01, 0.001)
 """Factors between the units of depth that are mistaken for each other."""
 _FLOOR_REACH_M: Final = 6.0
-_FLOOR_STRIDE: Final = 8
 _FLOOR_FITS: Final = 0.1
-"""Relative difference of a depth from that of the floor up to which the pixel shows the floor."""
+"""Relative difference of a depth from that of the floor up to which the point is on the floor."""
+_FACES_UP: Final = math.cos(math.radians(40.0))
+"""Height of the normal of a floor, with the noise of depth; in any unit it is the same."""
 _FLOOR_SHARE: Final = 0.3
-"""Share of the pixels that look at the floor which must show it in another unit."""
-_FLOOR_LEAST: Final = 50
+"""Share of the points below the camera that must be on the floor in another unit."""
+_FLOOR_LEAST: Final = 500
+UNIT_VIEWS: Final = 3
+"""Views that must show a floor in another unit. A single one may show a shelf at the height of the
+camera."""
+_UNIT_APART_M: Final = 0.3
+_UNIT_APART_RAD: Final = math.radians(15.0)
 _DIGITS: Final = re.compile(r"[\d.]+")
 
 
@@ -51,6 +58,7 @@ class ProfileCheck:
         self._mismatches: tuple[str, ...] = ()
         self._checked_at = -math.inf
         self._upright = UprightCheck()
+        self._unit = DepthUnitCheck()
 
     def check(self, frame: Frame) -> None:
         """Compare a frame with the profile, at most once in `CHECK_EVERY_S`."""
@@ -60,7 +68,7 @@ class ProfileCheck:
         self._checked_at = now
         # A measured value varies a little: texts that differ in digits alone are the same.
         reported = {_DIGITS.sub("", text) for text in self._mismatches}
-        self._mismatches = profile_mismatches(self._profile, frame)
+        self._mismatches = profile_mismatches(self._profile, frame, self._unit.mismatch)
         # A camera that looks up sees ceilings in place of floor.
         if frame.T_world_camera[2, 2] < _LOOKS_UP:
             self._upright.add(frame)
@@ -76,8 +84,52 @@ class ProfileCheck:
         return tuple(f"robot profile: {text}" for text in self._mismatches)
 
 
-def profile_mismatches(profile: RobotProfile, frame: Frame) -> tuple[str, ...]:
+class DepthUnitCheck:
+    """Says that depth is in another unit where the floor shows it in several views."""
+
+    def __init__(self) -> None:
+        self._views = 0
+        self._last: Float64Array | None = None
+        self._factor = 1.0
+        self._mismatch: str | None = None
+
+    def mismatch(self, frame: Frame) -> str | None:
+        """Return what is wrong with the unit by a frame and those before it; None for nothing."""
+        factor = _unit_factor(frame)
+        if factor is None:
+            return self._mismatch
+        if factor != self._factor:
+            self._views, self._last, self._mismatch = 0, None, None
+        T = frame.T_world_camera
+        self._factor = factor
+        if self._last is None or views_differ(T, self._last, _UNIT_APART_M, _UNIT_APART_RAD):
+            self._views, self._last = self._views + 1, T
+        if self._views >= UNIT_VIEWS:
+            self._mismatch = _unit_text(frame, factor)
+        return self._mismatch
+
+
+def depth_unit_mismatch(frame: Frame) -> str | None:
+    """Return what is wrong with the unit of depth by one frame; None where it may be right.
+
+    The floor tells: in the right unit, much of what is below the camera has its height and faces
+    up. What is right before the camera, such as a wall, may have its height but faces the camera.
+    """
+    factor = _unit_factor(frame)
+    return None if factor is None else _unit_text(frame, factor)
+
+
+def profile_mismatches(
+    profile: RobotProfile,
+    frame: Frame,
+    unit_of: Callable[[Frame], str | None] = depth_unit_mismatch,
+) -> tuple[str, ...]:
     """Return where a frame's camera differs from the profile's.
+
+    Args:
+        profile: What the planner relies on.
+        frame: A frame of the robot.
+        unit_of: Returns what is wrong with the unit of depth.
 
     Returns:
         One sentence for each difference, with both values; empty where they agree.
@@ -88,7 +140,7 @@ def profile_mismatches(profile: RobotProfile, frame: Frame) -> tuple[str, ...]:
     roll = math.degrees(math.atan2(T_base_camera[2, 0], -T_base_camera[2, 1]))
     yaw = math.degrees(math.atan2(ahead[1], ahead[0]))
     found = [*_mounting(profile, T_base_camera), *_lens(profile, frame)]
-    unit = depth_unit_mismatch(frame)
+    unit = unit_of(frame)
     if unit is not None:
         found.append(unit)
     is_level = abs(pitch) < STEEP_DEG
@@ -107,36 +159,45 @@ def profile_mismatches(profile: RobotProfile, frame: Frame) -> tuple[str, ...]:
     return tuple(found)
 
 
-def depth_unit_mismatch(frame: Frame) -> str | None:
-    """Return what is wrong with the unit of depth; None where it may be right.
+def _camera_height_m(frame: Frame) -> float:
+    return float(frame.T_world_camera[2, 3] - frame.T_world_base[2, 3])
 
-    The floor tells: in the right unit, many of the pixels that look down at it have its depth. A
-    wall before the camera has other depths than the floor in any unit.
+
+def _unit_factor(frame: Frame) -> float | None:
+    """Return by which factor depth shows the floor where it is, 1 for the right unit.
+
+    None where it shows none.
     """
-    height_m = float(frame.T_world_camera[2, 3] - frame.T_world_base[2, 3])
-    some = np.s_[::_FLOOR_STRIDE, ::_FLOOR_STRIDE]
-    down = -(frame.camera.rays()[some] @ frame.T_world_camera[2, :3])
-    depth = frame.depth[some].astype(np.float64)
-    looks_at_floor = (down * _FLOOR_REACH_M > height_m) & (depth > 0.0)
-    if height_m <= 0.0 or np.count_nonzero(looks_at_floor) < _FLOOR_LEAST:
+    height_m = _camera_height_m(frame)
+    if height_m <= 0.0:
         return None
-    ratio = depth[looks_at_floor] * down[looks_at_floor] / height_m
+    seen = points_of(frame.depth, frame.camera, 0.0, math.inf)
+    up = frame.T_world_camera[2, :3]
+    below = -(seen.points @ up)
+    looks_at_floor = below * _FLOOR_REACH_M > height_m * seen.points[:, 2]
+    if np.count_nonzero(looks_at_floor) < _FLOOR_LEAST:
+        return None
+    ratio = below[looks_at_floor] / height_m
+    faces_up = seen.normals[looks_at_floor] @ up > _FACES_UP
 
     def share_at(factor: float) -> float:
-        return float((np.abs(ratio * factor - 1.0) < _FLOOR_FITS).mean())
+        return float((faces_up & (np.abs(ratio * factor - 1.0) < _FLOOR_FITS)).mean())
 
-    for times in _UNITS:
-        if share_at(times) >= _FLOOR_SHARE > 4.0 * share_at(1.0):
-            return (
-                f"depth is {times} times too short for a floor {height_m:.2f} m below the camera: "
-                "is its unit right (16UC1 in millimetres, 32FC1 in metres)?"
-            )
-        if share_at(1.0 / times) >= _FLOOR_SHARE > 4.0 * share_at(1.0):
-            return (
-                f"depth is {times} times too long for a floor {height_m:.2f} m below the camera: "
-                "is its unit right (16UC1 in millimetres, 32FC1 in metres)?"
-            )
-    return None
+    in_this_unit = share_at(1.0)
+    for factor in _UNITS:
+        if share_at(factor) >= _FLOOR_SHARE > 4.0 * in_this_unit:
+            return factor
+    return 1.0 if in_this_unit >= _FLOOR_SHARE else None
+
+
+def _unit_text(frame: Frame, factor: float) -> str | None:
+    if factor == 1.0:
+        return None
+    wrong = f"{factor:g} times too short" if factor > 1.0 else f"{1.0 / factor:g} times too long"
+    return (
+        f"depth is {wrong} for a floor {_camera_height_m(frame):.2f} m below the camera: "
+        "is its unit right (16UC1 in millimetres, 32FC1 in metres)?"
+    )
 
 
 def _mounting(profile: RobotProfile, T_base_camera: Float64Array) -> list[str]:

@@ -7,7 +7,11 @@ import numpy as np
 import pytest
 
 from app.nodes.navigator import profile_check
-from app.nodes.navigator.profile_check import ProfileCheck, profile_mismatches
+from app.nodes.navigator.profile_check import (
+    ProfileCheck,
+    depth_unit_mismatch,
+    profile_mismatches,
+)
 from ippon.camera import PinholeCamera
 from ippon.frame import Frame
 from ippon.geometry import make_transform, rotation_z
@@ -102,6 +106,59 @@ def test_a_camera_that_is_mounted_upside_down_is_told_once(monkeypatch, is_turne
     upside_down = [text for text in said if "upside down" in text]
     assert len(upside_down) == is_turned
     assert any("upside down" in note for note in check.notes()) == is_turned
+
+
+@pytest.mark.parametrize("away_m", [0.32, 0.36, 0.4, 0.45, 0.5])
+@pytest.mark.parametrize("tilt_rad", [-0.1, 0.0, 0.05, 0.1, 0.2])
+@pytest.mark.parametrize("turned_rad", [0.0, 0.5, 1.0])
+def test_what_is_right_before_a_level_camera_is_no_other_unit(away_m, tilt_rad, turned_rad):
+    """A wall, straight ahead or aslant, beside the floor that shows below it."""
+    mount = ZED.T_base_camera(tilt_rad)
+    towards = camera_of(ZED, 160).rays() @ mount[:3, :3].T
+    ahead = np.maximum(towards @ (math.cos(turned_rad), math.sin(turned_rad), 0.0), 1e-3)
+    wall = np.minimum(away_m / ahead, 5.0)
+    seen = floor_depth(mount)
+    depth = np.where((seen > 0.0) & (seen < wall), seen, wall).astype(np.float32)
+    frame = dataclasses.replace(frame_of(ZED, tilt_rad), depth=depth)
+    assert depth_unit_mismatch(frame) is None
+
+
+@pytest.mark.parametrize(
+    ("factor", "wrong"), [(0.1, "10 times too short"), (1000.0, "1000 times too long")]
+)
+def test_another_unit_is_told_by_the_floor_of_three_views(monkeypatch, factor, wrong):
+    monkeypatch.setattr(profile_check, "CHECK_EVERY_S", 0.0)
+    said = []
+    check = ProfileCheck(ZED, lambda _, text: said.append(text))
+    for k in range(4):
+        assert bool(said) == (k > 2)
+        for _ in range(3):  # A robot that stands still shows the same view again.
+            check.check(floor_frame(factor, turned_rad=0.4 * k))
+    (text,) = said
+    assert f"depth is {wrong} for a floor 1.20 m below the camera" in text
+
+
+def test_a_shelf_at_the_height_of_the_camera_is_no_other_unit(monkeypatch):
+    monkeypatch.setattr(profile_check, "CHECK_EVERY_S", 0.0)
+    said = []
+    check = ProfileCheck(ZED, lambda _, text: said.append(text))
+    # A level surface 12 cm below the camera has the depth of a floor in centimetres.
+    for k in range(9):
+        check.check(floor_frame(0.1 if k % 3 else 1.0, turned_rad=0.4 * k))
+    assert said == []
+    assert check.notes() == ()
+
+
+def floor_frame(factor, turned_rad):
+    """Return a frame of an endless floor with depth that is wrong by a factor."""
+    frame = frame_of(ZED, tilt_rad=-0.35)
+    turn = make_transform(rotation_z(turned_rad), (0.0, 0.0, 0.0))
+    return dataclasses.replace(
+        frame,
+        depth=floor_depth(ZED.T_base_camera(-0.35)) * np.float32(factor),
+        T_world_camera=turn @ frame.T_world_camera,
+        T_world_base=turn @ frame.T_world_base,
+    )
 
 
 def floor_depth(T_base_camera):
