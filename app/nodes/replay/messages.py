@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-import numpy as np
-
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.depth.depth_images import encode_depth
@@ -16,7 +14,7 @@ from app.messages.keys import CAMERA_FRAME
 from app.messages.motion import encode_transforms, robot_transforms
 from app.nodes.replay.bag_poses import BagPoses, poses_of
 from app.nodes.replay.datasets import Dataset, DatasetError, read_color, read_depth
-from app.nodes.replay.floor_alignment import align_to_floor, base_below, camera_on_base
+from app.nodes.replay.floor_alignment import base_below, camera_on_base
 from app.recording.camera_topics import COLORS, DEPTHS, topic_problem
 from app.recording.channels import USUAL, Names
 from app.recording.depth_pairs import FEW
@@ -48,12 +46,7 @@ class RobotMessage:
 
 
 def dataset_messages(
-    dataset: Dataset,
-    start_s: float,
-    first_stamp_ns: int,
-    floor_m: float | None,
-    *,
-    poses: bool = True,
+    dataset: Dataset, start_s: float, first_stamp_ns: int, T_map_world: Float64Array | None
 ) -> Iterator[RobotMessage]:
     """Yield pose, intrinsics, depth and colour of every frame.
 
@@ -61,20 +54,18 @@ def dataset_messages(
         dataset: The frames.
         start_s: Earlier frames are skipped.
         first_stamp_ns: Stamp of time 0.
-        floor_m: See `align_to_floor`.
-        poses: Send the poses.
+        T_map_world: From `align_to_floor`; None to send no poses.
 
     Raises:
         DatasetError: An image cannot be read.
     """
-    T_map_world = align_to_floor(dataset, floor_m) if poses else np.eye(4)
     for frame in dataset.frames:
         if frame.time_s < start_s:
             continue
         stamp, at = first_stamp_ns + round(NANOSECONDS * frame.time_s), frame.time_s - start_s
         depth = read_depth(frame.depth, dataset.depth_unit_m, dataset.camera)
         color = read_color(frame.color, dataset.camera)
-        if poses:
+        if T_map_world is not None:
             yield RobotMessage(
                 at, keys.TF, _pose_message(T_map_world @ frame.T_world_camera, stamp)
             )
@@ -117,35 +108,6 @@ def bag_poses(
     return poses_of(path, told, T_base_camera, clock_offset_s)
 
 
-def thinning_note(path: Path, names: Names = USUAL) -> str:
-    """Return how many colour images of a bag have no depth image; empty where they are few.
-
-    Args:
-        path: See `bag_messages`.
-        names: See `bag_messages`.
-
-    Raises:
-        DatasetError: It is not a bag.
-    """
-    try:
-        recording = Recording(path, names=names)
-    except RecordingError as error:
-        raise DatasetError(str(error)) from error
-    try:
-        colors, depths = (
-            max(len(recording.times_ns(key)) for key in several) for several in (COLORS, DEPTHS)
-        )
-        left_out = recording.index.metadata.get(VERSIONS, {}).get("sensor_hz", "0")
-    finally:
-        recording.close()
-    if colors - depths <= FEW * colors:
-        return ""
-    text = f"{path} has {depths} depth images for {colors} colour images: the others are not mapped"
-    if left_out != "0":
-        text += f" (recorded with --sensor-hz {left_out}; 0 keeps all depth images)"
-    return text
-
-
 def bag_messages(
     path: Path,
     start_s: float,
@@ -163,7 +125,7 @@ def bag_messages(
         heatmaps: Whether to send recorded heatmaps and detections.
         poses: Which of them are sent (`bag_poses`); None for none, and a bag needs none.
         names: Topics of a robot that has names of its own.
-        told: Whether to log what is wrong with its files.
+        told: Whether to log what is wrong with its files, and how many images are not mapped.
 
     Raises:
         DatasetError: It is not a bag, lacks a topic of a frame, or has those of two cameras.
@@ -204,6 +166,8 @@ def _bag_messages(
             logger.warning("%s: %s; what can be read is used", path, problem)
         if problem := topic_problem(recording, poses=poses):
             raise DatasetError(f"{path}: {problem}")
+        if told and (note := _thinning_note(recording)):
+            logger.warning("%s %s", path, note)
         for message in recording.all_messages(_used(wanted, recording.keys)):
             at = (message.time_ns - recording.start_ns) * 1e-9 - start_s
             if at >= 0.0 or message.key == keys.TF_STATIC:
@@ -212,6 +176,20 @@ def _bag_messages(
             logger.warning("%s: %s (%d messages)", path, problem, count)
     finally:
         recording.close()
+
+
+def _thinning_note(recording: Recording) -> str:
+    """Return how many colour images have no depth image; empty where they are few."""
+    colors, depths = (
+        max(len(recording.times_ns(key)) for key in several) for several in (COLORS, DEPTHS)
+    )
+    if colors - depths <= FEW * colors:
+        return ""
+    text = f"has {depths} depth images for {colors} colour images: the others are not mapped"
+    left_out = recording.index.metadata.get(VERSIONS, {}).get("sensor_hz", "0")
+    if left_out != "0":
+        text += f" (recorded with --sensor-hz {left_out}; 0 keeps all depth images)"
+    return text
 
 
 def _used(wanted: Sequence[str], found: Collection[str]) -> tuple[str, ...]:

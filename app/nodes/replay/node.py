@@ -12,7 +12,8 @@ import zenoh
 from app.links.network.session import open_client
 from app.messages import keys
 from app.nodes.replay.bag_poses import BagPoses
-from app.nodes.replay.datasets import DatasetError, open_dataset
+from app.nodes.replay.datasets import Dataset, DatasetError, open_dataset
+from app.nodes.replay.floor_alignment import align_to_floor
 from app.nodes.replay.messages import (
     TF_ALONE,
     RobotMessage,
@@ -20,7 +21,6 @@ from app.nodes.replay.messages import (
     bag_poses,
     dataset_messages,
     is_bag,
-    thinning_note,
 )
 from app.process.stop_signal import ProcessStopSignal, StopSignal
 from app.recording.channels import USUAL, Names
@@ -29,6 +29,8 @@ from ippon.geometry import Float64Array
 
 logger = logging.getLogger(__name__)
 
+AlignedDataset = tuple[Dataset, Float64Array | None]
+"""A dataset, and T_map_world from `align_to_floor`, None where its poses are not sent."""
 PAUSE_S: Final = 1.5
 """Pause between two rounds of a loop."""
 
@@ -79,15 +81,22 @@ def poses_sent(config: ReplayConfig) -> BagPoses | None:
     return bag_poses(config.path, config.names, config.T_base_camera, config.clock_offset_s)
 
 
-def left_out(config: ReplayConfig) -> str:
-    """Return which images of a recording are not mapped; empty where few or none are left out.
+def aligned_dataset(config: ReplayConfig) -> AlignedDataset | None:
+    """Open a dataset and align it, which reads some of its images; None for a bag.
 
     Raises:
         DatasetError: The path cannot be replayed.
     """
+    if not config.path.exists():
+        raise DatasetError(f"there is no {config.path}")
     if is_bag(config.path):
-        return thinning_note(config.path, config.names)
+        return None
     dataset = open_dataset(config.path, poses=config.poses)
+    return dataset, align_to_floor(dataset, config.floor_m) if config.poses else None
+
+
+def _left_out(config: ReplayConfig, dataset: Dataset) -> str:
+    """Return which images of a dataset are not mapped; empty where none are left out."""
     images = dataset.left_out + len(dataset.frames)
     if dataset.left_out == 0:
         return ""
@@ -102,6 +111,7 @@ def messages_of(
     first_stamp_ns: int,
     poses: BagPoses | None = TF_ALONE,
     *,
+    aligned: AlignedDataset | None = None,
     told: bool = False,
 ) -> Iterator[RobotMessage]:
     """Yield the messages of one round.
@@ -110,27 +120,24 @@ def messages_of(
         config: What to replay.
         first_stamp_ns: Stamp of the first frame of a dataset.
         poses: Which poses of a bag are sent.
-        told: Whether to log what is wrong with the files of a bag.
+        aligned: The dataset, where it is open.
+        told: Whether to log what is wrong with a bag, see `bag_messages`.
 
     Raises:
         DatasetError: The path cannot be replayed.
     """
-    path = config.path
-    if not path.exists():
-        raise DatasetError(f"there is no {path}")
-    if is_bag(path):
+    aligned = aligned or aligned_dataset(config)
+    if aligned is None:
         return bag_messages(
-            path,
+            config.path,
             config.start_s,
             heatmaps=config.heatmaps,
             poses=poses if config.poses else None,
             names=config.names,
             told=told,
         )
-    dataset = open_dataset(path, poses=config.poses)
-    return dataset_messages(
-        dataset, config.start_s, first_stamp_ns, config.floor_m, poses=config.poses
-    )
+    dataset, T_map_world = aligned
+    return dataset_messages(dataset, config.start_s, first_stamp_ns, T_map_world)
 
 
 def play(
@@ -139,6 +146,7 @@ def play(
     stop: StopSignal,
     first_stamp_ns: int,
     poses: BagPoses | None = TF_ALONE,
+    aligned: AlignedDataset | None = None,
 ) -> int:
     """Send one round at the recorded times; return the number of colour images sent.
 
@@ -149,7 +157,7 @@ def play(
     """
     began = time.monotonic()
     images = 0
-    for sent in messages_of(config, first_stamp_ns, poses):
+    for sent in messages_of(config, first_stamp_ns, poses, aligned=aligned):
         late_s = time.monotonic() - began - sent.at_s / config.rate
         if late_s < 0.0:
             stop.wait(-late_s)
@@ -171,11 +179,12 @@ def run_replay(config: ReplayConfig) -> None:
     """
     stop = ProcessStopSignal()
     # Before the network is opened, so that a wrong folder is reported immediately.
-    next(messages_of(config, 0, told=True), None)
+    aligned = aligned_dataset(config)
+    next(messages_of(config, 0, aligned=aligned, told=True), None)
     poses = poses_sent(config)
     if poses is not None and (note := poses.note(config.path)):
         logger.warning("%s", note)
-    if note := left_out(config):
+    if aligned is not None and (note := _left_out(config, aligned[0])):
         logger.warning("%s", note)
     session = open_client(config.connect)
     puts: dict[str, Callable[[bytes], Any]] = {}
@@ -192,7 +201,7 @@ def run_replay(config: ReplayConfig) -> None:
 
     try:
         while not stop.is_set():
-            images = play(config, put, stop, time.time_ns(), poses)
+            images = play(config, put, stop, time.time_ns(), poses, aligned)
             logger.info("%s: %d images", config.path, images)
             if not config.loop or not images:
                 break

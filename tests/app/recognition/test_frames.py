@@ -58,7 +58,7 @@ def test_frames_without_poses_are_tracked_above_the_floor(recording):
 def test_a_recording_without_poses_needs_tracking(recording):
     with pytest.raises(DatasetError, match="has frames without a pose: they can be tracked"):
         open_source(recording)
-    sent = list(dataset_messages(open_dataset(recording, poses=False), 0.0, 0, None, poses=False))
+    sent = list(dataset_messages(open_dataset(recording, poses=False), 0.0, 0, None))
     assert {one.key for one in sent} == {keys.COLOR, keys.DEPTH, keys.CAMERA_INFO}
 
 

@@ -21,6 +21,7 @@ from app.messages.cdr import encode, header, make, typestore
 from app.messages.depth.depth_images import decode_depth, encode_depth_raw
 from app.messages.images import decode_color, decompress_color, encode_color
 from app.messages.motion import decode_transforms, encode_transforms
+from app.nodes.replay import messages as replay_messages
 from app.nodes.replay import node as replay_node
 from app.nodes.replay.bag_robot import read_bag_robot
 from app.nodes.replay.datasets import DatasetError, open_dataset
@@ -190,6 +191,27 @@ def test_a_replay_says_how_many_images_of_a_dataset_are_left_out(tmp_path, caplo
         run_replay(ReplayConfig(path=tmp_path, connect=free_endpoint))
     left = "1 of 4 colour images are left out, for want of a depth image of their time or a valid"
     assert left in caplog.text
+
+
+def test_a_replay_opens_a_bag_three_times_and_aligns_a_dataset_once(
+    tmp_path, sessions, free_endpoint, monkeypatch
+):
+    """A bag for the first message, its poses and each round; its images are counted meanwhile."""
+    done = []
+
+    def counted(module, name):
+        inner = getattr(module, name)
+        monkeypatch.setattr(module, name, lambda *a, **k: done.append(name) or inner(*a, **k))
+
+    counted(replay_messages, "Recording")
+    to_router = {"connect": free_endpoint, "robot": "r", "rate": 100.0}
+    run_replay(ReplayConfig(path=write_session(tmp_path / "s").writer.folder, **to_router))
+    assert done == ["Recording"] * 3
+    done.clear()
+    counted(replay_node, "align_to_floor")
+    _sequence(tmp_path / "d", POSES)
+    run_replay(ReplayConfig(path=tmp_path / "d", floor_m=0.0, **to_router))
+    assert done == ["align_to_floor"]
 
 
 def test_a_bag_of_ros_2_in_sqlite_is_replayed(tmp_path):
