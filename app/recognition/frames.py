@@ -108,6 +108,7 @@ def open_source(
     names: Names = USUAL,
     mount: Float64Array | None = None,
     clock_offset_s: float = 0.0,
+    base: str = keys.BASE_FRAME,
 ) -> FrameSource:
     """Open a dataset's folder, a recording or a bag.
 
@@ -118,6 +119,7 @@ def open_source(
         names: Topics of a bag of a robot that has names of its own.
         mount: T_base_camera, for a bag whose tf does not say it.
         clock_offset_s: How far the camera's clock is behind that of the poses of a bag.
+        base: Frame of the base of a bag.
 
     Raises:
         DatasetError: The format is unknown, the data are damaged, or no image of a bag can have a
@@ -131,7 +133,7 @@ def open_source(
                 f"{path} is a bag: only the poses of datasets can be tracked here; those of a bag "
                 "with `ippon navigate --profile hand-held` and `ippon replay --no-poses`"
             )
-        poses = bag_poses(path, names, mount, clock_offset_s)
+        poses = bag_poses(path, names, mount, clock_offset_s, base)
         return FrameSource(
             path, None, np.eye(4), poses=poses, names=names, clock_offset_s=clock_offset_s
         )

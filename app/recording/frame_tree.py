@@ -54,9 +54,11 @@ class FrameTree:
 
     Args:
         clock_offset_s: How far the camera's clock is behind that of the poses.
+        base: Frame of the base.
     """
 
-    def __init__(self, clock_offset_s: float = 0.0) -> None:
+    def __init__(self, clock_offset_s: float = 0.0, base: str = BASE_FRAME) -> None:
+        self._base = base
         self._offset_ns = round(NANOSECONDS * clock_offset_s)
         self._parents: dict[str, str] = {}
         self._moving: dict[str, _Span] = {}
@@ -126,13 +128,14 @@ class FrameTree:
 
     @property
     def odometry_child(self) -> str:
-        """Frame whose pose the odometry is: that of its messages, or `base_link`.
+        """Frame whose pose the odometry is: that of its messages, or the base.
 
-        It is `base_link` where the messages name no frame, or one that tf does not know either.
+        It is the base where the messages name no frame, or one that tf does not know either.
         """
         child = "" if self._odometry is None else self._odometry[1]
-        unknown = child not in self.names and BASE_FRAME not in self.names and child != self._camera
-        return BASE_FRAME if not child or unknown else child
+        base, names = self._base, self.names
+        unknown = child not in names and base not in names and child != self._camera
+        return base if not child or unknown else child
 
     @property
     def lacks_mount(self) -> bool:
@@ -143,18 +146,18 @@ class FrameTree:
         """Return the tree with the odometry as a transform; None where it adds nothing.
 
         Args:
-            mount: A profile says where the camera is on `base_link`, where no transform does.
+            mount: A profile says where the camera is on the base, where no transform does.
         """
         if self._odometry is None or self.odometry_child in self._parents:
             return None
-        tree = FrameTree(self._offset_ns / NANOSECONDS)
+        tree = FrameTree(self._offset_ns / NANOSECONDS, self._base)
         tree._parents, tree._moving = dict(self._parents), dict(self._moving)
         tree._images, tree._camera, tree._has_fixed = self._images, self._camera, self._has_fixed
         tree._refused = self._refused
         tree._parents[self.odometry_child] = self._odometry[0]
         tree._moving[self.odometry_child] = self._odometry[2]
         if mount and self.camera and self.camera not in tree._parents:
-            tree._parents[self.camera] = BASE_FRAME
+            tree._parents[self.camera] = self._base
         return tree
 
     @property
@@ -164,8 +167,8 @@ class FrameTree:
 
     @property
     def world(self) -> str:
-        """`map`, where it exists; else the root above `base_link`."""
-        return WORLD_FRAME if WORLD_FRAME in self.names else self._up(BASE_FRAME)[-1]
+        """`map`, where it exists; else the root above the base."""
+        return WORLD_FRAME if WORLD_FRAME in self.names else self._up(self._base)[-1]
 
     def problem(self) -> str:
         """Return why no image can have a pose; empty where frames and times lead to the camera."""
@@ -177,14 +180,15 @@ class FrameTree:
 
     def _way_problem(self) -> str:
         world = self.world
-        if world == BASE_FRAME:
-            told = self._told(f"nothing says where {BASE_FRAME!r} is")
-            return told + (NO_BASE if self._parents and BASE_FRAME not in self.names else "")
-        for name in (BASE_FRAME, self._camera):
+        no_base = NO_BASE if self._base == BASE_FRAME else ""
+        if world == self._base:
+            told = self._told(f"nothing says where {self._base!r} is")
+            return told + (no_base if self._parents and self._base not in self.names else "")
+        for name in (self._base, self._camera):
             if name and world not in self._up(name):
                 end = self._up(name)[-1]
                 why = f"nothing names {name!r}" if end == name else f"it ends at {end!r}"
-                hint = NO_BASE if name == BASE_FRAME and end == name else ""
+                hint = no_base if name == self._base and end == name else ""
                 return self._told(f"no way from {world!r} to {name!r}: {why}") + hint
         return ""
 
@@ -209,7 +213,7 @@ class FrameTree:
         """Return the moving frames between the world and base and camera, and their times."""
         ways = (
             takewhile(lambda name: name != world, self._up(end))
-            for end in (BASE_FRAME, self.camera)
+            for end in (self._base, self.camera)
         )
         names = dict.fromkeys(name for way in ways for name in way)
         return [(name, self._moving[name]) for name in names if name in self._moving]

@@ -4,6 +4,7 @@ from app.cli.options.nodes import Replay
 from app.errors import UsageError
 from app.links.network.registry import resolve_address
 from app.links.network.session import LinkError
+from app.messages.keys import frame_name
 from app.nodes.replay.bag_robot import read_bag_robot
 from app.nodes.replay.datasets import DatasetError
 from app.nodes.replay.node import ReplayConfig, run_replay
@@ -29,6 +30,7 @@ def run_replay_command(command: Replay) -> int:
             names=bag_robot.names,
             T_base_camera=bag_robot.T_base_camera,
             clock_offset_s=bag_robot.clock_offset_s,
+            base=frame_name(command.base_frame),
         )
     except ValueError as error:
         raise UsageError(str(error)) from error

@@ -247,6 +247,9 @@ class Replay:
     profile: str | None = None
     """Robot profile (YAML) of a bag: its section `ros2` names the topics, and its fixed camera is
     that of a bag with odometry and without tf."""
+    base_frame: str = "base_link"
+    """Frame of the base of a bag, for one that has no frame `base_link`, such as
+    `base_footprint`."""
     parent_pid: int | None = None
     """Exit when this process has ended."""
 

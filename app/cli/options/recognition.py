@@ -41,6 +41,9 @@ class Recognise:
     profile: str | None = None
     """Robot profile (YAML) of a bag: its section `ros2` names the topics, and its fixed camera is
     that of a bag with odometry and without tf."""
+    base_frame: str = "base_link"
+    """Frame of the base of a bag, for one that has no frame `base_link`, such as
+    `base_footprint`."""
     segmentation: Segmentation = field(default_factory=Segmentation)
 
 
@@ -67,4 +70,7 @@ class Calibrate:
     profile: str | None = None
     """Robot profile (YAML) of a bag: its section `ros2` names the topics, and its fixed camera is
     that of a bag with odometry and without tf."""
+    base_frame: str = "base_link"
+    """Frame of the base of a bag, for one that has no frame `base_link`, such as
+    `base_footprint`."""
     segmentation: Segmentation = field(default_factory=Segmentation)

@@ -13,6 +13,7 @@ from rich.table import Table
 from app.cli.nodes.segment import segmenter_of
 from app.cli.options.recognition import Calibrate
 from app.errors import UsageError
+from app.messages.keys import frame_name
 from app.nodes.replay.bag_robot import read_bag_robot
 from app.nodes.replay.datasets import DatasetError
 from app.recognition.calibration import (
@@ -42,7 +43,7 @@ def run_calibrate(command: Calibrate) -> int:
         sources = [
             open_source(
                 path, command.floor_m, names=robot.names, mount=robot.T_base_camera,
-                clock_offset_s=robot.clock_offset_s,
+                clock_offset_s=robot.clock_offset_s, base=frame_name(command.base_frame),
             )
             for path in command.recordings
         ]  # fmt: skip

@@ -12,6 +12,7 @@ from rich.progress import Progress
 from app.cli.nodes.segment import segmenter_of
 from app.cli.options.recognition import Recognise
 from app.errors import UsageError
+from app.messages.keys import frame_name
 from app.nodes.replay.bag_robot import read_bag_robot
 from app.nodes.replay.datasets import DatasetError
 from app.recognition.frames import open_source
@@ -59,6 +60,7 @@ def run_recognise(command: Recognise) -> int:
         source = open_source(
             command.path, command.floor_m, track=command.track, names=robot.names,
             mount=robot.T_base_camera, clock_offset_s=robot.clock_offset_s,
+            base=frame_name(command.base_frame),
         )  # fmt: skip
         if source.note:
             print(f"ippon: {source.note}", file=sys.stderr)

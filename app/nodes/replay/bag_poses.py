@@ -11,7 +11,7 @@ from app.messages.cdr import MessageError
 from app.messages.keys import BASE_FRAME, ODOMETRY_FRAME, WORLD_FRAME
 from app.messages.motion import StampedTransform, decode_odometry, encode_transforms
 from app.nodes.replay.datasets import DatasetError
-from app.recording.frame_tree import NO_MOUNT, FrameTree
+from app.recording.frame_tree import NO_BASE, NO_MOUNT, FrameTree
 from ippon.geometry import Float64Array
 
 
@@ -27,6 +27,8 @@ class BagPoses:
     """Frame that the mount of the profile places on `base_link`; empty where tf does."""
     T_base_camera: Float64Array | None = None
     """That mount."""
+    base: str = BASE_FRAME
+    """Frame of the base; `base_link` is put there."""
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -49,6 +51,8 @@ class BagPoses:
         links: list[tuple[str, str, Float64Array]] = []
         if self.world != WORLD_FRAME:
             links.append((WORLD_FRAME, self.world, np.eye(4)))
+        if self.base != BASE_FRAME:
+            links.append((self.base, BASE_FRAME, np.eye(4)))
         if self.camera_frame and self.T_base_camera is not None:
             links.append((BASE_FRAME, self.camera_frame, self.T_base_camera))
         if not links:
@@ -81,6 +85,7 @@ def poses_of(
     messages: Iterable[tuple[str, bytes]],
     T_base_camera: Float64Array | None,
     clock_offset_s: float = 0.0,
+    base: str = BASE_FRAME,
 ) -> BagPoses:
     """Return where the poses of a bag come from, after as few of its messages as tell.
 
@@ -89,21 +94,35 @@ def poses_of(
         messages: Key and payload of the topics of `FrameTree`, in order.
         T_base_camera: Mount of the camera, where a profile says it.
         clock_offset_s: How far the camera's clock is behind that of the poses.
+        base: Frame of the base; one that is not `base_link` takes its place.
 
     Raises:
-        DatasetError: No image can have a pose; says why, and what to do.
+        DatasetError: No image can have a pose, or a frame `base_link` has another place already;
+            says why, and what to do.
     """
-    tree = FrameTree(clock_offset_s)
+    if not base:
+        raise DatasetError("--base-frame names the frame of the base, such as base_footprint")
+    tree = FrameTree(clock_offset_s, base)
     for key, payload in messages:
         try:
             tree.add(key, payload)
         except MessageError:
             continue
-        if tree.has_images and WORLD_FRAME in tree.names and not tree.problem():
+        if (
+            base == BASE_FRAME
+            and tree.has_images
+            and WORLD_FRAME in tree.names
+            and not tree.problem()
+        ):
             return BagPoses()
+    if base != BASE_FRAME and BASE_FRAME in tree.names:
+        raise DatasetError(
+            f"{path} has a frame {BASE_FRAME!r} already: {base!r} cannot take its place; leave out "
+            "--base-frame"
+        )
     problem = tree.problem()
     if not problem:
-        return BagPoses(world=tree.world)
+        return BagPoses(world=tree.world, base=base)
     mount = T_base_camera is not None
     with_odometry = tree.with_odometry(mount=mount)
     if with_odometry is not None:
@@ -115,6 +134,7 @@ def poses_of(
                 odometry_child=tree.odometry_child,
                 camera_frame=tree.camera if mounted else "",
                 T_base_camera=T_base_camera if mounted else None,
+                base=base,
             )
         if not mount and tree.lacks_mount:
             problem += NO_MOUNT
@@ -123,6 +143,8 @@ def poses_of(
         if (with_odometry or tree).are_apart()
         else "with tf and tf_static, and with what is missing (static_transform_publisher)"
     )
+    if problem.endswith(NO_BASE):
+        what += ", name the frame of the base with --base-frame"
     raise DatasetError(
         f"{path}: no image has a pose: {problem}. Record again {what}, or let the poses be found "
         "by the images (`ippon replay --no-poses`, and `ippon navigate --profile hand-held`)"

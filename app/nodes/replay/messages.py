@@ -90,6 +90,7 @@ def bag_poses(
     names: Names = USUAL,
     T_base_camera: Float64Array | None = None,
     clock_offset_s: float = 0.0,
+    base: str = keys.BASE_FRAME,
 ) -> BagPoses:
     """Return where the poses of a bag come from: tf, or odometry in place of it.
 
@@ -98,6 +99,7 @@ def bag_poses(
         names: See `bag_messages`.
         T_base_camera: Mount of the camera, for a bag whose tf does not say it.
         clock_offset_s: How far the camera's clock is behind that of the poses.
+        base: Frame of the base.
 
     Raises:
         DatasetError: It is not a bag, lacks a topic that a frame needs, has those of two cameras,
@@ -105,7 +107,7 @@ def bag_poses(
     """
     messages = _bag_messages(path, 0.0, TOPICS, names)
     told = ((one.key, one.payload) for one in messages)
-    return poses_of(path, told, T_base_camera, clock_offset_s)
+    return poses_of(path, told, T_base_camera, clock_offset_s, base)
 
 
 def bag_messages(

@@ -58,6 +58,8 @@ class ReplayConfig:
     """Mount of the camera, for a bag whose tf does not say it."""
     clock_offset_s: float = 0.0
     """How far the camera's clock is behind that of the poses of a bag; stamps stay as they are."""
+    base: str = keys.BASE_FRAME
+    """Frame of the base of a bag."""
 
     def __post_init__(self) -> None:
         """Refuse an invalid prefix, rate or start."""
@@ -78,7 +80,9 @@ def poses_sent(config: ReplayConfig) -> BagPoses | None:
         return None
     if not is_bag(config.path):
         return TF_ALONE
-    return bag_poses(config.path, config.names, config.T_base_camera, config.clock_offset_s)
+    return bag_poses(
+        config.path, config.names, config.T_base_camera, config.clock_offset_s, config.base
+    )
 
 
 def aligned_dataset(config: ReplayConfig) -> AlignedDataset | None:

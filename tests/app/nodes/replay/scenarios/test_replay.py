@@ -230,13 +230,14 @@ def test_a_bag_of_ros_2_in_sqlite_is_replayed(tmp_path):
     assert isinstance(next(bag_messages(tmp_path / "bag", 0.0, heatmaps=True)), RobotMessage)
 
 
-def _bag(folder, *, root="map", camera=True, late_s=0.0):
-    """Write a session whose tf has another root, no camera, or stamps of its own."""
+def _bag(folder, *, root="map", camera=True, late_s=0.0, base_frame="base_link"):
+    """Write a session whose tf has another root or base, no camera, or stamps of its own."""
     writer = SessionWriter(folder, "r")
     for time_ns, key, payload in all_messages():
         if key == keys.TF:
             base, mount = decode_transforms(payload)
-            base = dataclasses.replace(base, parent=root)
+            base = dataclasses.replace(base, parent=root, child=base_frame)
+            mount = dataclasses.replace(mount, parent=base_frame)
             links = [base, mount] if camera else [base]
             moved = [
                 dataclasses.replace(t, stamp_ns=t.stamp_ns + round(late_s * 1e9)) for t in links
@@ -261,6 +262,42 @@ def test_the_root_of_tf_is_the_world_of_a_bag_without_map(tmp_path):
     (same,) = decode_transforms(first.payload)
     assert (first.at_s, first.key, same.parent, same.child) == (0.0, keys.TF_STATIC, "map", "odom")
     np.testing.assert_array_equal(same.T_parent_child, np.eye(4))
+
+
+@pytest.mark.parametrize("root", ["map", "odom"])
+def test_the_base_of_a_bag_is_the_frame_that_was_named(tmp_path, root):
+    bag = _bag(tmp_path / "a", root=root, base_frame="base_footprint")
+    with pytest.raises(DatasetError, match=r"must be called 'base_link'.* with --base-frame, or"):
+        open_source(bag)
+    named = list(open_source(bag, base="base_footprint").frames())
+    usual = list(open_source(_bag(tmp_path / "b", root=root)).frames())
+    assert len(named) == len(usual) > 5
+    for attribute in ("T_world_camera", "T_world_base"):
+        ours, theirs = ([getattr(f, attribute) for f in fs] for fs in (named, usual))
+        np.testing.assert_allclose(ours, theirs)
+    config = ReplayConfig(path=bag, base="base_footprint")
+    first = next(messages_of(config, 0, poses_sent(config)))
+    *_, same = decode_transforms(first.payload)
+    assert (first.key, same.parent, same.child) == (keys.TF_STATIC, "base_footprint", "base_link")
+
+
+@pytest.mark.parametrize("command", READERS)
+@pytest.mark.parametrize(
+    ("has", "name", "why"),
+    [
+        ("base_footprint", "chassis", "nothing names 'chassis'; tf has base_footprint, camera_"),
+        ("base_link", "/chassis", "has a frame 'base_link' already: 'chassis' cannot take its"),
+        ("base_footprint", "", "--base-frame names the frame of the base, such as base_footprint"),
+    ],
+)
+def test_a_base_that_a_bag_does_not_have_is_refused(
+    command, has, name, why, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "objects.json").write_text('{"objects": [], "absent": ["cup"]}')
+    bag = _bag(tmp_path / "s", base_frame=has)
+    assert run([command[0], str(bag), *command[1:], "--base-frame", name]) == 2
+    assert why in capsys.readouterr().err
 
 
 def test_who_comes_after_the_start_of_a_replay_gets_its_fixed_transforms(
