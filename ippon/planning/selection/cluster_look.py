@@ -18,7 +18,7 @@ from ippon.planning.selection.look_target import (
     stands_facing,
 )
 
-_INTERRUPTED_FACTOR: Final = 2
+INTERRUPTED_FACTOR: Final = 2
 """How much longer all looks at one cluster may last that come to no end of their own: images that
 miss it now and then interrupt each of them."""
 
@@ -175,7 +175,7 @@ class ClusterLook:
         now.age += 1
         stays = stands_facing(self._config, T_world_base, now.stand, now.yaw_rad)
         now.settled = now.settled + 1 if stays else 0
-        lasts = now.before + now.age < _INTERRUPTED_FACTOR * self._give_up_steps
+        lasts = now.before + now.age < INTERRUPTED_FACTOR * self._give_up_steps
         if now.settled < self._patience_steps and now.age < self._give_up_steps and lasts:
             return None
         self._now = None

@@ -10,6 +10,7 @@ import numpy as np
 
 from ippon.geometry import Float64Array
 from ippon.planning.roadmap.shortest_tree import ShortestTree
+from ippon.planning.selection.cluster_look import INTERRUPTED_FACTOR
 from ippon.planning.selection.detours import (
     DetourConfig,
     Surroundings,
@@ -30,8 +31,8 @@ class OutOfReachConfig:
     """How long the robot tries before an object counts as out of reach."""
 
     around_steps: int = 300
-    """Steps spent on detours over unseen floor, a minute at five per second; more tries more of
-    them."""
+    """Steps spent on detours over unseen floor, a minute at five per second, twice as many where
+    another object interrupts them; more tries more of them."""
     patience_steps: int = 8
     """Steps that the robot looks at unseen floor before it counts as blocked; more allows for worse
     images."""
@@ -39,7 +40,7 @@ class OutOfReachConfig:
     """Steps without a detour after which there is none; more waits longer for new viewpoints."""
     approach_steps: int = 250
     """Steps on the way to the nearest place with a view of the object, after which the robot
-    explores instead; more drives longer to it."""
+    explores instead, twice as many where another object interrupts it; more drives longer to it."""
     reach_m: float = 0.95
     """Distance over the floor up to which an object is within reach, as in N_T; more ends the
     search farther from it."""
@@ -69,6 +70,10 @@ class _Case:
     node: int | None = None
     settled: int = 0
     stand: tuple[Float64Array, Float64Array] | None = None
+    steps_before: int = 0
+    """Steps of interrupted tries."""
+    approach_before: int = 0
+    """Steps of interrupted ways to the nearest place."""
 
 
 class OutOfReach:
@@ -79,10 +84,14 @@ class OutOfReach:
         self._look = look
         self._speed = speed_m_s
         self._case: _Case | None = None
+        self._interrupted: list[_Case] = []
+        """Cases that another one interrupted. Two objects of nearly the same size take turns
+        without end otherwise."""
 
     def reset(self) -> None:
-        """Drop the case, for another object."""
+        """Drop all cases, for another object."""
         self._case = None
+        self._interrupted.clear()
 
     def reopen(self) -> None:
         """Look for detours again: the margin of the floor was reduced."""
@@ -119,7 +128,8 @@ class OutOfReach:
         case = self._case_of(cluster)
         case.steps += 1
         robot = float(T_world_base[0, 3]), float(T_world_base[1, 3])
-        if case.stand is None and case.steps <= self._config.around_steps:
+        around_steps, approach_steps = self._config.around_steps, self._config.approach_steps
+        if case.stand is None and _lasts(case.steps, case.steps_before, around_steps):
             unknown = self._detour(case, cluster, around, robot)
             if unknown is not None:
                 case.sure = 0
@@ -136,7 +146,7 @@ class OutOfReach:
                 return None
             case.stand = found
         case.approach += 1
-        if case.approach > self._config.approach_steps:
+        if not _lasts(case.approach, case.approach_before, approach_steps):
             return None
         place, voxel = case.stand
         node = int(tree.order[np.argmin(np.hypot(*(xy[tree.order] - place).T))])
@@ -168,9 +178,23 @@ class OutOfReach:
     def _case_of(self, cluster: Float64Array) -> _Case:
         centre, case = cluster.mean(axis=0), self._case
         if case is None or not is_same_cluster(self._look, case.centre, centre):
-            case = _Case(centre=centre)
+            if case is not None:
+                self._interrupted.append(case)
+            case = self._resumed(centre)
         case.centre = centre
         self._case = case
+        return case
+
+    def _resumed(self, centre: Float64Array) -> _Case:
+        """Return a new case with the steps of the interrupted ones of its object."""
+        case, others = _Case(centre=centre), list[_Case]()
+        for old in self._interrupted:
+            if is_same_cluster(self._look, old.centre, centre):
+                case.steps_before += old.steps_before + old.steps
+                case.approach_before += old.approach_before + old.approach
+            else:
+                others.append(old)
+        self._interrupted = others
         return case
 
     def _look_at_floor(
@@ -205,3 +229,8 @@ class OutOfReach:
             case.closed.append(unknown)
             case.settled = 0
         return look
+
+
+def _lasts(steps: int, before: int, most: int) -> bool:
+    """Return whether a try may go on after its steps and those of interrupted ones before it."""
+    return steps <= most and before + steps <= INTERRUPTED_FACTOR * most

@@ -65,6 +65,43 @@ def test_a_step_that_was_cut_short_does_not_count_as_one_without_a_detour(monkey
     assert looks[-1].away_m == 1.0
 
 
+@pytest.mark.parametrize("turn", [15, 40, 400])
+@pytest.mark.parametrize("unseen", [None, (1.5, 1.0)])
+def test_two_objects_out_of_reach_that_take_turns_are_given_up(monkeypatch, turn, unseen):
+    """Of two clusters of one size, now the one and now the other counts as the larger."""
+    place = np.array([1.0, 1.0])
+    one, other = np.array([[2.0, 1.0, 0.5]]), np.array([[2.0, 3.0, 0.5]])
+    config = OutOfReachConfig()
+    detours = []
+    monkeypatch.setattr(
+        out_of_reach_module, "find_detour", lambda *_: detours.append(unseen) or unseen
+    )
+    monkeypatch.setattr(
+        out_of_reach_module, "nearest_viewing_position", lambda *given: (place, given[2][0])
+    )
+    around = SimpleNamespace(
+        camera_z_m=1.0, is_visible=lambda *_: True, grid=SimpleNamespace(voxel_size=0.1)
+    )
+    tree = SimpleNamespace(order=np.array([0]), cost=np.zeros(1))
+    planned = OutOfReach(config, LookConfig(), 0.5)
+    far = np.eye(4)  # The robot never arrives.
+    looks = [
+        planned.choose(
+            one if n // turn % 2 == 0 else other, around, tree, place[None], far, enough=0.5
+        )
+        for n in range(6000)
+    ]
+    assert any(looks)
+    assert not any(looks[4000:])
+    assert len(detours) <= 2 * 2 * config.around_steps
+    assert sum(look is not None for look in looks) <= 2 * 2 * (
+        config.around_steps + config.approach_steps
+    )
+    planned.reset()
+    again = [planned.choose(one, around, tree, place[None], far, enough=0.5) for _ in range(30)]
+    assert any(again), "for another goal"
+
+
 def test_counts_without_meaning_are_refused():
     with pytest.raises(ValueError, match="must be at least 1; got 300, 0, 10, 250"):
         OutOfReachConfig(patience_steps=0)
