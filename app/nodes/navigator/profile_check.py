@@ -191,13 +191,18 @@ def _unit_factor(frame: Frame) -> float | None:
 
 
 def _unit_text(frame: Frame, factor: float) -> str | None:
-    if factor == 1.0:
-        return None
-    wrong = f"{factor:g} times too short" if factor > 1.0 else f"{1.0 / factor:g} times too long"
-    return (
-        f"depth is {wrong} for a floor {_camera_height_m(frame):.2f} m below the camera: "
-        "is its unit right (16UC1 in millimetres, 32FC1 in metres)?"
-    )
+    height_m = _camera_height_m(frame)
+    if factor > 1.0:
+        return (
+            f"depth is {factor:g} times too short for a floor {height_m:.2f} m below the camera: "
+            "is its unit right (16UC1 in millimetres, 32FC1 in metres)?"
+        )
+    if factor < 1.0:
+        return (
+            f"depth is {1.0 / factor:g} times too long for a floor {height_m:.2f} m below the "
+            "camera: is its unit right (16UC1 in millimetres, 32FC1 in metres)?"
+        )
+    return None
 
 
 def _mounting(profile: RobotProfile, T_base_camera: Float64Array) -> list[str]:

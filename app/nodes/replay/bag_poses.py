@@ -138,14 +138,25 @@ def poses_of(
             )
         if not mount and tree.lacks_mount:
             problem += NO_MOUNT
+    raise _no_pose(path, problem, apart=(with_odometry or tree).are_apart())
+
+
+def _no_pose(path: Path, problem: str, *, apart: bool) -> DatasetError:
+    """Return the error of a bag whose images cannot have a pose.
+
+    Args:
+        path: The bag.
+        problem: Why.
+        apart: Only the times of images and poses are wrong.
+    """
     what = (
         "with clocks that agree"
-        if (with_odometry or tree).are_apart()
+        if apart
         else "with tf and tf_static, and with what is missing (static_transform_publisher)"
     )
     if problem.endswith(NO_BASE):
         what += ", name the frame of the base with --base-frame"
-    raise DatasetError(
+    return DatasetError(
         f"{path}: no image has a pose: {problem}. Record again {what}, or let the poses be found "
         "by the images (`ippon replay --no-poses`, and `ippon navigate --profile hand-held`)"
     )
