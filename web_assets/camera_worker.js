@@ -2,11 +2,11 @@
 
 const RETRY_MS = 1000;
 const COLORS = {
-  find: "#00c48f", candidate: "#e69f00", way: "#f0e442", edge: "#f0e442", stop: "#ff6a1f",
+  find: "#00c48f", hidden: "#00c48f", candidate: "#e69f00", way: "#f0e442", edge: "#f0e442", stop: "#ff6a1f",
   slow: "#e69f00", seen: "#56b4e9",
 };
-const WIDTHS = { find: 3, candidate: 2, way: 3, edge: 1.5, stop: 3.5, slow: 2.5, seen: 2 };
-const DASHES = { candidate: [6, 4], edge: [8, 6], slow: [10, 6] };
+const WIDTHS = { find: 3, hidden: 1.5, candidate: 2, way: 3, edge: 1.5, stop: 3.5, slow: 2.5, seen: 2 };
+const DASHES = { hidden: [3, 6], candidate: [6, 4], edge: [8, 6], slow: [10, 6] };
 
 let canvas = null;
 let words = {};

@@ -15,20 +15,25 @@ export function clock(seconds) {
   return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}`;
 }
 
+const isFound = (goal) => goal.outcome === "found" || goal.outcome === "out_of_reach";
+
+// Nothing of it goes on, and no find waits for a verdict. In a tour such a goal stays among those that are
+// searched for until all are over.
+const isOver = (goal) => goal.outcome !== "active" && (goal.confirmed || !isFound(goal));
+
 // The outcome, and whether a find still waits for a verdict.
 function judged(goal, outcome, section) {
   if (goal.confirmed) return say("goals.confirmed", { outcome });
-  if (goal.outcome !== "found" && goal.outcome !== "out_of_reach") return outcome;
+  if (!isFound(goal)) return outcome;
   return say(section === "active" ? "goals.judge" : "goals.unconfirmed", { outcome });
 }
 
 function stateOf(goal, section) {
-  const isFind = goal.outcome === "found" || goal.outcome === "out_of_reach";
   const known = `goals.outcome.${goal.outcome}`;
   const outcome = has(known) ? say(known) : goal.outcome;
   const parts = [judged(goal, outcome, section)];
   if (goal.count !== 1) {
-    const found = goal.counted.length + (isFind ? 1 : 0);
+    const found = goal.counted.length + (isFound(goal) ? 1 : 0);
     parts.push(say(goal.count === "all" ? "goals.count.all" : "goals.count.some", { found, count: goal.count }));
   }
   if (goal.rejected) parts.push(sayCount("goals.rejected", goal.rejected));
@@ -164,6 +169,7 @@ export class Goals {
       found.push(button(say("goals.show"), label, () => this.showPlace(goal.position_world)));
     }
     if (section === "active") {
+      if (isOver(goal)) return [...found, save()];
       const cancel = { type: "control", action: "cancel", goal_id };
       return [...found, change(say("goals.cancel"), say("goals.cancel.active.hint", { name }), cancel), save()];
     }

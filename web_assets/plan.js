@@ -14,10 +14,12 @@ const OVER = ".plan-tools, .camera[data-size='corner'], .side:not([hidden])";
 const at = (id) => document.getElementById(id);
 
 export class Plan {
-  // isTyping: whether a key goes to a text field; nameRoom: sends a new name and returns the reply.
-  constructor(isTyping, nameRoom) {
+  // isTyping: whether a key goes to a text field; nameRoom: sends a new name and returns the reply; click: has
+  // done at a point what a click on the map does, and returns the reply.
+  constructor(isTyping, nameRoom, click) {
     this.isTyping = isTyping;
     this.nameRoom = nameRoom;
+    this.click = click;
     this.section = at("plan");
     this.canvas = at("plan-picture");
     this.cells = this.image = this.scene = null;
@@ -216,8 +218,10 @@ export class Plan {
     };
     this.canvas.addEventListener("pointerup", (event) => {
       const isPoint = from !== null && !this.isDragged && event.isPrimary && this.center !== null;
-      if (isPoint && this.measures) this.mark(this.world(event));
       end(event);
+      if (!isPoint) return;
+      if (this.measures) this.mark(this.world(event));
+      else this.choose(this.world(event));
     });
     this.canvas.addEventListener("pointercancel", end);
     this.canvas.addEventListener("click", () => this.size === "corner" && this.resize("full"));
@@ -253,6 +257,15 @@ export class Plan {
       ? say("plan.metres", { n: decimal(Math.hypot(b[0] - a[0], b[1] - a[1]), 2) })
       : say("plan.measure.second");
     this.draw();
+  }
+
+  // As on the map: go there, look here, or not here.
+  async choose([x_m, y_m]) {
+    at("plan-answer").textContent = "…";
+    const reply = await this.click({ x_m, y_m });
+    if (this.measures) return;
+    const otherwise = reply === null ? "link.silence.sentence" : reply.ok ? "goals.done" : "plan.click.choose";
+    at("plan-answer").textContent = reply?.text || say(otherwise);
   }
 
   draw() {

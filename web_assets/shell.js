@@ -208,7 +208,11 @@ const notice = new Notice({
 const explanation = new Explanation();
 const introduction = new Introduction(view);
 const onHelpKey = installHelp(isTyping);
-const plan = new Plan(isTyping, (room) => request({ type: "room", ...room }));
+const plan = new Plan(
+  isTyping,
+  (room) => request({ type: "room", ...room }),
+  (point) => request({ type: "point", ...point }),
+);
 const camera = new Camera(isTyping, () => plan.besideCamera());
 const sides = new Sides(isTyping);
 const isRecorded = () => document.body.classList.contains("review");
@@ -266,6 +270,7 @@ function render() {
   setText(at("why"), state?.link === "live" ? state.why : "");
   at("why").title = at("why").textContent;
   setText(at("goal"), state?.object ?? "");
+  at("goal").title = state?.object ?? "";
   setText(at("elapsed"), state?.object ? clock(state.elapsed_s) : "");
   document.title = state?.object ? `${stateWord(shown)}: ${state.object} – IPPON` : "IPPON";
   const age = live && state.link === "live" ? state.frame_age_ms : null;

@@ -25,7 +25,7 @@ _REACH_M: Final = 8.0
 """Distance up to which candidates are outlined."""
 _CORNERS: Final = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * 0.5
 
-LineKind = Literal["find", "candidate", "way", "edge", "stop", "slow", "seen"]
+LineKind = Literal["find", "hidden", "candidate", "way", "edge", "stop", "slow", "seen"]
 
 
 class ImageLine(msgspec.Struct, frozen=True, kw_only=True):
@@ -92,7 +92,9 @@ def lines_of(
         outline = _outline(camera, T_camera_world, one)
         if outline is not None:
             points = [turned(x, y, turns) for x, y in outline]
-            kind: LineKind = "find" if one.found else "candidate"
+            kind: LineKind = "candidate"
+            if one.found:
+                kind = "hidden" if one.hidden else "find"
             lines.append(ImageLine(kind=kind, points=points, text=one.text))
     return lines
 

@@ -36,6 +36,8 @@ class ObjectMark:
     """Label; empty if it would overlap another."""
     found: bool
     """Whether it is a find; otherwise a candidate."""
+    hidden: bool = False
+    """Whether the map has something before it, as seen by the camera."""
 
 
 class FindLayer:

@@ -1,5 +1,6 @@
 """The part of the scene that is drawn over the camera picture."""
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -24,7 +25,12 @@ def camera_scene(model: SceneModel, say: Words = ENGLISH) -> CameraScene:
         marks = places_of(model.candidates(), say)
     else:
         marks = marks_of(status.find, model.detections, model.rejected, say)
-    seen = [mark for mark in marks if mark.found or not _is_hidden(model, mark)]
+    # A find that cannot be seen is still where it is; candidates there would only clutter.
+    seen = [
+        _behind(mark, say) if is_behind else mark
+        for mark in marks
+        if not (is_behind := _is_hidden(model, mark)) or mark.found
+    ]
     return CameraScene(
         camera=model.camera,
         poses=tuple(model.camera_poses),
@@ -35,6 +41,10 @@ def camera_scene(model: SceneModel, say: Words = ENGLISH) -> CameraScene:
         wanted="" if status.goal is None else status.goal.object,
         say=say,
     )
+
+
+def _behind(mark: ObjectMark, say: Words) -> ObjectMark:
+    return replace(mark, hidden=True, text=say("camera.hidden", name=mark.text))
 
 
 def _is_hidden(model: SceneModel, mark: ObjectMark) -> bool:

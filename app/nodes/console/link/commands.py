@@ -133,6 +133,24 @@ class Controller(Protocol):
         """
         ...
 
+    def go_to(self, x_m: float, y_m: float) -> str:
+        """Send the robot to a point on the floor; waits for the reply, so call it in a thread.
+
+        Raises:
+            CommandError: It was not delivered, or was refused.
+        """
+        ...
+
+    def paint(
+        self, action: PaintAction, strokes: Sequence[tuple[float, float]], radius_m: float
+    ) -> str:
+        """Paint search weights on the floor; waits for the reply, so call it in a thread.
+
+        Raises:
+            CommandError: It was not delivered, or was refused.
+        """
+        ...
+
     def may_use_panels(self, browser: Browser) -> bool:
         """Return whether a browser may use the panels: no other browser has control."""
         ...

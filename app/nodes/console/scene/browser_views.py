@@ -8,6 +8,7 @@ from app.nodes.console.panels.drive import ClickTool
 from app.nodes.console.panels.last_question import Question
 from app.nodes.console.panels.map import MapPanel
 from app.nodes.console.panels.search import SearchPanel
+from app.nodes.console.scene.scene_requests import ClickChoice
 from app.nodes.console.web.browsers import Browser
 from app.view.drawing.camera_follow import CameraFollow
 from app.view.drawing.overlay_layer import NOTHING, Highlight
@@ -187,6 +188,15 @@ class BrowserViews:
     def of(self, browser: Browser) -> list[BrowserView]:
         """Return the views that a browser has open."""
         return [view for view in self._open.values() if view.browser is browser]
+
+    def click_choice(self, browser: Browser) -> ClickChoice | None:
+        """Return what a click does in a browser; None if its pages differ, or there is none."""
+        choices = {
+            ClickChoice(tool=tool.chosen, brush_m=tool.brush_m)
+            for view in self.of(browser)
+            if (tool := view.tool) is not None
+        }
+        return choices.pop() if len(choices) == 1 else None
 
     def highlight_for_all(self, highlight: Highlight) -> None:
         """Draw a highlight in all browsers."""

@@ -1,11 +1,11 @@
-"""Requests of pages about the scene: fly to a place, and name what is under the pointer."""
+"""Requests of pages about the scene: fly to a place, name what is under the pointer, and click."""
 
 import asyncio
 import queue
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Literal
 
 from app.nodes.console.web.browsers import Browser
 
@@ -42,6 +42,15 @@ class Hover:
     """Row as a share of its height."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClickChoice:
+    """What a click on the map or the plan does in a page."""
+
+    tool: Literal["explain", "go", "look_here", "not_here"]
+    brush_m: float
+    """Radius of the brush in metres."""
+
+
 class SceneRequests:
     """Queues the requests of the pages; the scene thread takes and answers them."""
 
@@ -49,6 +58,9 @@ class SceneRequests:
         self._looks: queue.SimpleQueue[Look] = queue.SimpleQueue()
         self._framings: queue.SimpleQueue[Browser] = queue.SimpleQueue()
         self._hovers: queue.SimpleQueue[tuple[Hover, Future[str]]] = queue.SimpleQueue()
+        self._choices: queue.SimpleQueue[tuple[Browser, Future[ClickChoice | None]]] = (
+            queue.SimpleQueue()
+        )
 
     def look(self, look: Look) -> None:
         """Have the cameras of a browser fly to a thing, from any thread."""
@@ -72,6 +84,22 @@ class SceneRequests:
         except TimeoutError:
             return ""
 
+    async def click_choice(self, browser: Browser) -> ClickChoice | None:
+        """Return what a click does in a browser.
+
+        Returns:
+            None if nothing is chosen, its pages differ, or the scene does not answer in time.
+        """
+        if self._choices.qsize() >= MAX_WAITING:
+            return None
+        future: Future[ClickChoice | None] = Future()
+        self._choices.put((browser, future))
+        try:
+            async with asyncio.timeout(PATIENCE_S):
+                return await asyncio.wrap_future(future)
+        except TimeoutError:
+            return None
+
     def looks(self) -> list[Look]:
         """Take the things that pages want to see. Called by the scene thread."""
         taken: list[Look] = []
@@ -92,3 +120,10 @@ class SceneRequests:
             hover, future = self._hovers.get()
             if future.set_running_or_notify_cancel():
                 future.set_result(name_of(hover))
+
+    def answer_choices(self, choice_of: Callable[[Browser], ClickChoice | None]) -> None:
+        """Answer what a click does. Called by the scene thread."""
+        while not self._choices.empty():
+            browser, future = self._choices.get()
+            if future.set_running_or_notify_cancel():
+                future.set_result(choice_of(browser))

@@ -138,6 +138,7 @@ class SceneThread:
                 for view in self._browser_views.of(browser):
                     self.follow.frame_map(view.client)
             pointed.answer_hovers(self._name)
+            pointed.answer_choices(self._browser_views.click_choice)
             exports = self._state_feed.exports
             self._places.step(self.model, exports.plan_asked_s, again=exports.take_names_changed())
             exports.fill(self.model, self._link.say)

@@ -125,6 +125,17 @@ class ShellHover(msgspec.Struct, tag="hover", forbid_unknown_fields=True):
     v: ViewShare
 
 
+class ShellPoint(msgspec.Struct, tag="point", forbid_unknown_fields=True):
+    """A click on the plan, which does there what a click on the map does.
+
+    It is refused without a text if nothing is chosen that is done at a point of the floor.
+    """
+
+    id: int
+    x_m: Metres
+    y_m: Metres
+
+
 class ShellTheme(msgspec.Struct, tag="theme", forbid_unknown_fields=True):
     """The theme of the page, which the floor of its scene follows."""
 
@@ -172,7 +183,7 @@ class ShellReply(msgspec.Struct, tag="reply"):
 ShellMessage = (
     ShellPing | ShellCommand | ShellDrive | ShellInput | ShellAlive | ShellLease | ShellRoom
     | ShellLook | ShellFrame | ShellHover | ShellSearch | ShellNote | ShellTheme | ShellQueue
-    | ShellSaved | ShellVerdict
+    | ShellSaved | ShellVerdict | ShellPoint
 )  # fmt: skip
 
 

@@ -10,10 +10,11 @@ import msgspec
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from app.messages.control import ControlRequest
+from app.messages.plain_text import as_sentence
 from app.nodes.console.link.commands import CommandError, Controller
 from app.nodes.console.scene.scene_requests import Hover, Look
 from app.nodes.console.scene.state_feed import StateFeed
-from app.nodes.console.web.browsers import Browser, set_acting_browser
+from app.nodes.console.web.browsers import Browser, acting_browser, set_acting_browser
 from app.nodes.console.web.page_messages import (
     ShellAlive,
     ShellCommand,
@@ -26,6 +27,7 @@ from app.nodes.console.web.page_messages import (
     ShellMessage,
     ShellNote,
     ShellPing,
+    ShellPoint,
     ShellPong,
     ShellQueue,
     ShellReply,
@@ -200,7 +202,7 @@ class _Standing:
 
 _Command = (
     ShellCommand | ShellDrive | ShellRoom | ShellSearch | ShellNote | ShellQueue | ShellSaved
-    | ShellVerdict
+    | ShellVerdict | ShellPoint
 )  # fmt: skip
 
 
@@ -233,6 +235,19 @@ async def _command(
     await put(msgspec.json.encode(reply))
 
 
+async def _clicked(x_m: float, y_m: float, controller: Controller, state_feed: StateFeed) -> str:
+    browser = acting_browser()
+    choice = None if browser is None else await state_feed.scene.click_choice(browser)
+    if choice is None or choice.tool == "explain":
+        # The page says what to choose.
+        raise CommandError("")
+    if choice.tool == "go":
+        done = await asyncio.to_thread(controller.go_to, x_m, y_m)
+    else:
+        done = await asyncio.to_thread(controller.paint, choice.tool, [(x_m, y_m)], choice.brush_m)
+    return as_sentence(done)
+
+
 async def _carried_out(command: _Command, controller: Controller, state_feed: StateFeed) -> str:
     match command:
         case ShellDrive():
@@ -251,6 +266,8 @@ async def _carried_out(command: _Command, controller: Controller, state_feed: St
             text = await asyncio.to_thread(controller.note_thing, command.change)
             state_feed.exports.names_changed()
             return text
+        case ShellPoint(x_m=x_m, y_m=y_m):
+            return await _clicked(x_m, y_m, controller, state_feed)
         case ShellQueue():
             return await asyncio.to_thread(controller.change_queue, command.change)
         case ShellSaved():

@@ -96,6 +96,16 @@ class Navigator:
             raise CommandError(self.problem)
         return "The room is named."
 
+    def go_to(self, x_m, y_m):
+        self.actions.append(("go", x_m, y_m))
+        if self.problem is not None:
+            raise CommandError(self.problem)
+        return "driving there, 2.4 m"
+
+    def paint(self, action, strokes, radius_m):
+        self.actions.append((action, list(strokes), radius_m))
+        return "searching there first"
+
     def things(self):
         self.who = acting_browser()
         if self.problem is not None:

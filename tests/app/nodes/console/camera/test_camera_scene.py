@@ -1,5 +1,6 @@
 import msgspec
 import numpy as np
+import pytest
 
 from app.messages.scene import FoundObject
 from app.nodes.console.camera.camera_scene import camera_scene
@@ -49,15 +50,12 @@ def test_a_doubtful_find_has_a_question_mark(stage):
     assert camera_scene(model).objects[0].text == "hat? 93%"
 
 
-def test_a_candidate_behind_a_wall_is_not_drawn_over_the_picture(stage):
+@pytest.fixture
+def walled(stage):
+    """What a camera at the origin has a wall 2 m before."""
     model = SceneModel()
     model.on_status(stage.status_of())
     model.camera_poses.append((0, np.eye(4)))
-    seen, behind = (
-        FoundObject(label="hat", probability=0.5, center_world=(x, 0.0, 0.0), size_m=(0.2,) * 3)
-        for x in (1.0, 3.0)
-    )
-    model.on_detections((seen, behind))
     wall = np.array([(20, j, k) for j in range(-30, 30) for k in range(-30, 30)])
     n = len(wall)
     model.voxels.apply(
@@ -67,5 +65,25 @@ def test_a_candidate_behind_a_wall_is_not_drawn_over_the_picture(stage):
             surface=np.ones(n, np.bool_),
         )
     )
-    (one,) = camera_scene(model).objects
+    return model
+
+
+def test_a_candidate_behind_a_wall_is_not_drawn_over_the_picture(walled):
+    seen, behind = (
+        FoundObject(label="hat", probability=0.5, center_world=(x, 0.0, 0.0), size_m=(0.2,) * 3)
+        for x in (1.0, 3.0)
+    )
+    walled.on_detections((seen, behind))
+    (one,) = camera_scene(walled).objects
     assert one.center_world == seen.center_world
+
+
+@pytest.mark.parametrize(("x_m", "hidden"), [(1.0, False), (3.0, True)])
+def test_a_find_behind_a_wall_is_drawn_as_hidden(walled, stage, x_m, hidden):
+    find = msgspec.structs.replace(stage.find_of(), position_world=(x_m, 0.0, 0.0))
+    walled.on_status(stage.status_of("found", find=find))
+    (one,) = camera_scene(walled).objects
+    assert (one.found, one.hidden) == (True, hidden)
+    assert one.text == ("hat 93%, hidden" if hidden else "hat 93%")
+    (german,) = camera_scene(walled, Words("de")).objects
+    assert german.text.endswith(", verdeckt") == hidden

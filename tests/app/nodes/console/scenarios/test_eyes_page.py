@@ -22,7 +22,7 @@ from app.messages.control import (
     decode,
     encode,
 )
-from app.messages.driving import DriveStatus, WalkStatus
+from app.messages.driving import DriveStatus, GotoRequest, PaintRequest, WalkStatus
 from app.messages.memory import MemoryNoteRequest
 from app.messages.perception.heatmaps import encode_heatmap
 from app.messages.status import CountedFind, FindReport, GoalStatus
@@ -52,6 +52,13 @@ class _Home:
             put(key, payload)
 
         home.put = put_and_note
+
+    def wait_for(self, page, wanted):
+        """Wait until a request of a kind has arrived."""
+        deadline = time.monotonic() + PATIENCE_MS / 1e3
+        while wanted not in [key for key, _ in self.home.requests]:
+            assert time.monotonic() < deadline, f"no {wanted}"
+            page.wait_for_timeout(20)
 
     def wait_for_request(self, page, before, wanted):
         """Wait until a request has arrived after the first `before` ones."""
@@ -246,6 +253,35 @@ def test_two_clicks_measure_and_so_does_the_keyboard(page, shoot):
     expect(page.locator("#plan-answer")).to_contain_text(" m")
     page.keyboard.press("Escape")
     expect(page.locator("#plan-measure")).to_have_attribute("aria-pressed", "false")
+
+
+def test_a_click_on_the_plan_sends_the_robot_there_or_paints(page, parts, shoot):
+    noted, inside = parts[0], page.frame_locator("#view")
+    box = box_at_rest(page.locator("#plan-picture"))
+    at = (box["x"] + 400, box["y"] + 0.5 * box["height"])
+    page.mouse.click(*at)
+    expect(page.locator("#plan-answer")).to_contain_text("In the Drive tab choose")
+    _tab(page, "Drive")
+    inside.get_by_role("button", name="Go", exact=True).click()
+    expect(
+        inside.get_by_text("Click the floor or the plan: the robot drives there")
+    ).to_be_visible()
+    page.mouse.click(*at)
+    expect(page.locator("#plan-answer")).to_have_text("Done.")
+    sent = [decode(payload, GotoRequest) for key, payload in noted.home.requests
+            if key == keys.GOTO]  # fmt: skip
+    shoot("plan-go", 500)
+    inside.get_by_role("button", name="Not here", exact=True).click()
+    page.mouse.click(at[0] + 100, at[1])
+    noted.wait_for(page, keys.PAINT)
+    (painted,) = [decode(payload, PaintRequest) for key, payload in noted.home.requests
+                  if key == keys.PAINT]  # fmt: skip
+    (goto,), ((x_m, y_m),) = sent, painted.strokes
+    assert painted.action == "not_here"
+    assert y_m == pytest.approx(goto.y_m)
+    assert 0.5 < x_m - goto.x_m < 4.0, "100 pixels of a plan that is about 10 m wide"
+    inside.get_by_role("button", name="Explain", exact=True).click()
+    _tab(page, "Map")
 
 
 def test_a_room_is_renamed_by_clicking_it_and_markup_stays_text(page, parts):

@@ -705,6 +705,27 @@ def test_cancelling_a_goal_of_a_tour_is_answered_in_words(page, post, state_feed
     expect(page.locator("#goals-answer")).to_have_text("Done.")
 
 
+def test_a_goal_of_a_tour_that_is_over_has_nothing_to_cancel(page, post, state_feed):
+    common = {"context": "", "count": 1, "rejected": 0, "took_s": None, "counted": [],
+              "display": "", "tour": 5}  # fmt: skip
+    ends = [("hat", "found", True), ("plant", "found", False), ("tv", "active", False),
+            ("cup", "cancelled", False), ("mug", "out_of_reach", True)]  # fmt: skip
+    active = [
+        {"goal_id": n, "object": name, "outcome": outcome, "confirmed": confirmed, **common}
+        for n, (name, outcome, confirmed) in enumerate(ends, start=5)
+    ]
+    state_feed.goals = msgspec.json.encode({"active": active})
+    post(goals=5)
+    page.keyboard.press("g")
+    rows = page.locator("#goals-active li")
+    expect(rows).to_have_count(len(ends))
+    offers = {
+        name: rows.filter(has_text=name).get_by_role("button", name="Cancel").count()
+        for name, _, _ in ends
+    }
+    assert offers == {"hat": 0, "plant": 1, "tv": 1, "cup": 0, "mug": 0}
+
+
 @pytest.fixture
 def german_page(window, stage, viser_server, state_feed, navigator, browsers, shell_alone, post):
     """The page in German, without a scene."""
@@ -724,7 +745,14 @@ def german_page(window, stage, viser_server, state_feed, navigator, browsers, sh
 @pytest.mark.parametrize("is_watching", [False, True])
 @pytest.mark.parametrize(
     ("width", "height", "name"),
-    [(390, 844, "Laptop"), (970, 768, "Wasserkocher"), (1024, 768, "Waschmaschine")],
+    [
+        (390, 844, "Laptop"),
+        (970, 768, "Wasserkocher"),
+        (1024, 768, "Waschmaschine"),
+        (970, 768, "Geschirrspülmaschine"),
+        (1024, 768, "rote Thermoskanne von Anna"),
+        (1440, 900, "Fernbedienung des Fernsehers"),
+    ],
 )
 def test_the_german_header_of_a_small_window_shows_what_is_searched_for(
     german_page, post, width, height, name, is_watching
@@ -739,7 +767,8 @@ def test_the_german_header_of_a_small_window_shows_what_is_searched_for(
         post(searching, elapsed_s=754.0, why="fährt zum Blickpunkt", lease=lease or LeaseStatus())
         expect_state(page, words(f"state.{state}"))
         goal = page.locator("#goal")
-        assert goal.evaluate("(e) => e.scrollWidth <= e.clientWidth"), f"{state}: it is cut"
+        whole = "(e) => e.scrollWidth <= e.clientWidth && e.scrollHeight <= e.clientHeight"
+        assert goal.evaluate(whole), f"{state}: it is cut"
         # On a phone the goal is below the state.
         parts = ("#goal", "#stop") if width < 520 else ("#state", "#goal", ".actions")
         boxes = [page.locator(part).bounding_box() for part in parts]

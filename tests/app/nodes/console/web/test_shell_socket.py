@@ -8,6 +8,7 @@ import pytest
 
 from app.messages.control import ControlRequest, QueueRequest, SavedSearchRequest
 from app.messages.memory import MemoryNoteRequest
+from app.nodes.console.scene.scene_requests import ClickChoice
 from app.nodes.console.web import shell_socket
 from app.nodes.console.web.page_messages import ShellCommand, ShellPing
 from tests.app.nodes.console.served import closing_code, hear
@@ -86,6 +87,36 @@ def test_the_scene_is_asked_what_a_page_points_at(client, state_feed):
         assert (look.thing, look.share) == ("Anna's mug", 0.9)
         assert state_feed.scene.framings() == [asked[0].browser]
         assert state_feed.scene.framings() == []
+
+
+@pytest.mark.parametrize(
+    ("choice", "action", "text"),
+    [
+        (ClickChoice(tool="go", brush_m=0.6), ("go", 1.5, 2.0), "Driving there, 2.4 m."),
+        (
+            ClickChoice(tool="look_here", brush_m=0.8),
+            ("look_here", [(1.5, 2.0)], 0.8),
+            "Searching there first.",
+        ),
+        (ClickChoice(tool="explain", brush_m=0.6), None, ""),
+        (None, None, ""),
+    ],
+)
+def test_a_click_on_the_plan_does_what_is_chosen(
+    client, navigator, state_feed, choice, action, text
+):
+    with client.socket("/api/ws") as shell:
+        hear(shell)
+        before = list(navigator.actions)
+        shell.send('{"type":"point","id":7,"x_m":1.5,"y_m":2.0}')
+        asked = []
+        deadline = time.monotonic() + 10.0
+        while not asked:
+            assert time.monotonic() < deadline
+            state_feed.scene.answer_choices(lambda browser: asked.append(browser) or choice)
+            time.sleep(0.01)
+        assert hear(shell) == {"type": "reply", "id": 7, "ok": bool(text), "text": text}
+        assert navigator.actions[len(before) :] == ([] if action is None else [action])
 
 
 def test_goals_are_changed_cancelled_and_saved_by_number(client, navigator):
