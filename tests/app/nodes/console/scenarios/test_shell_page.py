@@ -751,7 +751,7 @@ def german_page(window, stage, viser_server, state_feed, navigator, browsers, sh
         (1024, 768, "Waschmaschine"),
         (970, 768, "Geschirrspülmaschine"),
         (1024, 768, "rote Thermoskanne von Anna"),
-        (1440, 900, "Fernbedienung des Fernsehers"),
+        (1440, 900, "rote Thermoskanne von Anna"),
     ],
 )
 def test_the_german_header_of_a_small_window_shows_what_is_searched_for(
