@@ -255,6 +255,12 @@ def test_two_clicks_measure_and_so_does_the_keyboard(page, shoot):
     expect(page.locator("#plan-measure")).to_have_attribute("aria-pressed", "false")
 
 
+def _choose_click(inside, name, answer):
+    """Choose what a click does; the console has it once it answers."""
+    inside.get_by_role("button", name=name, exact=True).click()
+    expect(inside.get_by_text(answer)).to_be_visible()
+
+
 def test_a_click_on_the_plan_sends_the_robot_there_or_paints(page, parts, shoot):
     noted, inside = parts[0], page.frame_locator("#view")
     box = box_at_rest(page.locator("#plan-picture"))
@@ -262,16 +268,13 @@ def test_a_click_on_the_plan_sends_the_robot_there_or_paints(page, parts, shoot)
     page.mouse.click(*at)
     expect(page.locator("#plan-answer")).to_contain_text("In the Drive tab choose")
     _tab(page, "Drive")
-    inside.get_by_role("button", name="Go", exact=True).click()
-    expect(
-        inside.get_by_text("Click the floor or the plan: the robot drives there")
-    ).to_be_visible()
+    _choose_click(inside, "Go", "Click the floor or the plan: the robot drives there")
     page.mouse.click(*at)
     expect(page.locator("#plan-answer")).to_have_text("Done.")
     sent = [decode(payload, GotoRequest) for key, payload in noted.home.requests
             if key == keys.GOTO]  # fmt: skip
     shoot("plan-go", 500)
-    inside.get_by_role("button", name="Not here", exact=True).click()
+    _choose_click(inside, "Not here", "Click the floor or the plan where not to search")
     page.mouse.click(at[0] + 100, at[1])
     noted.wait_for(page, keys.PAINT)
     (painted,) = [decode(payload, PaintRequest) for key, payload in noted.home.requests
@@ -280,7 +283,7 @@ def test_a_click_on_the_plan_sends_the_robot_there_or_paints(page, parts, shoot)
     assert painted.action == "not_here"
     assert y_m == pytest.approx(goto.y_m)
     assert 0.5 < x_m - goto.x_m < 4.0, "100 pixels of a plan that is about 10 m wide"
-    inside.get_by_role("button", name="Explain", exact=True).click()
+    _choose_click(inside, "Explain", "Click a viewpoint or a surface")
     _tab(page, "Map")
 
 
