@@ -4,7 +4,6 @@ from app.cli.options.nodes import Replay
 from app.errors import UsageError
 from app.links.network.registry import resolve_address
 from app.links.network.session import LinkError
-from app.messages.keys import frame_name
 from app.nodes.replay.bag_robot import read_bag_robot
 from app.nodes.replay.datasets import DatasetError
 from app.nodes.replay.node import ReplayConfig, run_replay
@@ -16,7 +15,7 @@ def run_replay_command(command: Replay) -> int:
     end_with_parent(command.parent_pid)
     connect, robot = resolve_address(command.connect, command.robot)
     try:
-        bag_robot = read_bag_robot(command.profile)
+        bag_robot = read_bag_robot(command.profile, command.base_frame)
         config = ReplayConfig(
             path=command.path,
             connect=connect,
@@ -30,7 +29,7 @@ def run_replay_command(command: Replay) -> int:
             names=bag_robot.names,
             T_base_camera=bag_robot.T_base_camera,
             clock_offset_s=bag_robot.clock_offset_s,
-            base=frame_name(command.base_frame),
+            base=bag_robot.base,
         )
     except ValueError as error:
         raise UsageError(str(error)) from error

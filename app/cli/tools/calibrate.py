@@ -13,7 +13,6 @@ from rich.table import Table
 from app.cli.nodes.segment import segmenter_of
 from app.cli.options.recognition import Calibrate
 from app.errors import UsageError
-from app.messages.keys import frame_name
 from app.nodes.replay.bag_robot import read_bag_robot
 from app.nodes.replay.datasets import DatasetError
 from app.recognition.calibration import (
@@ -39,11 +38,11 @@ def run_calibrate(command: Calibrate) -> int:
     if not command.out.parent.is_dir():
         raise UsageError(f"--out: the folder {command.out.parent} does not exist")
     try:
-        robot = read_bag_robot(command.profile)
+        robot = read_bag_robot(command.profile, command.base_frame)
         sources = [
             open_source(
                 path, command.floor_m, names=robot.names, mount=robot.T_base_camera,
-                clock_offset_s=robot.clock_offset_s, base=frame_name(command.base_frame),
+                clock_offset_s=robot.clock_offset_s, base=robot.base,
             )
             for path in command.recordings
         ]  # fmt: skip

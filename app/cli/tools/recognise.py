@@ -12,7 +12,6 @@ from rich.progress import Progress
 from app.cli.nodes.segment import segmenter_of
 from app.cli.options.recognition import Recognise
 from app.errors import UsageError
-from app.messages.keys import frame_name
 from app.nodes.replay.bag_robot import read_bag_robot
 from app.nodes.replay.datasets import DatasetError
 from app.recognition.frames import open_source
@@ -56,11 +55,11 @@ def run_recognise(command: Recognise) -> int:
     if not objects:
         raise UsageError("--find takes comma-separated objects, such as cup,tv")
     try:
-        robot = read_bag_robot(command.profile)
+        robot = read_bag_robot(command.profile, command.base_frame)
         source = open_source(
             command.path, command.floor_m, track=command.track, names=robot.names,
             mount=robot.T_base_camera, clock_offset_s=robot.clock_offset_s,
-            base=frame_name(command.base_frame),
+            base=robot.base,
         )  # fmt: skip
         if source.note:
             print(f"ippon: {source.note}", file=sys.stderr)

@@ -1,7 +1,8 @@
-"""What the profile of its robot says of a bag: names of topics, mount and clock of the camera."""
+"""What is told of the robot of a bag: names of topics, mount and clock of the camera, its base."""
 
 from dataclasses import dataclass, field
 
+from app.messages.keys import BASE_FRAME, frame_name
 from app.recording.channels import USUAL, Names
 from app.robot_file import read_robot
 from app.ros2.ippon_ros2.settings import COMPRESSED, STREAMS, Settings
@@ -18,19 +19,23 @@ class BagRobot:
     """Of a fixed camera, for a bag whose tf does not say it."""
     clock_offset_s: float = 0.0
     """How far the camera's clock is behind that of its poses."""
+    base: str = BASE_FRAME
+    """Frame of its base."""
 
 
-def read_bag_robot(profile: str | None) -> BagRobot:
+def read_bag_robot(profile: str | None, base_frame: str = BASE_FRAME) -> BagRobot:
     """Return what a profile says of a bag.
 
     Args:
         profile: Name of a built-in profile, or path of a YAML file; None without one.
+        base_frame: Frame of the base, which no profile says.
 
     Raises:
         RobotFileError: There is no such profile, or it is invalid.
     """
+    base = frame_name(base_frame)
     if profile is None:
-        return BagRobot()
+        return BagRobot(base=base)
     robot = read_robot(profile)
     body = robot.profile
     is_mounted = not body.can_tilt and not body.tracks_pose
@@ -38,6 +43,7 @@ def read_bag_robot(profile: str | None) -> BagRobot:
         names=_names(robot.ros2),
         T_base_camera=body.T_base_camera(body.min_tilt_rad) if is_mounted else None,
         clock_offset_s=robot.clock_offset_s,
+        base=base,
     )
 
 

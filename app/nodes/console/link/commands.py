@@ -21,8 +21,8 @@ from ippon.guidance.levels import LevelName
 
 LeaseAction = Literal["request", "renew", "release", "grant", "deny", "take"]
 PaintAction = Literal["look_here", "not_here", "undo", "clear"]
-
-
+ClickAction = Literal["explain", "go", "look_here", "not_here"]
+"""What a click on the map does; on the plan, too, but for explaining."""
 RecordAction = Literal["start", "stop", "note", "mark"]
 
 
@@ -30,7 +30,39 @@ class CommandError(Exception):
     """An operator command failed; the text is shown to the operator."""
 
 
-class Controller(Protocol):
+class FloorCommands(Protocol):
+    """Commands about the floor, from the page and the panels.
+
+    Each waits for the reply, so call it in a thread, and returns a line for the operator. Each
+    raises `CommandError` when the command did not arrive or was refused.
+    """
+
+    def go_to(self, x_m: float, y_m: float) -> str:
+        """Send the robot to a point on the floor."""
+        ...
+
+    def paint(
+        self, action: PaintAction, strokes: Sequence[tuple[float, float]], radius_m: float
+    ) -> str:
+        """Paint or clear search weights on the floor."""
+        ...
+
+
+def act_at(
+    commands: FloorCommands, action: ClickAction, x_m: float, y_m: float, brush_m: float
+) -> str:
+    """Do at a point of the floor what was chosen for a click; not for one that explains.
+
+    Raises:
+        CommandError: See `FloorCommands`.
+    """
+    if action == "go":
+        return commands.go_to(x_m, y_m)
+    painted = "look_here" if action == "look_here" else "not_here"
+    return commands.paint(painted, [(x_m, y_m)], brush_m)
+
+
+class Controller(FloorCommands, Protocol):
     """Sends requests of the page to the navigator."""
 
     async def control(self, request: ControlRequest) -> str:
@@ -133,24 +165,6 @@ class Controller(Protocol):
         """
         ...
 
-    def go_to(self, x_m: float, y_m: float) -> str:
-        """Send the robot to a point on the floor; waits for the reply, so call it in a thread.
-
-        Raises:
-            CommandError: It was not delivered, or was refused.
-        """
-        ...
-
-    def paint(
-        self, action: PaintAction, strokes: Sequence[tuple[float, float]], radius_m: float
-    ) -> str:
-        """Paint search weights on the floor; waits for the reply, so call it in a thread.
-
-        Raises:
-            CommandError: It was not delivered, or was refused.
-        """
-        ...
-
     def may_use_panels(self, browser: Browser) -> bool:
         """Return whether a browser may use the panels: no other browser has control."""
         ...
@@ -160,7 +174,7 @@ class Controller(Protocol):
         ...
 
 
-class Actions(Protocol):
+class Actions(FloorCommands, Protocol):
     """Commands of the panels: each waits for the reply and returns a line for the operator.
 
     Each raises `CommandError` when the command did not arrive or was refused.
@@ -227,20 +241,10 @@ class Actions(Protocol):
         """Set the drive mode and the speed limit."""
         ...
 
-    def go_to(self, x_m: float, y_m: float) -> str:
-        """Send the robot to a point on the floor."""
-        ...
-
     def cancel_go_to(self) -> str:
         """Cancel the waypoint."""
         ...
 
     def preview(self, context: str | None, levels: dict[str, LevelName]) -> PreviewReply:
         """Return the next choice with another context or levels, without changing the search."""
-        ...
-
-    def paint(
-        self, action: PaintAction, strokes: Sequence[tuple[float, float]], radius_m: float
-    ) -> str:
-        """Paint or clear search weights on the floor."""
         ...

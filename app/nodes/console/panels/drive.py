@@ -1,10 +1,10 @@
 """The Drive tab: drive mode, speed limit, and what a browser's clicks on the map do."""
 
 from collections.abc import Callable
-from typing import Any, Final, Literal, get_args
+from typing import Any, Final, get_args
 
 from app.messages.driving import DriveModeName, DriveStatus
-from app.nodes.console.link.commands import Actions
+from app.nodes.console.link.commands import Actions, ClickAction
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.drive_markup import intervention, painted
 from app.nodes.console.panels.map import value_of
@@ -14,10 +14,8 @@ from app.view.model.painted_area import mapped_m2
 from app.view.model.scene_model import Part, SceneModel
 from app.view.words import Words
 
-Tool = Literal["explain", "go", "look_here", "not_here"]
-
 MODES: Final[tuple[DriveModeName, ...]] = get_args(DriveModeName)
-TOOLS: Final[tuple[Tool, ...]] = get_args(Tool)
+TOOLS: Final[tuple[ClickAction, ...]] = get_args(ClickAction)
 
 
 class ClickTool:
@@ -30,9 +28,9 @@ class ClickTool:
             gui: viser's, of the browser.
             say: The words of the controls.
         """
-        self.chosen: Tool = "explain"
+        self.chosen: ClickAction = "explain"
         self._words = say
-        tools: dict[str, Tool] = {say(f"panel.drive.{tool}"): tool for tool in TOOLS}
+        tools: dict[str, ClickAction] = {say(f"panel.drive.{tool}"): tool for tool in TOOLS}
         self._tools = gui.add_button_group(say("panel.drive.does"), tuple(tools))
         self._text = gui.add_html("")
         self._brush = gui.add_slider(
@@ -51,7 +49,7 @@ class ClickTool:
         """Radius of the brush in metres."""
         return value_of(self._brush)
 
-    def _choose(self, tool: Tool) -> None:
+    def _choose(self, tool: ClickAction) -> None:
         self.chosen = tool
         self._text.content = markup.choice(tool, self._words(f"panel.drive.{tool}.text"))
 

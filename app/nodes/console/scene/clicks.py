@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from app.nodes.console.link.commands import Actions, CommandError
+from app.nodes.console.link.commands import Actions, CommandError, act_at
 from app.nodes.console.panels.drive import ClickTool, DrivePanel
 from app.view.model.drag_region import brush_strokes, floor_region
 from app.view.model.picking import floor_point
@@ -88,7 +88,4 @@ class Clicks:
             x, y, _ = floor_point(origin, direction, 0.0).tolist()
         except ValueError as error:
             raise CommandError(self._actions.say("click.not_floor")) from error
-        if tool.chosen == "go":
-            return self._actions.go_to(x, y)
-        action = "look_here" if tool.chosen == "look_here" else "not_here"
-        return self._actions.paint(action, [(x, y)], tool.brush_m)
+        return act_at(self._actions, tool.chosen, x, y, tool.brush_m)

@@ -5,8 +5,9 @@ import queue
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final, Generic, TypeVar
 
+from app.nodes.console.link.commands import ClickAction
 from app.nodes.console.web.browsers import Browser
 
 PATIENCE_S: Final = 2.0
@@ -46,9 +47,41 @@ class Hover:
 class ClickChoice:
     """What a click on the map or the plan does in a page."""
 
-    tool: Literal["explain", "go", "look_here", "not_here"]
+    tool: ClickAction
     brush_m: float
     """Radius of the brush in metres."""
+
+
+_Q = TypeVar("_Q")
+_A = TypeVar("_A")
+
+
+class _Questions(Generic[_Q, _A]):
+    """Questions of pages that the scene thread answers."""
+
+    def __init__(self, otherwise: _A) -> None:
+        """Begin without a question; `otherwise` is the answer where none comes in time."""
+        self._otherwise = otherwise
+        self._waiting: queue.SimpleQueue[tuple[_Q, Future[_A]]] = queue.SimpleQueue()
+
+    async def ask(self, question: _Q) -> _A:
+        """Return the scene thread's answer."""
+        if self._waiting.qsize() >= MAX_WAITING:
+            return self._otherwise
+        future: Future[_A] = Future()
+        self._waiting.put((question, future))
+        try:
+            async with asyncio.timeout(PATIENCE_S):
+                return await asyncio.wrap_future(future)
+        except TimeoutError:
+            return self._otherwise
+
+    def answer(self, answer_of: Callable[[_Q], _A]) -> None:
+        """Answer all that wait."""
+        while not self._waiting.empty():
+            question, future = self._waiting.get()
+            if future.set_running_or_notify_cancel():
+                future.set_result(answer_of(question))
 
 
 class SceneRequests:
@@ -57,10 +90,8 @@ class SceneRequests:
     def __init__(self) -> None:
         self._looks: queue.SimpleQueue[Look] = queue.SimpleQueue()
         self._framings: queue.SimpleQueue[Browser] = queue.SimpleQueue()
-        self._hovers: queue.SimpleQueue[tuple[Hover, Future[str]]] = queue.SimpleQueue()
-        self._choices: queue.SimpleQueue[tuple[Browser, Future[ClickChoice | None]]] = (
-            queue.SimpleQueue()
-        )
+        self._hovers = _Questions[Hover, str]("")
+        self._choices = _Questions[Browser, ClickChoice | None](None)
 
     def look(self, look: Look) -> None:
         """Have the cameras of a browser fly to a thing, from any thread."""
@@ -74,15 +105,7 @@ class SceneRequests:
 
     async def name_under(self, hover: Hover) -> str:
         """Return the name of what is under the pointer; empty for nothing that is named."""
-        if self._hovers.qsize() >= MAX_WAITING:
-            return ""
-        future: Future[str] = Future()
-        self._hovers.put((hover, future))
-        try:
-            async with asyncio.timeout(PATIENCE_S):
-                return await asyncio.wrap_future(future)
-        except TimeoutError:
-            return ""
+        return await self._hovers.ask(hover)
 
     async def click_choice(self, browser: Browser) -> ClickChoice | None:
         """Return what a click does in a browser.
@@ -90,15 +113,7 @@ class SceneRequests:
         Returns:
             None if nothing is chosen, its pages differ, or the scene does not answer in time.
         """
-        if self._choices.qsize() >= MAX_WAITING:
-            return None
-        future: Future[ClickChoice | None] = Future()
-        self._choices.put((browser, future))
-        try:
-            async with asyncio.timeout(PATIENCE_S):
-                return await asyncio.wrap_future(future)
-        except TimeoutError:
-            return None
+        return await self._choices.ask(browser)
 
     def looks(self) -> list[Look]:
         """Take the things that pages want to see. Called by the scene thread."""
@@ -116,14 +131,8 @@ class SceneRequests:
 
     def answer_hovers(self, name_of: Callable[[Hover], str]) -> None:
         """Answer what is under the pointers. Called by the scene thread."""
-        while not self._hovers.empty():
-            hover, future = self._hovers.get()
-            if future.set_running_or_notify_cancel():
-                future.set_result(name_of(hover))
+        self._hovers.answer(name_of)
 
     def answer_choices(self, choice_of: Callable[[Browser], ClickChoice | None]) -> None:
         """Answer what a click does. Called by the scene thread."""
-        while not self._choices.empty():
-            browser, future = self._choices.get()
-            if future.set_running_or_notify_cancel():
-                future.set_result(choice_of(browser))
+        self._choices.answer(choice_of)

@@ -11,7 +11,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from app.messages.control import ControlRequest
 from app.messages.plain_text import as_sentence
-from app.nodes.console.link.commands import CommandError, Controller
+from app.nodes.console.link.commands import CommandError, Controller, act_at
 from app.nodes.console.scene.scene_requests import Hover, Look
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.browsers import Browser, acting_browser, set_acting_browser
@@ -241,10 +241,7 @@ async def _clicked(x_m: float, y_m: float, controller: Controller, state_feed: S
     if choice is None or choice.tool == "explain":
         # The page says what to choose.
         raise CommandError("")
-    if choice.tool == "go":
-        done = await asyncio.to_thread(controller.go_to, x_m, y_m)
-    else:
-        done = await asyncio.to_thread(controller.paint, choice.tool, [(x_m, y_m)], choice.brush_m)
+    done = await asyncio.to_thread(act_at, controller, choice.tool, x_m, y_m, choice.brush_m)
     return as_sentence(done)
 
 

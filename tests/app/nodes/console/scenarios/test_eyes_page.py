@@ -37,6 +37,13 @@ HZ = 10.0
 WATCHED_S = 6.0 if KEEP_PICTURES in os.environ else 3.0
 
 
+def _wait_until(page, arrived, wanted):
+    deadline = time.monotonic() + PATIENCE_MS / 1e3
+    while wanted not in arrived():
+        assert time.monotonic() < deadline, f"no {wanted} in {arrived()}"
+        page.wait_for_timeout(20)
+
+
 class _Home:
     """A navigator with a heatmap of the drawn camera picture, and the times of its images."""
 
@@ -55,17 +62,11 @@ class _Home:
 
     def wait_for(self, page, wanted):
         """Wait until a request of a kind has arrived."""
-        deadline = time.monotonic() + PATIENCE_MS / 1e3
-        while wanted not in [key for key, _ in self.home.requests]:
-            assert time.monotonic() < deadline, f"no {wanted}"
-            page.wait_for_timeout(20)
+        _wait_until(page, lambda: [key for key, _ in self.home.requests], wanted)
 
     def wait_for_request(self, page, before, wanted):
         """Wait until a request has arrived after the first `before` ones."""
-        deadline = time.monotonic() + PATIENCE_MS / 1e3
-        while wanted not in self.home.requests[before:]:
-            assert time.monotonic() < deadline, f"no {wanted} in {self.home.requests[before:]}"
-            page.wait_for_timeout(20)
+        _wait_until(page, lambda: self.home.requests[before:], wanted)
 
     def _heatmap(self):
         """The hat, as the network would see it in the drawn picture of 400 by 250 pixels."""
