@@ -2,6 +2,6 @@
 
 Entries: `target_selector.TargetSelector` and, for what may be the object,
 `closer_look.CloserLookSelector`. Reading order: `node_selection` (scores and eq. (5)),
-`target_hysteresis`, `target_selector`; `look_target`, `cluster_look`, `closer_look`,
-`passing_look`, `out_of_reach` and `detours`.
+`target_hysteresis`, `target_selector`; `look_target`, `interrupted_looks`, `cluster_look`,
+`closer_look`, `passing_look`, `out_of_reach` and `detours`.
 """

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ippon.geometry import Float64Array
 from ippon.planning.roadmap.shortest_tree import ShortestTree
 from ippon.planning.selection.detours import Surroundings, farthest_point_sample
+from ippon.planning.selection.interrupted_looks import INTERRUPTED_FACTOR, InterruptedLooks
 from ippon.planning.selection.look_target import (
     LookConfig,
     LookTarget,
@@ -17,10 +18,6 @@ from ippon.planning.selection.look_target import (
     look_at,
     stands_facing,
 )
-
-INTERRUPTED_FACTOR: Final = 2
-"""How much longer all looks at one cluster may last that come to no end of their own: images that
-miss it now and then interrupt each of them."""
 
 
 class Sight(NamedTuple):
@@ -72,8 +69,7 @@ class ClusterLook:
         self._patience_steps = patience_steps
         self._give_up_steps = give_up_steps
         self._now: _Active | None = None
-        self._interrupted: list[tuple[Float64Array, int]] = []
-        """Centre of each cluster whose look was interrupted, and the steps that it has lasted."""
+        self._interrupted = InterruptedLooks(config, 1)
 
     @property
     def active(self) -> bool:
@@ -94,7 +90,7 @@ class ClusterLook:
         """End the look at a cluster that was not looked at for long enough."""
         now, self._now = self._now, None
         if now is not None:
-            self._interrupted.append((now.centre, now.before + now.age))
+            self._interrupted.add(now.centre, now.before + now.age)
 
     def first_sight(
         self,
@@ -153,15 +149,8 @@ class ClusterLook:
             self._now.age, self._now.before = old.age, old.before
             self._now.settled = old.settled if old.node == sight.node else 0
         else:
-            self._now.before = self._take_interrupted(centre)
+            (self._now.before,) = self._interrupted.take(centre)
         return target
-
-    def _take_interrupted(self, centre: Float64Array) -> int:
-        """Return the steps of interrupted looks at a cluster, which are then forgotten."""
-        same = [is_same_cluster(self._config, old, centre) for old, _ in self._interrupted]
-        looks = list(zip(same, self._interrupted, strict=True))
-        self._interrupted = [look for is_same, look in looks if not is_same]
-        return sum(steps for is_same, (_, steps) in looks if is_same)
 
     def count_step(self, T_world_base: Float64Array) -> Float64Array | None:
         """Count a step with the robot at a pose.

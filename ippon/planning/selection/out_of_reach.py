@@ -10,13 +10,13 @@ import numpy as np
 
 from ippon.geometry import Float64Array
 from ippon.planning.roadmap.shortest_tree import ShortestTree
-from ippon.planning.selection.cluster_look import INTERRUPTED_FACTOR
 from ippon.planning.selection.detours import (
     DetourConfig,
     Surroundings,
     find_detour,
     nearest_viewing_position,
 )
+from ippon.planning.selection.interrupted_looks import INTERRUPTED_FACTOR, InterruptedLooks
 from ippon.planning.selection.look_target import (
     LookConfig,
     LookTarget,
@@ -84,9 +84,9 @@ class OutOfReach:
         self._look = look
         self._speed = speed_m_s
         self._case: _Case | None = None
-        self._interrupted: list[_Case] = []
-        """Cases that another one interrupted. Two objects of nearly the same size take turns
-        without end otherwise."""
+        self._interrupted = InterruptedLooks(look, 2)
+        """Steps of tries and of ways. Two objects of nearly the same size take turns without end
+        otherwise."""
 
     def reset(self) -> None:
         """Drop all cases, for another object."""
@@ -179,22 +179,12 @@ class OutOfReach:
         centre, case = cluster.mean(axis=0), self._case
         if case is None or not is_same_cluster(self._look, case.centre, centre):
             if case is not None:
-                self._interrupted.append(case)
-            case = self._resumed(centre)
+                steps = case.steps_before + case.steps
+                self._interrupted.add(case.centre, steps, case.approach_before + case.approach)
+            steps, approach = self._interrupted.take(centre)
+            case = _Case(centre=centre, steps_before=steps, approach_before=approach)
         case.centre = centre
         self._case = case
-        return case
-
-    def _resumed(self, centre: Float64Array) -> _Case:
-        """Return a new case with the steps of the interrupted ones of its object."""
-        case, others = _Case(centre=centre), list[_Case]()
-        for old in self._interrupted:
-            if is_same_cluster(self._look, old.centre, centre):
-                case.steps_before += old.steps_before + old.steps
-                case.approach_before += old.approach_before + old.approach
-            else:
-                others.append(old)
-        self._interrupted = others
         return case
 
     def _look_at_floor(
