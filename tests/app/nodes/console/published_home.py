@@ -68,13 +68,13 @@ class PublishedHome:
         self.robot, self.hz = robot, hz
         self._moving_ticks = moving_ticks
         self.ticks = 0
+        self._lock = threading.RLock()
         self.begin_again()
         self.stamp_ns = 10_000_000_000
         self._indices, self._labels = home_voxels()
         self._order = np.argsort(np.linalg.norm(self._indices[:, :2] - [46, 26], axis=1))
         self._order = self._order[:most_voxels]
         self._shown = 0
-        self._lock = threading.RLock()
         self._stop = threading.Event()
         config = zenoh.Config()
         config.insert_json5("mode", '"router"')
@@ -123,7 +123,16 @@ class PublishedHome:
         self.room_name = ""
         self.things = things_of()
         self.frozen = False
-        """Nothing changes, and only the status is published."""
+
+    @property
+    def frozen(self):
+        """Nothing changes, and only the status is published; set, no change is under way."""
+        return self._frozen
+
+    @frozen.setter
+    def frozen(self, frozen):
+        with self._lock:
+            self._frozen = frozen
 
     def close(self):
         self._stop.set()
@@ -188,10 +197,11 @@ class PublishedHome:
 
     def _run(self):
         while not self._stop.wait(1.0 / self.hz):
-            if self.frozen:
-                self.put(keys.STATUS, encode(self.status()))
-            else:
-                self.tick()
+            with self._lock:
+                if self.frozen:
+                    self.put(keys.STATUS, encode(self.status()))
+                else:
+                    self.tick()
 
     def _responder(self, key, answer):
         def respond(query):

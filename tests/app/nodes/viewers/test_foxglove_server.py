@@ -112,7 +112,9 @@ def test_a_client_that_comes_later_gets_what_was_published_before(
 ):
     home = start_home()
     with show(server) as robot:
-        wait(lambda: robot.model.voxels.count > 0 and robot.model.proximity is not None)
+        model = robot.model
+        wait(lambda: model.voxels.count > 0 and model.proximity is not None)
+        wait(lambda: len(model.path_world) > 0)
         home.frozen = True
         client = connect("/guidance/levels", "/plan/path", PROBABILITY)
         client.wait(lambda c: len(c.messages) == 3)
