@@ -14,12 +14,12 @@ const OVER = ".plan-tools, .camera[data-size='corner'], .side:not([hidden])";
 const at = (id) => document.getElementById(id);
 
 export class Plan {
-  // isTyping: whether a key goes to a text field; nameRoom: sends a new name and returns the reply; click: has
+  // isTyping: whether a key goes to a text field; nameRoom: sends a new name and returns the reply; act: has
   // done at a point what a click on the map does, and returns the reply.
-  constructor(isTyping, nameRoom, click) {
+  constructor(isTyping, nameRoom, act) {
     this.isTyping = isTyping;
     this.nameRoom = nameRoom;
-    this.click = click;
+    this.act = act;
     this.section = at("plan");
     this.canvas = at("plan-picture");
     this.cells = this.image = this.scene = null;
@@ -50,6 +50,11 @@ export class Plan {
     return at("plan-measure").getAttribute("aria-pressed") === "true";
   }
 
+  // Whether Enter clicks at the cross in the middle: while measuring, and for who works by keyboard.
+  get aims() {
+    return this.measures || (this.size === "full" && this.canvas.matches(":focus-visible"));
+  }
+
   onKey(event) {
     if (this.isTyping(event.target) || at("room").open || at("help").open) return;
     if (event.ctrlKey || event.altKey || event.metaKey) return;
@@ -77,7 +82,7 @@ export class Plan {
         ArrowRight: () => this.move(step, 0),
         ArrowUp: () => this.move(0, step),
         ArrowDown: () => this.move(0, -step),
-        ...(this.measures && { Enter: () => this.mark(this.center) }),
+        ...(this.aims && !event.repeat && { Enter: () => this.click(this.center) }),
       }),
     }[event.key];
   }
@@ -220,10 +225,10 @@ export class Plan {
       const isPoint = from !== null && !this.isDragged && event.isPrimary && this.center !== null;
       end(event);
       if (!isPoint) return;
-      if (this.measures) this.mark(this.world(event));
-      else this.choose(this.world(event));
+      this.click(this.world(event));
     });
     this.canvas.addEventListener("pointercancel", end);
+    for (const type of ["focus", "blur"]) this.canvas.addEventListener(type, () => this.draw());
     this.canvas.addEventListener("click", () => this.size === "corner" && this.resize("full"));
     this.canvas.addEventListener("wheel", (event) => {
       if (this.size !== "full") return;
@@ -249,8 +254,13 @@ export class Plan {
     this.draw();
   }
 
-  mark(point) {
+  click(point) {
     if (point === null) return;
+    if (this.measures) this.mark(point);
+    else this.choose(point);
+  }
+
+  mark(point) {
     this.points = this.points.length === 2 ? [point] : [...this.points, point];
     const [a, b] = this.points;
     at("plan-answer").textContent = b
@@ -262,7 +272,7 @@ export class Plan {
   // As on the map: go there, look here, or not here.
   async choose([x_m, y_m]) {
     at("plan-answer").textContent = "…";
-    const reply = await this.click({ x_m, y_m });
+    const reply = await this.act({ x_m, y_m });
     if (this.measures) return;
     const otherwise = reply === null ? "link.silence.sentence" : reply.ok ? "goals.done" : "plan.click.choose";
     at("plan-answer").textContent = reply?.text || say(otherwise);
@@ -293,7 +303,8 @@ export class Plan {
     drawPlan(context, { ...this, place, isSmall, taken });
     if (isSmall) return;
     this.drawBar(context, box);
-    this.drawMeasure(context, box, place);
+    this.drawMeasure(context, place);
+    if (this.aims) this.drawCross(context, box);
     if (this.pointed) this.drawRing(context, ...place(...this.pointed));
   }
 
@@ -301,19 +312,27 @@ export class Plan {
     const metres = scaleBar(box.width / this.scale);
     const length = metres.toLocaleString(LANGUAGE);
     const [left, low] = [24, box.height - 24];
-    context.strokeStyle = context.fillStyle = "#e8edf3";
-    context.lineWidth = 3;
-    context.beginPath();
-    context.moveTo(left, low - 6);
-    context.lineTo(left, low);
-    context.lineTo(left + metres * this.scale, low);
-    context.lineTo(left + metres * this.scale, low - 6);
-    context.stroke();
     context.font = "13px system-ui, sans-serif";
     context.textAlign = "left";
     context.textBaseline = "alphabetic";
     const area = this.scene && decimal(this.scene.explored_m2, 0);
     const text = this.scene ? say("plan.bar", { length, area }) : say("plan.metres", { n: length });
+    // The dark edge keeps both readable where the map lies below them.
+    context.lineJoin = "round";
+    context.fillStyle = "#e8edf3";
+    for (const [color, width] of [[COLORS.unknown, 7], ["#e8edf3", 3]]) {
+      context.strokeStyle = color;
+      context.lineWidth = width;
+      context.beginPath();
+      context.moveTo(left, low - 6);
+      context.lineTo(left, low);
+      context.lineTo(left + metres * this.scale, low);
+      context.lineTo(left + metres * this.scale, low - 6);
+      context.stroke();
+    }
+    context.lineWidth = 4;
+    context.strokeStyle = COLORS.unknown;
+    context.strokeText(text, left, low - 12);
     context.fillText(text, left, low - 12);
   }
 
@@ -327,7 +346,7 @@ export class Plan {
     }
   }
 
-  drawMeasure(context, box, place) {
+  drawMeasure(context, place) {
     if (!this.measures) return;
     context.strokeStyle = context.fillStyle = "#c2185b";
     context.lineWidth = 2.5;
@@ -337,10 +356,20 @@ export class Plan {
     context.stroke();
     for (const [u, v] of points) context.fillRect(u - 4, v - 4, 8, 8);
     if (points.length === 2) this.drawLength(context, ...points);
+  }
+
+  drawCross(context, box) {
     const [u, v] = [box.width / 2, box.height / 2];
-    context.lineWidth = 1;
-    context.strokeRect(u - 10, v, 20, 0.5);
-    context.strokeRect(u, v - 10, 0.5, 20);
+    for (const [color, width] of [["#ffffff", 4], ["#c2185b", 2]]) {
+      context.strokeStyle = color;
+      context.lineWidth = width;
+      context.beginPath();
+      for (const [x, y] of [[10, 0], [0, 10]]) {
+        context.moveTo(u - x, v - y);
+        context.lineTo(u + x, v + y);
+      }
+      context.stroke();
+    }
   }
 
   // Beside the middle of the measured line, readable on any ground.

@@ -288,6 +288,49 @@ def test_a_click_on_the_plan_sends_the_robot_there_or_paints(page, parts, shoot)
     _tab(page, "Map")
 
 
+_MIDDLE = """() => {
+    const canvas = document.getElementById("plan-picture");
+    const at = [Math.round(canvas.width / 2), Math.round(canvas.height / 2)];
+    return [...canvas.getContext("2d").getImageData(...at, 1, 1).data].slice(0, 3);
+}"""
+"""Colour in the middle of the plan."""
+_CROSS = [194, 24, 91]
+
+
+def test_enter_clicks_at_the_cross_of_the_plan(page, parts, shoot):
+    noted, inside = parts[0], page.frame_locator("#view")
+
+    def points():
+        payloads = [payload for key, payload in noted.home.requests if key == keys.GOTO]
+        return [(one.x_m, one.y_m) for one in (decode(one, GotoRequest) for one in payloads)]
+
+    before = len(points())
+    page.keyboard.press("0")
+    _tab(page, "Drive")
+    _choose_click(inside, "Go", "Click the floor or the plan: the robot drives there")
+    box = box_at_rest(page.locator("#plan-picture"))
+    page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    expect(page.locator("#plan-answer")).to_have_text("Done.")
+    assert page.evaluate(_MIDDLE) != _CROSS, "a hand on the mouse needs no cross"
+    page.keyboard.press("ArrowLeft")
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowUp")
+    assert page.evaluate(_MIDDLE) == _CROSS
+    shoot("plan-keys")
+    page.keyboard.press("Enter")
+    _wait_until(page, lambda: [len(points()) - before], 2)
+    (x0, y0), (x1, y1) = points()[before:]
+    assert x1 - x0 > 0.1
+    assert y1 - y0 == pytest.approx(x1 - x0, rel=0.1), "one step to the right, and one up"
+    page.locator("#plan-fit").focus()
+    page.keyboard.press("Enter")
+    page.wait_for_timeout(300)
+    assert len(points()) - before == 2, "Enter on a button presses the button"
+    _choose_click(inside, "Explain", "Click a viewpoint or a surface")
+    _tab(page, "Map")
+
+
 def test_a_room_is_renamed_by_clicking_it_and_markup_stays_text(page, parts):
     noted = parts[0]
     room = page.get_by_role("button", name="Rename the room living room")
