@@ -73,7 +73,8 @@ function told(state, shown, notDelivered, mayJudge) {
       return { title: say("notice.paused"), text: say("notice.paused.text") };
     default:
       if (state.drive?.waypoint) return { title: say("notice.waypoint") };
-      return unfound(state.unfound);
+      // A tour goes on after a find, which waits all the same.
+      return state.find ? found(state.find, mayJudge) : unfound(state.unfound);
   }
 }
 

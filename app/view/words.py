@@ -90,6 +90,10 @@ class Words:
         """Return the name of what is searched for, or the requester's own words for it."""
         return self.name(name_of(goal))
 
+    def numbered(self, goal: GoalStatus, number: int) -> str:
+        """Return the name of one find of several: "chair 2" also where chairs are searched for."""
+        return f"{self.name(goal.object)} {number}"
+
     def choices(self, labels: Iterable[str]) -> dict[str, str]:
         """Return labels by their names, in alphabetic order, for a list to choose from.
 

@@ -158,14 +158,14 @@ class InstanceMemory:
         self._shown = None
 
     def set_rooms(self, name_at: Callable[[tuple[float, float]], str], floor_z_m: float) -> None:
-        """Name the rooms of all things that are there, on one floor.
+        """Name the rooms of all things on one floor, also of those that are gone.
 
         Args:
             name_at: Returns the room at a world position, empty where it is not clear.
             floor_z_m: Height of the floor whose rooms these are.
         """
         for instance in self.instances():
-            if instance.is_gone or not is_on_floor(instance, floor_z_m):
+            if not is_on_floor(instance, floor_z_m):
                 continue
             room = name_at(instance.position_world[:2])
             if room and room != instance.room:

@@ -139,9 +139,10 @@ class Search:
         return next((find for find in self.finds if find.number == number), None)
 
     def name_of(self, find: Find | None) -> str:
-        """Return the object in the operator's words, with the number of a find of several."""
-        display = self.goal.display
-        return display if find is None or self.goal.count == 1 else f"{display} {find.number}"
+        """Return the object in the operator's words; of several, one thing with its number."""
+        if find is None or self.goal.count == 1:
+            return self.goal.display
+        return f"{self.goal.object.replace('_', ' ')} {find.number}"
 
     def announce(self, find: Find) -> None:
         """Set the find that ends the search."""

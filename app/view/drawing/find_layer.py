@@ -145,12 +145,11 @@ def found_before(status: Status, say: Words = ENGLISH) -> tuple[ObjectMark, ...]
         is_present = status.find is not None and status.find.goal_id == goal.goal_id
         if goal.outcome == "found" and goal.position_world is not None and not is_present:
             places[max(places, default=0) + 1] = goal.position_world
-        name = say.goal(goal)
         marks += [
             ObjectMark(
                 center_world=place,
                 size_m=(_PLACE_M, _PLACE_M, _PLACE_M),
-                text=name if goal.count == 1 else f"{name} {n}",
+                text=say.goal(goal) if goal.count == 1 else say.numbered(goal, n),
                 found=True,
             )
             for n, place in places.items()

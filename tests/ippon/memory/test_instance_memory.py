@@ -143,6 +143,15 @@ def test_rooms_and_pictures_are_noted():
     assert (known.room, known.view_score) == ("kitchen", 0.2)
 
 
+def test_a_room_that_gets_a_name_names_what_is_gone_from_it_too():
+    memory = InstanceMemory()
+    one = memory.note_find(find(), MINUTE_NS)
+    memory.set_rooms(lambda _: "bedroom", 0.0)
+    memory.mark_gone(one.instance_id, 2 * MINUTE_NS)
+    memory.set_rooms(lambda _: "Anna's room", 0.0)
+    assert memory.instances()[0].room == "Anna's room"
+
+
 def test_rooms_of_one_floor_do_not_name_things_of_another():
     memory = InstanceMemory()
     for z in (0.5, 3.5):

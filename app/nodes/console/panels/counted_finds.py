@@ -87,7 +87,7 @@ class CountedFindsPanel:
 def judged_finds(status: Status, say: Words) -> list[JudgedFind]:
     """Return what the present goals have found before their last finds, by goal and number."""
     return [
-        JudgedFind(goal_id=goal.goal_id, name=f"{say.goal(goal)} {find.number}", find=find)
+        JudgedFind(goal_id=goal.goal_id, name=say.numbered(goal, find.number), find=find)
         for goal in _present(status)
         for find in goal.counted
     ]
@@ -97,7 +97,7 @@ def find_name(find: FindReport, status: Status, say: Words) -> str:
     """Return the name of the find that waits, where there are several; empty for the only one."""
     goal = next((one for one in _present(status) if one.goal_id == find.goal_id), None)
     if goal is not None and goal.count != 1:
-        return f"{say.goal(goal)} {find.number}"
+        return say.numbered(goal, find.number)
     return say.name(find.object) if status.tour else ""
 
 

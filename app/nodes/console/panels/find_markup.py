@@ -63,20 +63,19 @@ def candidate(
     """Return one candidate: image, probability, position, and when it was seen."""
     x, y, z = (say.number(v, 1) for v in place.point_world)
     image = f'<span class="ip-no-picture">{escape(say("panel.places.no_image"))}</span>'
-    seen = say("panel.places.unseen")
+    where = [say("panel.places.where", x=x, y=y, z=z)]
     if picture is not None and place.picture is not None:
         data = base64.b64encode(picture).decode()
         image = f'<img alt="" src="data:image/jpeg;base64,{data}">'
         since_ns = place.picture.picture.stamp_ns - start_ns
         key = "panel.places.before" if since_ns < 0 else "panel.places.seen"
-        seen = say(key, time=clock(since_ns), m=say.number(place.picture.depth_m, 1))
+        where.append(say(key, time=clock(since_ns), m=say.number(place.picture.depth_m, 1)))
     likely = escape(say("panel.places.likely", share=say.percent(place.probability)))
     taken_for = say("panel.places.classified", label=say.name(label))
     line = f"{escape(taken_for)}<br>" if label else ""
-    where = escape(say("panel.places.where", x=x, y=y, z=z))
     return (
         f'<div class="ip-candidate">{image}<p><b>{number}</b> {likely}<br>'
-        f"{line}<span>{where}<br>{escape(seen)}</span></p></div>"
+        f"{line}<span>{'<br>'.join(map(escape, where))}</span></p></div>"
     )
 
 

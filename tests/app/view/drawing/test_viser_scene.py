@@ -229,7 +229,7 @@ def test_likely_places_are_amber_and_the_find_is_green(make):
 
 def test_what_was_found_before_keeps_its_box(make):
     two = GoalStatus(
-        goal_id=1, object="chair", count=3, outcome="active",
+        goal_id=1, object="chair", display="chairs", count=3, outcome="active",
         counted=[
             CountedFind(number=1, position_world=(1.0, 2.0, 0.4)),
             CountedFind(number=3, position_world=(3.0, 2.0, 0.4)),

@@ -96,8 +96,8 @@ def test_two_are_found_and_a_rejected_one_does_not_count_and_is_not_found_again(
     )  # fmt: skip
     assert last.counted == (dataclasses.replace(right, confirmed=True),)
     assert last.rejected == (wrong,)
-    assert events(results, "rejected") == ["not the plants 1: searching on"]
-    assert events(results, "confirmed") == ["plants 2: confirmed by the operator"]
+    assert events(results, "rejected") == ["not the plant 1: searching on"]
+    assert events(results, "confirmed") == ["plant 2: confirmed by the operator"]
     assert not events(results, "found")
 
 

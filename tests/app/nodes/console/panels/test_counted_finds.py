@@ -61,10 +61,10 @@ def shown(gui):
 def test_each_find_that_waits_has_buttons_of_its_own(panel, stage):
     finds, gui, sent = panel
     finds.show(stage.status_of(goal=chairs((1, 3, 4), confirmed=(3,))))
-    assert ["chairs 4" in shown(gui)[0], "chairs 1" in shown(gui)[1]] == [True, True]
+    assert ["chair 4" in shown(gui)[0], "chair 1" in shown(gui)[1]] == [True, True]
     assert [group.label for group in gui.groups[:2]] == ["Find 4", "Find 1"]
     assert [group.visible for group in gui.groups] == [True, True] + [False] * (LISTED - 2)
-    assert "Confirmed: chairs 3" in gui.texts[0].content
+    assert "Confirmed: chair 3" in gui.texts[0].content
     gui.press(1, 1)
     gui.press(0, 0)
     assert sent == [("reject", 4, 1), ("confirm", 4, 4)]
@@ -80,11 +80,11 @@ def test_a_find_keeps_its_row_while_others_come_and_go(panel, stage):
     with pytest.raises(CommandError, match="no longer in the list"):
         gui.press(0, 0)
     gui.press(1, 0)
-    assert ["chairs 1" in shown(gui)[0], "chairs 3" in shown(gui)[1]] == [True, True]
+    assert ["chair 1" in shown(gui)[0], "chair 3" in shown(gui)[1]] == [True, True]
     assert sent == [("confirm", 4, 2), ("confirm", 4, 1)]
     finds.show(stage.status_of(goal=chairs((1, 2, 3), confirmed=(1, 2, 3))))
     finds.show(stage.status_of(goal=chairs((4, 5), goal_id=5)))
-    assert ["chairs 5" in shown(gui)[0], "chairs 4" in shown(gui)[1]] == [True, True]
+    assert ["chair 5" in shown(gui)[0], "chair 4" in shown(gui)[1]] == [True, True]
 
 
 def test_what_finds_no_row_is_counted_and_nothing_is_shown_without_a_find(panel, stage):
@@ -100,7 +100,7 @@ def test_finds_of_a_tour_are_judged_with_their_goal(panel, stage):
     finds, gui, sent = panel
     tour = [chairs((1,)), chairs((1,), goal_id=5, display="cups", object="cup")]
     finds.show(stage.status_of(goal=tour[0], tour=tour))
-    assert ["cups 1" in shown(gui)[0], "chairs 1" in shown(gui)[1]] == [True, True]
+    assert ["cup 1" in shown(gui)[0], "chair 1" in shown(gui)[1]] == [True, True]
     gui.press(0, 1)
     assert sent == [("reject", 5, 1)]
 
@@ -108,7 +108,7 @@ def test_finds_of_a_tour_are_judged_with_their_goal(panel, stage):
 def test_the_find_that_waits_is_named_where_there_are_several(stage):
     find = msgspec.structs.replace(stage.find_of(), goal_id=4, number=2, object="chair")
     one = chairs((), count=1)
-    assert find_name(find, stage.status_of(goal=chairs((1,))), ENGLISH) == "chairs 2"
+    assert find_name(find, stage.status_of(goal=chairs((1,))), ENGLISH) == "chair 2"
     assert find_name(find, stage.status_of(goal=one), ENGLISH) == ""
     tour = [one, chairs((), goal_id=5)]
     assert find_name(find, stage.status_of(goal=one, tour=tour), ENGLISH) == "chair"

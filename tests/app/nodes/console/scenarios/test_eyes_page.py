@@ -655,7 +655,7 @@ def test_each_of_several_finds_is_confirmed_or_rejected_by_itself(page, parts, s
     expect(view.get_by_text("Found so far:")).to_be_visible()
     rows = view.get_by_text("m high", exact=False)
     expect(rows).to_have_count(2)
-    expect(rows.first).to_have_text("chairs 2 at (1.3, 3.4) m, 0.4 m high")
+    expect(rows.first).to_have_text("chair 2 at (1.3, 3.4) m, 0.4 m high")
     shoot("counted-finds", 1_000)
     for number, button, verdict in ((2, "Confirm", "confirm"), (1, "Not this", "reject")):
         before = len(noted.home.requests)
@@ -665,7 +665,7 @@ def test_each_of_several_finds_is_confirmed_or_rejected_by_itself(page, parts, s
         noted.wait_for_request(page, before, (keys.FEEDBACK, encode(request)))
     confirmed = msgspec.structs.replace(counted[1], confirmed=True)
     noted.home.goal = msgspec.structs.replace(noted.home.goal, counted=[confirmed], rejected=1)
-    expect(view.get_by_text("Confirmed: chairs 2")).to_be_visible()
+    expect(view.get_by_text("Confirmed: chair 2")).to_be_visible()
     expect(rows).to_have_count(0)
     shoot("counted-finds-judged", 1_000)
     noted.home.begin_again()

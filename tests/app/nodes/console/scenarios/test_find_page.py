@@ -129,7 +129,7 @@ def test_a_doubtful_find_is_perhaps_everywhere(home, page, stage):
     expect_state(page, "Perhaps found")
     expect(page.locator("#goal")).to_have_text("red hat")
     expect(page.locator("#notice")).to_contain_text("Perhaps found: red hat")
-    expect(panels(page).locator(".ip-now")).to_contain_text("Perhaps found red hat")
+    expect(panels(page).locator(".ip-now")).to_contain_text("Perhaps found: red hat")
     expect(panels(page).locator(".ip-goals")).to_contain_text("found, not confirmed")
     page.keyboard.press("g")
     expect(page.locator("#goals-ended")).to_contain_text("found, not confirmed")

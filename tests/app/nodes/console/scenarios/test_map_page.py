@@ -102,6 +102,25 @@ def test_the_colours_can_be_switched(growing, tmp_path):
     view.get_by_role("button", name="Camera", exact=True).click()
 
 
+_TABS_WAIT = """let first;
+Object.defineProperty(globalThis, "ipponMapFirst", {
+    get: () => first,
+    set: (value) => { first = Object.assign(value, { release: () => {} }); },
+});"""
+"""As on a slow machine: what comes after the map waits for long."""
+
+
+def test_a_panel_for_developers_is_not_shown_before_the_tabs(growing):
+    page = growing.window.new_page()
+    page.add_init_script(_TABS_WAIT)
+    page.goto(growing.console.url)
+    theirs = panels(page).get_by_text("Scene tree")
+    expect(theirs).to_be_attached()
+    expect(theirs).to_be_hidden()
+    expect(panels(page).get_by_role("tab")).to_have_count(0)
+    page.close()
+
+
 def test_a_find_is_shown_and_can_be_rejected(growing, stage):
     page, home = growing.page, growing.home
     home.begin_again()

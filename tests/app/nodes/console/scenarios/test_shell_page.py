@@ -15,7 +15,7 @@ from app.messages.driving import DriveStatus
 from app.messages.lease import LeaseStatus
 from app.messages.memory import MemoryReply
 from app.nodes.console.scene.click_explanation import ClickExplanation
-from app.nodes.console.scene.shell_state import ShellState, ShownFind
+from app.nodes.console.scene.shell_state import ShellState, ShownFind, ShownUnfound
 from app.nodes.console.web import assets, gateway
 from app.nodes.console.web.access import OpenAccess
 from app.nodes.console.web.gateway import Gateway
@@ -389,6 +389,22 @@ def test_a_verdict_is_for_the_find_that_the_notice_shows(page, post, navigator):
     page.locator("#notice").get_by_role("button", name="Confirm", exact=True).click()
     _until(lambda: page.wait_for_timeout(50) or navigator.actions)
     assert navigator.actions == [("confirm", 7, 2)]
+
+
+def test_a_find_of_a_tour_waits_over_the_scene_while_the_robot_goes_on(page, post, navigator):
+    find = ShownFind(
+        goal_id=7, number=2, name="chair 2", position=(1.0, 2.0, 0.5), size=(0.2, 0.2, 0.2),
+        perhaps=False, out_of_reach_m=None,
+    )  # fmt: skip
+    lost = ShownUnfound(goal_id=3, name="hat", places=0)
+    post(msgspec.structs.replace(SEARCHING, state="searching", find=find, unfound=lost))
+    notice = page.locator("#notice")
+    expect(notice).to_contain_text("Found: chair 2 Is this it?")
+    notice.get_by_role("button", name="Not this", exact=True).click()
+    _until(lambda: page.wait_for_timeout(50) or navigator.actions)
+    assert navigator.actions == [("reject", 7, 2)]
+    post(msgspec.structs.replace(SEARCHING, state="searching", unfound=lost))
+    expect(notice).to_contain_text("Not found: hat")
 
 
 def test_a_plan_without_a_map_has_no_rooms(page):
