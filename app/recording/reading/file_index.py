@@ -33,8 +33,9 @@ from ippon.frame import NANOSECONDS
 from ippon.mapping import map_file
 
 MAGIC: Final = b"\x89MCAP0\r\n"
-BACKWARDS_NS: Final = NANOSECONDS
-"""Largest step back in time from one chunk to the next that is accepted as disorder."""
+BACKWARDS_NS: Final = 2 * NANOSECONDS
+"""Largest step back in time from one chunk to the next that is accepted as disorder: the recorder
+holds depth images for up to 1.5 s."""
 _ENTRY: Final = np.dtype([("time", "<u8"), ("offset", "<u8")])
 _WORDS: Final = struct.Struct("<HI")
 OUTSIDE_CHUNKS: Final = -1

@@ -148,8 +148,8 @@ class Session:
         """Return what is to be written now."""
         resting = self._resting
         if resting is not None and self._rest.is_at_rest(now_s) and not resting.keeps(message):
-            return []
-        return self._thinning.take(message)
+            return self._thinning.overdue(message.wall_ns)
+        return [*self._thinning.overdue(message.wall_ns), *self._thinning.take(message)]
 
     def _add_markers(self, wall_ns: int, now_s: float) -> None:
         try:

@@ -67,6 +67,15 @@ class SensorSubsampling:
         self._kept[message.key] = period
         return [*self._depth_of(stamp_ns), message]
 
+    def overdue(self, wall_ns: int) -> list[Arrived]:
+        """Return what has waited long enough at a time, also where no further image comes."""
+        due_ns = wall_ns - round(HELD_S * NANOSECONDS)
+        kept: list[Arrived] = []
+        for key, held in self._held.items():
+            while held and held[0].message.wall_ns < due_ns:
+                kept += self._let_go(key, 1)
+        return kept
+
     def drain(self) -> list[Arrived]:
         """Return what is to be written at the end."""
         return [one for key in _DEPTHS for one in self._let_go(key, len(self._held[key]))]

@@ -76,12 +76,12 @@ def test_depth_and_heatmaps_are_thinned_together_and_nothing_else(made_up, tmp_p
     recording.close()
 
 
-def _rest(session, made_up, ticks):
+def _rest(session, made_up, ticks, heatmap_every=1):
     """Record a robot that stands with its search over, at five images a second."""
     pose = next(payload for key, payload in made_up.messages_of(0, 1) if key == keys.TF)
     for tick in ticks:
         for n, (key, payload) in enumerate(made_up.messages_of(tick, tick + 1)):
-            if key != keys.EVENT:
+            if key != keys.EVENT and (key != keys.HEATMAP or tick % heatmap_every == 0):
                 time_ns = made_up.START_NS + tick * 10**9 // made_up.HZ + n * 1000
                 sent = pose if key == keys.TF else payload
                 session.add(key, sent, time_ns, tick / made_up.HZ)
@@ -110,6 +110,18 @@ def test_of_a_robot_that_rests_fewer_images_and_whole_maps_are_kept(made_up, tmp
     assert count(keys.COLOR, -1.0, 4.99) == 25
     assert count(keys.COLOR, 64.99, 71.0) == 30
     assert count(keys.DEPTH, 64.99, 71.0) == (12 if sensor_hz else 30)
+    recording.close()
+
+
+@pytest.mark.parametrize("heatmap_every", [1, 4, 1000])
+def test_a_depth_image_that_waited_does_not_pass_for_a_clock_that_was_set_back(
+    made_up, tmp_path, heatmap_every
+):
+    session = Session(tmp_path, "home/3", RecordingLimits(min_free_gb=0.0), 1, sensor_hz=2.0)
+    _rest(session, made_up, range(5 * 32), heatmap_every)
+    session.close()
+    recording = Recording(session.writer.folder)
+    assert recording.index.problems == []
     recording.close()
 
 
