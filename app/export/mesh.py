@@ -49,7 +49,7 @@ def _map_of(recording: Recording, on_progress: OnProgress) -> VoxelMap:
     if not frames:
         raise RecordingError(
             f"{recording.path} has no depth image with colour and pose to make a mesh of"
-            + (f" ({refused} are inconsistent)" if refused else "")
+            + (f" ({refused} are inconsistent)" if refused else "; `ippon doctor FILE` says why")
         )
     return voxel_map
 

@@ -132,7 +132,7 @@ def _follow(recording: Recording, source: BagPoses) -> Trajectory | None:
 def _no_pose(path: Path) -> str:
     return (
         f"{path} has no pose of the robot: neither tf nor odometry leads to {BASE_FRAME} from "
-        f"{WORLD_FRAME} or another root"
+        f"{WORLD_FRAME} or another root; `ippon doctor FILE` says what is missing"
     )
 
 

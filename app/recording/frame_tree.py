@@ -58,7 +58,7 @@ class FrameTree:
     """
 
     def __init__(self, clock_offset_s: float = 0.0, base: str = BASE_FRAME) -> None:
-        self._base = base
+        self.base = base
         self._offset_ns = round(NANOSECONDS * clock_offset_s)
         self._parents: dict[str, str] = {}
         self._moving: dict[str, _Span] = {}
@@ -133,7 +133,7 @@ class FrameTree:
         It is the base where the messages name no frame, or one that tf does not know either.
         """
         child = "" if self._odometry is None else self._odometry[1]
-        base, names = self._base, self.names
+        base, names = self.base, self.names
         unknown = child not in names and base not in names and child != self._camera
         return base if not child or unknown else child
 
@@ -150,14 +150,14 @@ class FrameTree:
         """
         if self._odometry is None or self.odometry_child in self._parents:
             return None
-        tree = FrameTree(self._offset_ns / NANOSECONDS, self._base)
+        tree = FrameTree(self._offset_ns / NANOSECONDS, self.base)
         tree._parents, tree._moving = dict(self._parents), dict(self._moving)
         tree._images, tree._camera, tree._has_fixed = self._images, self._camera, self._has_fixed
         tree._refused = self._refused
         tree._parents[self.odometry_child] = self._odometry[0]
         tree._moving[self.odometry_child] = self._odometry[2]
         if mount and self.camera and self.camera not in tree._parents:
-            tree._parents[self.camera] = self._base
+            tree._parents[self.camera] = self.base
         return tree
 
     @property
@@ -168,7 +168,7 @@ class FrameTree:
     @property
     def world(self) -> str:
         """`map`, where it exists; else the root above the base."""
-        return WORLD_FRAME if WORLD_FRAME in self.names else self._up(self._base)[-1]
+        return WORLD_FRAME if WORLD_FRAME in self.names else self._up(self.base)[-1]
 
     def problem(self) -> str:
         """Return why no image can have a pose; empty where frames and times lead to the camera."""
@@ -180,15 +180,15 @@ class FrameTree:
 
     def _way_problem(self) -> str:
         world = self.world
-        no_base = NO_BASE if self._base == BASE_FRAME else ""
-        if world == self._base:
-            told = self._told(f"nothing says where {self._base!r} is")
-            return told + (no_base if self._parents and self._base not in self.names else "")
-        for name in (self._base, self._camera):
+        no_base = NO_BASE if self.base == BASE_FRAME else ""
+        if world == self.base:
+            told = self._told(f"nothing says where {self.base!r} is")
+            return told + (no_base if self._parents and self.base not in self.names else "")
+        for name in (self.base, self._camera):
             if name and world not in self._up(name):
                 end = self._up(name)[-1]
                 why = f"nothing names {name!r}" if end == name else f"it ends at {end!r}"
-                hint = no_base if name == self._base and end == name else ""
+                hint = no_base if name == self.base and end == name else ""
                 return self._told(f"no way from {world!r} to {name!r}: {why}") + hint
         return ""
 
@@ -212,8 +212,7 @@ class FrameTree:
     def _spans(self, world: str) -> list[tuple[str, _Span]]:
         """Return the moving frames between the world and base and camera, and their times."""
         ways = (
-            takewhile(lambda name: name != world, self._up(end))
-            for end in (self._base, self.camera)
+            takewhile(lambda name: name != world, self._up(end)) for end in (self.base, self.camera)
         )
         names = dict.fromkeys(name for way in ways for name in way)
         return [(name, self._moving[name]) for name in names if name in self._moving]

@@ -252,6 +252,9 @@ class Doctor:
     profile: str | None = None
     """Built-in profile or YAML file to compare the robot's camera with; for a recording, the one
     whose section `ros2` names its topics, as in `ippon replay`."""
+    base_frame: str = "base_link"
+    """For a bag that has no frame `base_link`: the frame of its base, such as `base_footprint`, as
+    in `ippon replay`."""
 
 
 Tool = User | Export | Ask | Control | Read | Memory | Levels | Profile | Config | Doctor

@@ -122,13 +122,16 @@ def _run_file_doctor(command: Doctor) -> int:
             "checked by `ippon recognise`, which says what it lacks"
         )
     try:
-        robot = read_bag_robot(command.profile)
+        robot = read_bag_robot(command.profile, command.base_frame)
+        if not robot.base:
+            raise UsageError("--base-frame names the frame of the base, such as base_footprint")
         checkup = check(
             path,
             repair=True,
             names=robot.names,
             mount=robot.T_base_camera is not None,
             clock_offset_s=robot.clock_offset_s,
+            base=robot.base,
         )
     except (RecordingError, RobotFileError) as error:
         raise UsageError(str(error)) from error

@@ -12,11 +12,12 @@ from mcap.writer import CompressionType, Writer
 
 from app.messages import keys
 from app.messages.cdr import MessageError
+from app.messages.keys import BASE_FRAME
 from app.recording.camera_topics import COLORS, DEPTHS, POSES, image_problems, topic_problem
 from app.recording.channels import USUAL, Names, Topic, to_recorded, topic_of
 from app.recording.depth_pairs import FEW, DepthPairs
 from app.recording.errors import RecordingError
-from app.recording.frame_tree import NO_MOUNT, FrameTree
+from app.recording.frame_tree import NO_BASE, NO_MOUNT, FrameTree
 from app.recording.live_file import is_held
 from app.recording.reading.recording import OtherTopic, Recording
 from app.recording.timeline import TIMELINE_ATTACHMENT, pack_timeline, timeline_of
@@ -64,6 +65,7 @@ def check(
     names: Names = USUAL,
     mount: bool = False,
     clock_offset_s: float = 0.0,
+    base: str = BASE_FRAME,
 ) -> RecordingCheck:
     """Check a recording, and rewrite it if it was not ended.
 
@@ -77,6 +79,7 @@ def check(
         names: Topics of a robot that has names of its own.
         mount: A profile says where the camera is on the base.
         clock_offset_s: How far the camera's clock is behind that of the poses.
+        base: Frame of the base, of a bag that has no frame `base_link`.
 
     Raises:
         RecordingError: It is not a recording, is empty, or the repaired file cannot be written.
@@ -84,7 +87,7 @@ def check(
     recording = Recording(path, names=names)
     ours = "robot" in recording.index.metadata.get("ippon/versions", {})
     try:
-        count, tree, pairs = 0, FrameTree(clock_offset_s), DepthPairs()
+        count, tree, pairs = 0, FrameTree(clock_offset_s, base), DepthPairs()
         for message in recording.all_messages():
             count += 1
             with suppress(MessageError):
@@ -136,12 +139,16 @@ def _pose_problem(recording: Recording, tree: FrameTree, colors: list[int], *, m
     """
     if not set(POSES) & set(recording.keys):
         return ""
+    if tree.base != BASE_FRAME and BASE_FRAME in tree.names:
+        return f"it has a frame {BASE_FRAME!r}, whose place {tree.base!r} cannot take"
     used, problem = tree, tree.problem()
     with_odometry = tree.with_odometry(mount=mount) if problem else None
     if with_odometry is not None:
         used, problem = with_odometry, with_odometry.problem()
         if problem and tree.lacks_mount and not mount:
             problem += NO_MOUNT
+    if problem.endswith(NO_BASE):
+        problem += ", or --base-frame names the frame of the base"
     if problem:
         return f"no image has a pose: {problem}"
     count = used.count_unposed(colors)

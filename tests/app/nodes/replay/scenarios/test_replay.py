@@ -281,6 +281,31 @@ def test_the_base_of_a_bag_is_the_frame_that_was_named(tmp_path, root):
     assert (first.key, same.parent, same.child) == (keys.TF_STATIC, "base_footprint", "base_link")
 
 
+@pytest.mark.parametrize(
+    ("has", "options", "status", "text"),
+    [
+        ("base_footprint", [], 1, "or --base-frame names the frame of the base"),
+        ("base_footprint", ["--base-frame", "/base_footprint"], 0, "whole"),
+        ("base_footprint", ["--base-frame", "chassis"], 1, "nothing names 'chassis'"),
+        ("base_footprint", ["--base-frame", ""], 2, "such as base_footprint"),
+        ("base_link", ["--base-frame", "chassis"], 1, "whose place 'chassis' cannot take"),
+    ],
+)
+def test_the_doctor_of_a_bag_takes_the_base_that_is_named(
+    has, options, status, text, tmp_path, capsys
+):
+    bag = _bag(tmp_path / "a", base_frame=has)
+    assert run(["doctor", str(bag), *options]) == status
+    told = capsys.readouterr()
+    assert text in told.out + told.err
+
+
+def test_what_a_bag_without_poses_cannot_be_exported_as_leads_to_the_doctor(tmp_path, capsys):
+    bag = _bag(tmp_path / "a", base_frame="base_footprint")
+    assert run(["export", str(bag), "tum", "mesh", "--out", str(tmp_path / "out")]) == 1
+    assert capsys.readouterr().out.count("; `ippon doctor FILE` says w") == 2
+
+
 @pytest.mark.parametrize("command", READERS)
 @pytest.mark.parametrize(
     ("has", "name", "why"),
