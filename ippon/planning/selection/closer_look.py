@@ -121,7 +121,8 @@ class CloserLookSelector:
             if len(cluster) <= self._config.share * termination_min:
                 continue
             if self._was_left(cluster):
-                if len(cluster) > max(termination_min, 0 if known is None else len(known)):
+                least = max(termination_min, 0 if known is None else len(known))
+                if len(cluster) > least and not self.out_of_reach.is_given_up(cluster):
                     known = cluster
                 continue
             found = self._look.first_sight(cluster, nodes, around, tree, xy)

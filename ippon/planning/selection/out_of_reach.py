@@ -87,16 +87,24 @@ class OutOfReach:
         self._interrupted = InterruptedLooks(look, 2)
         """Steps of tries and of ways. Two objects of nearly the same size take turns without end
         otherwise."""
+        self._given_up: list[Float64Array] = []
+        """Centre of each object whose nearest place the robot did not get to in time."""
 
     def reset(self) -> None:
         """Drop all cases, for another object."""
         self._case = None
         self._interrupted.clear()
+        self._given_up.clear()
 
     def reopen(self) -> None:
         """Look for detours again: the margin of the floor was reduced."""
         if self._case is not None:
             self._case.sure, self._case.stand = 0, None
+
+    def is_given_up(self, cluster: Float64Array) -> bool:
+        """Return whether the robot explores in place of going on to an object, (M, 3) voxels."""
+        centre = cluster.mean(axis=0)
+        return any(is_same_cluster(self._look, old, centre) for old in self._given_up)
 
     def choose(
         self,
@@ -147,6 +155,8 @@ class OutOfReach:
             case.stand = found
         case.approach += 1
         if not _lasts(case.approach, case.approach_before, approach_steps):
+            if not self.is_given_up(cluster):
+                self._given_up.append(case.centre)
             return None
         place, voxel = case.stand
         node = int(tree.order[np.argmin(np.hypot(*(xy[tree.order] - place).T))])

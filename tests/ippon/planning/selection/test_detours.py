@@ -7,6 +7,7 @@ import pytest
 
 from ippon.planning.roadmap.sampling import mark_discs
 from ippon.planning.selection import out_of_reach as out_of_reach_module
+from ippon.planning.selection.closer_look import CloserLookConfig, CloserLookSelector
 from ippon.planning.selection.detours import (
     DetourConfig,
     Surroundings,
@@ -100,6 +101,37 @@ def test_two_objects_out_of_reach_that_take_turns_are_given_up(monkeypatch, turn
     planned.reset()
     again = [planned.choose(one, around, tree, place[None], far, enough=0.5) for _ in range(30)]
     assert any(again), "for another goal"
+
+
+def test_after_an_object_out_of_reach_is_given_up_a_smaller_one_is_tried(monkeypatch):
+    place = np.array([1.0, 1.0])
+    sizes = {2.0: 60, 6.0: 40}
+    voxels = np.concatenate(
+        [[(2.0 + 0.1 * (n % 4), y + 0.1 * (n // 4), 0.5) for n in range(size)]
+         for y, size in sizes.items()]
+    )  # fmt: skip
+    monkeypatch.setattr(out_of_reach_module, "find_detour", lambda *_: None)
+    monkeypatch.setattr(
+        out_of_reach_module, "nearest_viewing_position", lambda *given: (place, given[2][0])
+    )
+    around = SimpleNamespace(
+        camera_z_m=1.0, is_visible=lambda *_: False, grid=SimpleNamespace(voxel_size=0.1)
+    )
+    tree = SimpleNamespace(order=np.array([0]), cost=np.zeros(1))
+    selector = CloserLookSelector(CloserLookConfig(), 0.5)
+    monkeypatch.setattr(selector._passing, "choose", lambda *_, **__: None)
+    for y, size in sizes.items():
+        cluster = voxels[-size:] if y > 4.0 else voxels[:size]
+        selector._left.append((cluster.mean(axis=0), size))
+    far = np.eye(4)  # The robot never arrives.
+    looks = [
+        selector.choose(voxels, around, tree, place[None], far, termination_min=9.0)
+        for _ in range(1000)
+    ]
+    looked_at = [round(look.away_m) for look in looks if look is not None]
+    most = OutOfReachConfig().approach_steps
+    assert looked_at == [1] * most + [5] * most, "the larger one first, each once"
+    assert not any(looks[700:])
 
 
 def test_counts_without_meaning_are_refused():
