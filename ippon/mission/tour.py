@@ -121,6 +121,8 @@ class Tour:
             self.replan()
         if self.lead.over and self.running:
             self.lead = self.running[0]
+            if self.lead.state is MissionState.STARTING:
+                self.lead.state = MissionState.SEARCHING
         elif self.lead.cancelled:
             kept = (one for one in self.searches if not one.cancelled)
             self.lead = next(kept, self.lead)

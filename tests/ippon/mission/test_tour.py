@@ -73,6 +73,7 @@ def test_all_of_three_are_found_and_announced_as_they_come(home):
     counts = [sum(o.state is GoalState.FOUND for o in r.snapshot.tour) for r in results]
     assert counts == sorted(counts)
     assert set(counts) == {0, 1, 2, 3}, "each is announced while the others are still missing"
+    assert MissionState.STARTING not in [r.snapshot.state for r in results], "a tour goes on"
     assert "toilet and bathtub and plant in one tour" in events(results, "goal_set")[0]
 
 
