@@ -26,7 +26,7 @@ from ippon.control.drive_mode import NO_INPUT
 from tests.app.nodes.console.drawn_home import things_of
 from tests.app.nodes.console.opened_page import expect_state, panels
 from tests.app.relay import Relay
-from tests.chromium import PATIENCE_MS, new_window
+from tests.chromium import PATIENCE_MS, box_at_rest, new_window
 
 pytestmark = pytest.mark.browser
 
@@ -578,6 +578,31 @@ def test_the_header_of_a_small_window_shows_what_is_searched_for(page, post, wid
     assert goal.evaluate("(e) => e.scrollWidth <= e.clientWidth"), "its end is cut off"
     right = goal.evaluate("(e) => e.getBoundingClientRect().right")
     assert right <= page.locator(".now").evaluate("(e) => e.getBoundingClientRect().right")
+
+
+_PANEL_PX = 376
+_BESIDE_THE_PANEL = f"""for (const one of document.querySelectorAll(".stack, #explanation"))
+    one.style.setProperty("--scene-right", "{_PANEL_PX}px");"""
+"""In a page without a scene, which says how wide the panel is."""
+
+
+@pytest.mark.parametrize("is_listed", [False, True])
+def test_an_explanation_and_a_notice_are_beside_each_other(page, post, is_listed):
+    lost = ShownUnfound(goal_id=3, name="the little red hat of my grandmother", places=2)
+    post(unfound=lost, explanation=ClickExplanation(number=4, title="Sofa", note="A sofa."))
+    expect(page.locator("#explanation")).to_be_visible()
+    page.evaluate(_BESIDE_THE_PANEL)
+    if is_listed:
+        page.keyboard.press("g")
+    for width in (1100, 1200, 1400, 1440):
+        page.set_viewport_size({"width": width, "height": 900})
+        explained, notice = (box_at_rest(page.locator(f"#{n}")) for n in ("explanation", "notice"))
+        left, top = notice["x"], notice["y"]
+        right, bottom = left + notice["width"], top + notice["height"]
+        assert not _meets((left, top, right, bottom), explained), width
+        for box in (explained, notice):
+            assert box["width"] > 150, width
+            assert box["x"] + box["width"] <= width - _PANEL_PX
 
 
 @pytest.mark.parametrize("width", [970, 1024, 1440])
