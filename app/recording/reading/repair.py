@@ -87,12 +87,8 @@ def check(
     recording = Recording(path, names=names)
     ours = "robot" in recording.index.metadata.get("ippon/versions", {})
     try:
-        count, tree, pairs = 0, FrameTree(clock_offset_s, base), DepthPairs()
-        for message in recording.all_messages():
-            count += 1
-            with suppress(MessageError):
-                tree.add(message.key, message.payload)
-            pairs.add(message.key, message.payload)
+        tree, pairs = FrameTree(clock_offset_s, base), DepthPairs()
+        count = _take_all(recording, tree, pairs)
         problems = list(recording.index.problems)
         problems += [f"{text} ({n} messages)" for text, n in recording.damaged.items()]
         if problem := _pose_problem(recording, tree, pairs.colors, mount=mount):
@@ -120,6 +116,17 @@ def check(
         )
     finally:
         recording.close()
+
+
+def _take_all(recording: Recording, tree: FrameTree, pairs: DepthPairs) -> int:
+    """Read a recording into its frames and pairs of images; return the number of its messages."""
+    count = 0
+    for message in recording.all_messages():
+        count += 1
+        with suppress(MessageError):
+            tree.add(message.key, message.payload)
+        pairs.add(message.key, message.payload)
+    return count
 
 
 def _problems_of_others(recording: Recording, pairs: DepthPairs) -> Iterator[str]:
