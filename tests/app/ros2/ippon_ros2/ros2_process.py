@@ -1,6 +1,7 @@
 """Processes of ROS 2's Python, apart from the ROS 2 of others on this machine."""
 
 import contextlib
+import fcntl
 import os
 import shutil
 import subprocess
@@ -17,7 +18,11 @@ HAS_COMPILER = shutil.which("g++") is not None and shutil.which("gcc") is not No
 def build_action_types():
     """Build nav2_msgs with the action NavigateToPose, which PyPI does not have, once."""
     script = Path(__file__).with_name("action_types.py")
-    subprocess.run([str(ROS2_PYTHON), str(script), str(TYPES)], check=True, capture_output=True)
+    TYPES.mkdir(parents=True, exist_ok=True)
+    with (TYPES / "lock").open("w") as lock:
+        # Another worker may be building it.
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        subprocess.run([str(ROS2_PYTHON), str(script), str(TYPES)], check=True, capture_output=True)
 
 
 def ros2_environment(domain):

@@ -43,11 +43,12 @@ RELOAD = "document.getElementById('view').contentWindow.location.reload()"
 @pytest.fixture
 def post(state_feed):
     """Has the pages show a state, or the last one with changes."""
-    last, is_over = [SEARCHING], threading.Event()
+    last, is_over, lock = [SEARCHING], threading.Event(), threading.Lock()
 
     def show(state=None, **changes):
-        last[0] = msgspec.structs.replace(last[0] if state is None else state, **changes)
-        state_feed.post(msgspec.json.encode(last[0]))
+        with lock:
+            last[0] = msgspec.structs.replace(last[0] if state is None else state, **changes)
+            state_feed.post(msgspec.json.encode(last[0]))
 
     def go_on():
         while not is_over.wait(1.0):
@@ -149,25 +150,33 @@ def test_the_page_starts_while_the_document_of_the_scene_has_no_element(
     page.on("pageerror", lambda problem: problems.append(str(problem)))
     page.goto(client.origin, wait_until="commit")
     try:
-        expect_state(page, "Searching")
-        assert page.evaluate("document.getElementById('view').contentDocument.documentElement") is (
-            None
+        # Until its first bytes come, it is the empty document that every frame begins with.
+        page.wait_for_function(
+            "() => document.getElementById('view')?.contentDocument?.documentElement === null"
         )
+        expect_state(page, "Searching")
     finally:
         goes_on.set()
     assert problems == []
 
 
 def test_a_page_that_slept_asks_before_it_leaves_its_line(window, alone, post):
-    page = window.new_page()
+    page, pongs = window.new_page(), []
+
+    def hear(socket):
+        socket.on("framereceived", lambda text: '"pong"' in str(text) and pongs.append(text))
+
+    page.on("websocket", hear)
     page.clock.install()
     page.goto(alone.origin)
     page.clock.run_for(1_000)
     expect_state(page, "Searching")
     opened = _sockets(page, "/api/ws")
     for _ in range(3):
+        before = len(pongs)
         page.clock.fast_forward(60_000)
-        page.wait_for_timeout(300)
+        # An answer comes in the time of this machine, whatever the page's clock says.
+        _until(lambda before=before: page.wait_for_timeout(20) or len(pongs) > before)
     expect_state(page, "Searching")
     assert opened == []
 
@@ -231,8 +240,9 @@ def test_an_explanation_from_before_stays_closed_and_one_that_was_closed_too(pag
     expect_state(later, "Searching")
     expect(later.locator("#explanation")).to_be_hidden()
     page.locator("#explanation-close").click()
+    opened = _sockets(page, "/api/ws")
     _drop_lines(page, alone)
-    expect_state(page, "Disconnected")
+    _until(lambda: page.wait_for_timeout(50) or opened)
     expect_state(page, "Searching")
     expect(card).to_be_hidden()
     post(explanation=ClickExplanation(number=5, title="Table"))

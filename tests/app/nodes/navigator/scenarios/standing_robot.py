@@ -1,6 +1,8 @@
 """A robot in a simulated home that publishes what it sees over real sockets, and drives nowhere."""
 
+import contextlib
 import math
+import threading
 import time
 
 import numpy as np
@@ -63,6 +65,23 @@ class Robot:
         if stamp // PERIOD_NS % depth_every == 0:
             put(f"r/{keys.DEPTH}", encode_depth(frame.depth, stamp, optical))
         put(f"r/{keys.COLOR}", encode_color(frame.color, stamp, optical))
+
+    @contextlib.contextmanager
+    def sending(self):
+        """Publish meanwhile, as a robot does while its navigator is asked something."""
+        over = threading.Event()
+
+        def go_on():
+            while not over.wait(0.1):
+                self.send()
+
+        thread = threading.Thread(target=go_on)
+        thread.start()
+        try:
+            yield
+        finally:
+            over.set()
+            thread.join()
 
     def turn(self, yaw_rate_rad_s):
         """Turn for a tenth of a second, and publish; returns stamp and frame."""

@@ -45,7 +45,8 @@ def bid_of(client, search=MUG, who=None):
 def test_a_robot_that_searches_says_so_and_does_not_move_for_the_question(robot, sessions):
     _, client = sessions
     before = robot.send_until(lambda s: s.goal is not None)
-    bid = bid_of(client)
+    with robot.sending():
+        bid = bid_of(client)
     assert (bid.obstacle, bid.detail) == ("searching", "hat")
     after = robot.send_until(lambda s: s.frames > before.frames + 2)
     assert (after.goal, after.queue) == (before.goal, [])
@@ -54,15 +55,15 @@ def test_a_robot_that_searches_says_so_and_does_not_move_for_the_question(robot,
 @pytest.mark.slow
 def test_a_free_robot_takes_one_goal_and_no_second(idle):
     robot, client = idle
-    bid = bid_of(client)
+    elsewhere = SearchRequest(object="mug", context="in the bathroom")
+    with robot.sending():
+        bid, unknown = bid_of(client), bid_of(client, elsewhere)
+        result = assign(client, MUG, nobody)
+        second = assign(client, KEYS, nobody)
     assert (bid.is_free, bid.ground) == (True, "area")
     assert bid.explored_m2 > 1.0
-    assert (
-        bid_of(client, SearchRequest(object="mug", context="in the bathroom")).ground == "unknown"
-    )
-    result = assign(client, MUG, nobody)
+    assert unknown.ground == "unknown"
     assert (result.given.name, result.accepted.position) == ("r", 0)
-    second = assign(client, KEYS, nobody)
     assert second.given is None
     assert second.others[0].bid.obstacle == "searching"
     status = robot.send_until(lambda s: s.goal is not None)
@@ -85,10 +86,11 @@ def test_of_two_people_at_once_one_gets_the_robot(idle, free_endpoint, monkeypat
         threading.Thread(target=lambda pair=pair: results.append(assign(*pair, nobody)))
         for pair in pairs
     ]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join(60.0)
+    with robot.sending():
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(60.0)
     other.close()
     given = [one for one in results if one.given is not None]
     refused = [one for one in results if one.given is None]
@@ -101,6 +103,13 @@ def test_of_two_people_at_once_one_gets_the_robot(idle, free_endpoint, monkeypat
 @pytest.mark.slow
 def test_what_a_person_controls_or_has_stopped_is_left_alone(idle):
     robot, client = idle
+    with robot.sending():
+        _hold_release_stop_and_resume(client)
+    status = robot.send_until(lambda s: s.frames > 0)
+    assert (status.goal, status.queue) == (None, [])
+
+
+def _hold_release_stop_and_resume(client):
     lease = ask(client, f"r/{keys.LEASE}", LeaseRequest(action="request"), LeaseReply, 20.0, ANNA)
     assert lease.standing == "holds"
     held = bid_of(client)
@@ -116,8 +125,6 @@ def test_what_a_person_controls_or_has_stopped_is_left_alone(idle):
     assert assign(client, MUG, nobody).given is None
     control(client, "resume")
     assert bid_of(client).is_free
-    status = robot.send_until(lambda s: s.frames > 0)
-    assert (status.goal, status.queue) == (None, [])
 
 
 @pytest.mark.slow
@@ -130,4 +137,5 @@ def test_a_robot_whose_data_stop_is_lost(idle):
     bid = bid_of(client)
     assert "waiting for" in bid.detail
     robot.send_until(lambda s: s.state != "lost")
-    assert bid_of(client).is_free
+    with robot.sending():
+        assert bid_of(client).is_free

@@ -2,7 +2,6 @@
 
 import datetime as dt
 import json
-import random
 import signal
 import threading
 import time
@@ -20,7 +19,7 @@ from app.messages.motion import StampedTwist, encode_twist
 from tests.app.messages.robot_messages import odometry
 from tests.app.ros2.ippon_ros2.ros2_process import Ros2Process
 from tests.locations import ROS2_PYTHON
-from tests.ports import free_endpoint
+from tests.ports import free_domain, free_endpoint
 
 pytestmark = [
     pytest.mark.process,
@@ -98,9 +97,20 @@ class Rig:
         with self.changed:
             assert self.changed.wait_for(condition, timeout_s), self.bridge.log()
 
-    def drive(self, seconds, linear, turn):
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
+    def publish_until(self, condition, *messages, timeout_s=20.0):
+        """Publish messages until a condition holds: what is sent before two nodes know each other
+        is lost, and nothing tells when they do."""
+        deadline = time.monotonic() + timeout_s
+        while not condition():
+            assert time.monotonic() < deadline, self.bridge.log()
+            for topic, payload in messages:
+                self.publish(topic, payload)
+            with self.changed:
+                self.changed.wait_for(condition, 0.5)
+
+    def drive(self, commands, linear, turn):
+        """Send a number of commands at the navigator's rate."""
+        for _ in range(commands):
             command = StampedTwist(stamp_ns=time.time_ns(), linear_m_s=linear, yaw_rate_rad_s=turn)
             self.session.put("ippon/cmd_vel", encode_twist(command))
             time.sleep(1 / 30)
@@ -116,7 +126,7 @@ class Rig:
 @pytest.fixture(scope="module")
 def rig(tmp_path_factory):
     endpoint = free_endpoint()
-    made = Rig(tmp_path_factory.mktemp("ros2"), random.Random().randrange(1, 100), endpoint)
+    made = Rig(tmp_path_factory.mktemp("ros2"), free_domain(), endpoint)
     yield made
     made.close()
 
@@ -170,9 +180,11 @@ def test_messages_of_the_robot_arrive_as_they_were_sent(rig):
     depth = np.linspace(0.5, 4.0, 480 * 640, dtype=np.float32).reshape(480, 640)
     image = encode_depth_raw(depth, 5_000_000_000, "camera")
     pose = odometry(5_000_000_000, 1.5, 0.0, 0.0)
-    rig.publish("/scout/camera/depth/image_raw", image)
-    rig.publish("/scout/odom", pose)
-    rig.wait_for(lambda: {"camera/depth/image_raw", "odom"} <= rig.arrived.keys())
+    rig.publish_until(
+        lambda: {"camera/depth/image_raw", "odom"} <= rig.arrived.keys(),
+        ("/scout/camera/depth/image_raw", image),
+        ("/scout/odom", pose),
+    )
     came = decode_depth_raw(rig.arrived["camera/depth/image_raw"][-1])
     assert came.stamp_ns == 5_000_000_000
     np.testing.assert_array_equal(came.depth, decode_depth_raw(image).depth)
@@ -181,7 +193,7 @@ def test_messages_of_the_robot_arrive_as_they_were_sent(rig):
 
 def test_commands_reach_the_robot_within_limits_and_zero_follows_them(rig):
     rig.twists.clear()
-    last = rig.drive(1.0, 0.9, 0.3)
+    last = rig.drive(30, 0.9, 0.3)
     rig.wait_for(lambda: any(t["linear"] == 0.0 for t in rig.twists))
     moving = [t for t in rig.twists if t["linear"] != 0.0]
     assert {(t["linear"], t["turn"]) for t in moving} == {(0.5, 0.3)}
@@ -222,7 +234,7 @@ def test_check_names_the_topics_that_a_wrong_name_may_mean(checks):
 
 def test_the_robot_stops_when_the_bridge_is_ended(rig):
     rig.twists.clear()
-    driving = threading.Thread(target=rig.drive, args=(1.0, 0.2, 0.0))
+    driving = threading.Thread(target=rig.drive, args=(30, 0.2, 0.0))
     driving.start()
     try:
         rig.wait_for(lambda: len(rig.twists) > 5)

@@ -2,7 +2,6 @@
 
 import json
 import queue
-import random
 import signal
 import time
 from pathlib import Path
@@ -23,6 +22,7 @@ from tests.app.ros2.ippon_ros2.ros2_process import (
     build_action_types,
 )
 from tests.locations import ROS2_PYTHON
+from tests.ports import free_domain, free_endpoint
 
 pytestmark = [
     pytest.mark.process,
@@ -37,7 +37,7 @@ class Rig:
 
     def __init__(self, folder: Path, endpoint: str, ros2: dict, options: dict) -> None:
         self.folder, self.endpoint = folder, endpoint
-        self.domain = random.Random().randrange(1, 100)
+        self.domain = free_domain()
         self.router, self.session = open_router(endpoint), open_client(endpoint)
         self.goals, self.cancelled = queue.SimpleQueue(), queue.SimpleQueue()
         self.reports = queue.SimpleQueue()
@@ -102,9 +102,8 @@ class Rig:
 @pytest.fixture(scope="module")
 def rig(tmp_path_factory):
     build_action_types()
-    port = random.Random().randrange(20000, 30000)
     made = Rig(
-        tmp_path_factory.mktemp("goals"), f"tcp/127.0.0.1:{port}",
+        tmp_path_factory.mktemp("goals"), free_endpoint(),
         {"navigate": {"topic": "go", "frame": "odom"}}, {"action": "/go"},
     )  # fmt: skip
     yield made

@@ -1,7 +1,6 @@
 """A whole search by a robot that is known through ROS 2 alone: by velocities, and by goals."""
 
 import json
-import random
 import threading
 import time
 from pathlib import Path
@@ -23,6 +22,7 @@ from ippon.geometry import yaw_of
 from tests.app.messages.robot_messages import odometry, raw_color
 from tests.app.ros2.ippon_ros2.ros2_process import HAS_COMPILER, Ros2Process, build_action_types
 from tests.locations import ROS2_PYTHON
+from tests.ports import free_domain
 
 pytestmark = [
     pytest.mark.process,
@@ -152,7 +152,7 @@ def test_a_ros2_robot_with_raw_images_and_odometry_finds_a_hat(
     robot = Robot(session)
     statuses = []
     subscribe(session, f"ippon/{keys.STATUS}", lambda p: statuses.append(decode(p, Status)))
-    domain = random.Random().randrange(1, 100)
+    domain = free_domain()
     options = {
         "connect": free_endpoint,
         "topics": TOPICS,

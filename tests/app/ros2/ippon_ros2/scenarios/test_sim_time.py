@@ -1,7 +1,6 @@
 """The bridge of a robot in a simulator, which publishes its own time on /clock."""
 
 import json
-import random
 import struct
 import threading
 import time
@@ -14,6 +13,7 @@ from app.links.network.session import open_client, open_router
 from app.messages.motion import StampedTwist, encode_twist
 from tests.app.ros2.ippon_ros2.ros2_process import Ros2Process
 from tests.locations import ROS2_PYTHON
+from tests.ports import free_domain
 
 pytestmark = [
     pytest.mark.process,
@@ -46,7 +46,7 @@ def robot(tmp_path, free_endpoint):
         "cmd_vel": "/cmd_vel",
         "cmd_type": TWIST,
     }
-    domain = random.Random().randrange(1, 100)
+    domain = free_domain()
     script = Path(__file__).parents[1] / "ros2_robot.py"
     processes = [Ros2Process([str(script), json.dumps(options)], domain, tmp_path / "robot.log")]
     processes[0].wait_for_log("ready")
