@@ -256,6 +256,8 @@ export class Things {
     if (reply?.ok) {
       this.endEdit(row);
       await this.fetch(true);
+      // Who types meanwhile, the next name or what to find, goes on where they are.
+      if (document.activeElement?.tagName === "INPUT") return reply;
       this.rows.get(this.chosen)?.node?.querySelector(".acts button")?.focus();
     }
     return reply;
