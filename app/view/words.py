@@ -94,6 +94,10 @@ class Words:
         """Return the name of one find of several: "chair 2" also where chairs are searched for."""
         return f"{self.name(goal.object)} {number}"
 
+    def find(self, goal: GoalStatus, number: int) -> str:
+        """Return the name of a find: of several, one thing with its number, where it has one."""
+        return self.numbered(goal, number) if goal.count != 1 and number else self.goal(goal)
+
     def choices(self, labels: Iterable[str]) -> dict[str, str]:
         """Return labels by their names, in alphabetic order, for a list to choose from.
 

@@ -146,10 +146,10 @@ class Session:
 
     def _thinned(self, message: Arrived, now_s: float) -> list[Arrived]:
         """Return what is to be written now."""
-        resting = self._resting
+        resting, due = self._resting, self._thinning.overdue(message.wall_ns)
         if resting is not None and self._rest.is_at_rest(now_s) and not resting.keeps(message):
-            return self._thinning.overdue(message.wall_ns)
-        return [*self._thinning.overdue(message.wall_ns), *self._thinning.take(message)]
+            return due
+        return [*due, *self._thinning.take(message)]
 
     def _add_markers(self, wall_ns: int, now_s: float) -> None:
         try:

@@ -149,7 +149,7 @@ def found_before(status: Status, say: Words = ENGLISH) -> tuple[ObjectMark, ...]
             ObjectMark(
                 center_world=place,
                 size_m=(_PLACE_M, _PLACE_M, _PLACE_M),
-                text=say.goal(goal) if goal.count == 1 else say.numbered(goal, n),
+                text=say.find(goal, n),
                 found=True,
             )
             for n, place in places.items()

@@ -148,13 +148,10 @@ def _find(status: Status, say: Words) -> ShownFind | None:
     if find is None:
         return None
     goal = goal_of(status, find.goal_id)
-    name = say.name(find.object) if goal is None else say.goal(goal)
-    if goal is not None and goal.count != 1 and find.number:
-        name = say.numbered(goal, find.number)
     return ShownFind(
         goal_id=find.goal_id,
         number=find.number or None,
-        name=name,
+        name=say.name(find.object) if goal is None else say.find(goal, find.number),
         position=find.position_world,
         size=find.size_m,
         perhaps=find.perhaps,
