@@ -178,7 +178,7 @@ def _delta(revision: int, index: NDArray[np.int32], looks: NDArray[np.uint8]) ->
     )
 
 
-@njit(cache=True, nogil=True)
+@njit(allocates=True, cache=True, nogil=True)
 def _delta_kernel(rows, slab_of_row, pools, surface, shown, thresholds, index, looks):
     """Compare the blocks' voxels with the state returned last; list the changed ones."""
     color_step, probability_step, confidence_step = thresholds
