@@ -9,8 +9,8 @@ import sys
 from collections.abc import Generator
 from typing import Any
 
+import numba
 from llvmlite import binding
-from numba import njit
 from numba.core import config
 
 __all__ = ["compile_in_second_process", "njit"]
@@ -36,6 +36,19 @@ def use_wide_vectors() -> None:
 
 
 use_wide_vectors()
+
+
+def njit(*, allocates: bool = False, **options: Any) -> Any:
+    """Compile a kernel; a decorator with the options of numba's own.
+
+    Args:
+        allocates: Whether the kernel makes arrays. Only then numba counts references, with an
+            atomic operation for each array of each slice and of each tuple that is passed on. The
+            others borrow their arrays from the caller, and may return none.
+        options: See numba's `jit`.
+    """
+    compiled: Any = numba.njit
+    return compiled(_nrt=allocates, **options)
 
 
 @contextlib.contextmanager

@@ -210,7 +210,7 @@ def _unpack(keys: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.stack(columns, axis=1) - (1 << _HALF_BITS)
 
 
-@njit(cache=True)
+@njit(allocates=True, cache=True)
 def _places_of(away):
     out = np.empty(len(away), np.uint8)
     for n in range(len(away)):

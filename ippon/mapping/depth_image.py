@@ -39,7 +39,10 @@ class DepthImage(NamedTuple):
 
 
 def prepare_depth(
-    depth: NDArray[np.float32], camera: PinholeCamera, max_valid_m: float
+    depth: NDArray[np.float32],
+    camera: PinholeCamera,
+    max_valid_m: float,
+    padded: NDArray[np.float32],
 ) -> DepthImage:
     """Clean a depth image and compute its slopes and tiles.
 
@@ -48,10 +51,11 @@ def prepare_depth(
             no return.
         camera: Intrinsics of `depth`.
         max_valid_m: Readings above are a sensor's code for "nothing".
+        padded: (H + 2, W + 2) for `DepthImage.depth`, its border 0; overwritten. Kept from image to
+            image, its pages need not be mapped again for each.
     """
     height, width = depth.shape
     shift = 2 if width >= 480 else 1
-    padded = np.zeros((height + 2, width + 2), np.float32)
     cell = 1 << shift
     slope = np.empty((-(-height // cell), -(-width // cell)), np.float32)
     tiles = np.empty((SQUARES, -(-height // TILE), -(-width // TILE), 2), np.float32)
@@ -62,7 +66,7 @@ def prepare_depth(
     return DepthImage(padded, slope, shift, tiles)
 
 
-@njit(cache=True, nogil=True)
+@njit(allocates=True, cache=True, nogil=True)
 def _clean_kernel(depth, max_valid, padded, tiles):
     """Copy valid depth into the padded image and compute the extremes of each tile."""
     height, width = depth.shape
@@ -152,7 +156,7 @@ def _slope_row(here, above, below, v, intrinsics, cell, out):
         out[c] = min(one, max(np.float32(MIN_SLOPE), s)) if w > zero else one
 
 
-@njit(cache=True, nogil=True)
+@njit(allocates=True, cache=True, nogil=True)
 def _slope_kernel(padded, intrinsics, shift, slope):
     height, width = padded.shape[0] - 2, padded.shape[1] - 2
     cell = 1 << shift

@@ -116,10 +116,12 @@ class BlockSelector:
     ) -> Callable[[bool], int]:
         """Return `select_kernel` for an image; its argument is `makes_rows`."""
         camera = frame.camera
+        T_camera_world = invert_transform(frame.T_world_camera)
         return partial(
             select_kernel,
             *box,
-            invert_transform(frame.T_world_camera),
+            T_camera_world,
+            T_camera_world[:3, :3] * (0.5 * self._block_m),
             self._config.voxel_size_m,
             self._depth_range(),
             (camera.fx, camera.fy, camera.cx, camera.cy),

@@ -19,12 +19,14 @@ from ippon.mapping.objects.object_layers import ImageEntries, ObjectLayers
 from ippon.mapping.objects.surface_fusion import fuse_kernel, make_fusion_work
 from ippon.mapping.occupancy.distance_field import DistanceField
 from ippon.mapping.occupancy.free_space import OBSERVED, OCCUPIED_CHANGED
-from ippon.mapping.occupancy.geometry_update import update_kernel
+from ippon.mapping.occupancy.geometry_update import make_update_work, update_kernel
 from ippon.mapping.occupancy.ray_endpoints import (
     CameraGeometry,
     UpdateRules,
     count_endpoints_kernel,
     make_endpoint_counts,
+    make_endpoint_work,
+    n_listed,
     n_samples,
     sample_strides,
 )
@@ -67,6 +69,9 @@ class FrameIntegrator:
         self._field = DistanceField(config.voxel_size_m, config.distance_max_m)
         self._blocks = BlockSelector(config, pools, directory, self._field.farthest)
         self._endpoints = make_endpoint_counts(0)
+        self._endpoint_work = make_endpoint_work(0)
+        self._update_work = make_update_work()
+        self._padded = np.zeros((2, 2), np.float32)
         self._last_pose: tuple[int, NDArray[np.float64]] | None = None
         self.layer: int | None = None
         """Voxel layer at body height over the floor; None before the first frame."""
@@ -77,7 +82,7 @@ class FrameIntegrator:
         """Fuse one frame; see `VoxelMap.integrate`."""
         cfg = self._config
         self._check(frame)
-        image = prepare_depth(frame.depth, frame.camera, cfg.max_valid_depth_m)
+        image = self._prepare_depth(frame)
         low, high = self._blocks.box(frame, image)
         if not self._directory.fits(low, high):
             raise FrameRejectedError(
@@ -95,7 +100,7 @@ class FrameIntegrator:
         if self.layer is None:
             return 0
         cfg, pools = self._config, self._pools
-        image = prepare_depth(frame.depth, frame.camera, cfg.max_valid_depth_m)
+        image = self._prepare_depth(frame)
         low, cells = self._directory.part(*self._blocks.box(frame, image))
         rows, place = cells[cells >= 0], np.zeros(1 + cells.size, np.int32)
         place[1:][cells.ravel() >= 0] = -1 - np.arange(len(rows))
@@ -161,6 +166,14 @@ class FrameIntegrator:
         columns = (rows[at[block]], k, sample)
         return np.stack([c.astype(np.int32) for c in columns], axis=1)
 
+    def _prepare_depth(self, frame: Frame) -> DepthImage:
+        """Return the frame's depth, prepared; it lasts until the next call."""
+        height, width = frame.depth.shape
+        if self._padded.shape != (height + 2, width + 2):
+            self._padded = np.zeros((height + 2, width + 2), np.float32)
+        most_m = self._config.max_valid_depth_m
+        return prepare_depth(frame.depth, frame.camera, most_m, self._padded)
+
     def _view(self, frame: Frame) -> CameraGeometry:
         return CameraGeometry(
             invert_transform(frame.T_world_camera),
@@ -185,10 +198,14 @@ class FrameIntegrator:
         """Count the endpoints in the `n` blocks that `place` maps to, into `_endpoints`."""
         if len(self._endpoints.any) <= n:
             self._endpoints = make_endpoint_counts(n + n // 2)
+        most = n_listed(frame.camera.width, strides[0])
+        if self._endpoint_work.order.shape[1] != most:
+            self._endpoint_work = make_endpoint_work(most)
         self._endpoints.any[: n + 1] = 0
         count_endpoints_kernel(
-            image, strides, self._view(frame), self._rules(), box, place, self._endpoints
-        )
+            image, strides, self._view(frame), self._rules(), box, place, self._endpoint_work,
+            self._endpoints,
+        )  # fmt: skip
 
     def _stand_on(self, floor_z_m: float) -> None:
         """Take up the floor at a height; on another one its free voxels are counted anew."""
@@ -255,7 +272,7 @@ class FrameIntegrator:
         entries = np.empty((n_samples(frame.camera, strides), 3), np.int32)
         n_entries = update_kernel(
             image, strides, self._view(frame), self._rules(), rows, seen.kinds, n, self._endpoints,
-            pools, layers.surface, revision, flags, entries,
+            self._update_work, pools, layers.surface, revision, flags, entries,
         )  # fmt: skip
         labelled = self.fuse(frame, image.depth, strides, entries, int(n_entries), layers, revision)
         observed = (flags & OBSERVED) > 0

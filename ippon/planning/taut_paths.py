@@ -108,7 +108,7 @@ def _pop_kernel(cost, cell, count):
     return last
 
 
-@njit(cache=True, nogil=True)
+@njit(allocates=True, cache=True, nogil=True)
 def _field_kernel(free, sources, distance, corner, heap_cost, heap_cell):
     """Fill `distance`, in cells, and `corner` outwards from the sources."""
     nx, ny = free.shape

@@ -80,7 +80,8 @@ def run(frames: Sequence[Frame], voxel_size: float, **changes: Any) -> tuple[Vox
     voxel_map = new_map(voxel_size, **changes)
     with timed(spans, [*parts, (VoxelMap, "integrate")]):
         for frame in frames:
-            voxel_map.integrate(frame)
+            # As a decoder leaves it: just written. The peers' image is copied before theirs, too.
+            voxel_map.integrate(dataclasses.replace(frame, depth=frame.depth.copy()))
     geometry = zip(*(spans[name] for _, name in GEOMETRY), strict=True)
     spans["geometry"] = [sum(times) for times in geometry]
     return voxel_map, spans

@@ -1,9 +1,16 @@
-"""For which processor kernels are compiled. The second process: `mapping/test_warm_up.py`."""
+"""For which processor kernels are compiled, and how they hold arrays.
 
+The second process: `mapping/test_warm_up.py`.
+"""
+
+import sys
 from types import SimpleNamespace
 
+import numba
+import numpy as np
 import pytest
 from llvmlite import binding
+from numpy.typing import NDArray
 
 from ippon import compiling
 
@@ -62,3 +69,33 @@ def test_a_processor_of_unknown_features(
     monkeypatch.setattr(binding, "get_host_cpu_features", unknown)
     compiling.use_wide_vectors()
     assert config.CPU_FEATURES is None
+
+
+def test_a_kernel_borrows_its_arrays() -> None:
+    @compiling.njit()
+    def add(rows: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+        total = 0.0
+        for n in range(rows.shape[0]):
+            row = rows[n]
+            total += row[0] + other[n]
+        return total
+
+    rows, other = np.ones((3, 2)), np.ones(3)
+    held = sys.getrefcount(rows), sys.getrefcount(other)
+    assert add(rows, other) == 6.0
+    assert (sys.getrefcount(rows), sys.getrefcount(other)) == held
+    (code,) = add.inspect_llvm().values()
+    # What Python calls gives back what it took; the kernel itself counts nothing.
+    assert "call void @NRT_incref" not in code
+
+
+def test_a_kernel_that_makes_arrays_says_so() -> None:
+    @compiling.njit(allocates=True)
+    def last(n: int) -> float:
+        made = np.zeros(n)
+        made[-1] = 2.0
+        return made[-1]
+
+    assert last(1000) == 2.0
+    with pytest.raises(numba.TypingError):
+        compiling.njit()(last.py_func)(1000)

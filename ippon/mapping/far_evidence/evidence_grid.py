@@ -162,7 +162,7 @@ def corner_around(xy: Float64Array, cell_m: float) -> Float64Array:
     return (middle - SIDE // 2) * cell_m
 
 
-@njit(cache=True, nogil=True)
+@njit(allocates=True, cache=True, nogil=True)
 def _integrate_kernel(
     columns, lens, size, depth, T, inverse, floor_z, corner, metres, rule, cells, image
 ):

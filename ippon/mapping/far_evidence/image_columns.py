@@ -71,7 +71,7 @@ def read_columns(
     return out
 
 
-@njit(cache=True, nogil=True)
+@njit(allocates=True, cache=True, nogil=True)
 def _columns_kernel(heat, depth, lens, size, up, ranges, width, top, out):
     h, w = heat.shape
     height, full = depth.shape

@@ -11,7 +11,7 @@ from ippon.mapping.objects.surface_fusion import best_of
 from ippon.mapping.objects.surface_voxels import NO_LABEL
 
 
-@njit(cache=True, nogil=True)
+@njit(allocates=True, cache=True, nogil=True)
 def begin_goals_kernel(pools, surface, layers, goals, labels):
     """Set the prior of each goal; one that is a common label starts from that label."""
     no_weights = np.zeros(labels, np.float32)

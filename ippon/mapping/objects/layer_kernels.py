@@ -23,7 +23,7 @@ from ippon.mapping.objects.surface_voxels import (
 )
 
 
-@njit(cache=True, nogil=True)
+@njit(allocates=True, cache=True, nogil=True)
 def reset_ooi_kernel(pools, surface, rows, labels, alias, prior, bounds, revision):
     """Reset the object of interest; if it is common label `alias`, start from that label."""
     for row in range(rows):

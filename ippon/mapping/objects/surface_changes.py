@@ -99,7 +99,7 @@ class SurfaceTracker:
         t = self._thresholds
         m = _delta_kernel(
             rows, self._slab_of_row, pools, self._map.surface, self._shown,
-            (t.color, t.probability, t.confidence), out, looks,
+            (t.color, t.probability, t.confidence), np.zeros(_COLUMNS, np.int64), out, looks,
         )  # fmt: skip
         self._revision = self._map.revision
         index = np.concatenate([dropped, out[:m]])
@@ -179,10 +179,12 @@ def _delta(revision: int, index: NDArray[np.int32], looks: NDArray[np.uint8]) ->
 
 
 @njit(cache=True, nogil=True)
-def _delta_kernel(rows, slab_of_row, pools, surface, shown, thresholds, index, looks):
-    """Compare the blocks' voxels with the state returned last; list the changed ones."""
+def _delta_kernel(rows, slab_of_row, pools, surface, shown, thresholds, now, index, looks):
+    """Compare the blocks' voxels with the state returned last; list the changed ones.
+
+    `now` is working memory for the look of one.
+    """
     color_step, probability_step, confidence_step = thresholds
-    now = np.zeros(_COLUMNS, np.int64)
     m = 0
     for row in rows:
         slab = slab_of_row[row]

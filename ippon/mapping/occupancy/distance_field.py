@@ -118,8 +118,10 @@ class DistanceField:
         skip = (low - read_low) * 8
         _fill_kernel(pools, directory, read_low - origin, volume)
         _along_y_kernel(volume, self._reach, int(skip[1]), stale.shape[1] * 8)
+        lines = np.full((3, 8 * nz + 16 * (self._reach + 1)), FAR, np.int16)
         _along_xz_kernel(
             volume,
+            lines,
             self._reach,
             skip,
             stale,
@@ -210,18 +212,17 @@ def _lower(line, a, b, c, d, step, next_step):
 
 
 @njit(cache=True, nogil=True)
-def _along_xz_kernel(volume, reach, skip, stale, directory, shift, farthest, out):
-    """Finish the transform and write the distances of the stale blocks.
+def _along_xz_kernel(volume, lines, reach, skip, stale, directory, shift, farthest, out):
+    """Finish the transform and write the distances of the stale blocks; `lines` is working memory.
 
     Eight lines along z at a time, one of each y of a block, which stay in the cache.
     """
     nx, ny, nz = volume.shape
     planes = volume.reshape(nx, ny * nz)
-    along_x = np.empty(8 * nz, np.int16)
+    along_x, least = lines[0, : 8 * nz], lines[1, : 8 * nz]
     # Transposed: the eight values of a z stand together. Shifts along z run into FAR at both ends.
     rim = 8 * (reach + 1)
-    turned = np.full(8 * nz + 2 * rim, np.int16(FAR), np.int16)
-    least = np.empty(8 * nz, np.int16)
+    turned = lines[2]
     for bx in range(stale.shape[0]):
         for by in range(stale.shape[1]):
             first, last = stale.shape[2], -1

@@ -7,11 +7,14 @@ mostly passes beside the leg, and it breaks floors seen at a grazing angle; the 
 clear space. An image therefore never clears a voxel that contains one of its endpoints.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from ippon.compiling import njit
-from ippon.mapping.arrays import FREE, INNER, INNER_OPTIONS, NOT_MAPPED, OCCUPIED
-from ippon.mapping.blocks import N_LAYER_FREE, NO_SLAB, release_slab
+from ippon.mapping.arrays import FREE, INNER, INNER_OPTIONS, OCCUPIED
+from ippon.mapping.occupancy.block_changes import note_change
 from ippon.mapping.occupancy.free_space import (
     OBSERVED,
     OCCUPIED_CHANGED,
@@ -21,8 +24,37 @@ from ippon.mapping.occupancy.free_space import (
     VECTORS,
     update_clear_block,
 )
+from ippon.mapping.occupancy.prefetching import prefetch_block
 from ippon.mapping.occupancy.sample_rows import PIXEL_BITS
 from ippon.mapping.occupancy.visible_blocks import CLEAR
+
+
+class UpdateWork(NamedTuple):
+    """Working memory of `update_kernel`, an entry for each voxel of a block."""
+
+    z: NDArray[np.float32]
+    """Depth of its centre, metres."""
+    read: NDArray[np.float32]
+    """Depth of the pixel there."""
+    signed: NDArray[np.float32]
+    """Signed distance to the surface before it."""
+    pixel: NDArray[np.uint32]
+    """Its place in the padded image."""
+    cell: NDArray[np.uint32]
+    """Its cell of slopes."""
+    no_hits: NDArray[np.int32]
+    """Counts of a block without endpoints: zeros."""
+    listed: NDArray[np.uint32]
+    """The voxels that are surface; one entry more."""
+
+
+def make_update_work() -> UpdateWork:
+    """Allocate the working memory."""
+    z, read, signed = np.zeros((3, 512), np.float32)
+    pixel, cell = np.zeros((2, 512), np.uint32)
+    return UpdateWork(
+        z, read, signed, pixel, cell, np.zeros(512, np.int32), np.zeros(513, np.uint32)
+    )
 
 
 @VECTORS
@@ -167,6 +199,7 @@ def update_kernel(
     kinds,
     n,
     endpoints,
+    work,
     pools,
     surface,
     revision,
@@ -184,6 +217,7 @@ def update_kernel(
         kinds: (n,) `CLEAR` or `MIXED`.
         n: Length of the list.
         endpoints: Filled by `count_endpoints_kernel`.
+        work: Working memory.
         pools: The map's pools, updated.
         surface: Surface rows; those of voxels that ceased to be surface are given back.
         revision: Map revision of this image.
@@ -193,15 +227,12 @@ def update_kernel(
     Returns:
         Number of entries; `entries` must have room for every sample of the image.
     """
-    depth, slope = depth_image.depth.ravel(), depth_image.slope.ravel()
+    depth, slope = depth_image.depth.reshape(-1), depth_image.slope.reshape(-1)
     height, width = depth_image.depth.shape[0] - 2, depth_image.depth.shape[1] - 2
     cells_u = depth_image.slope.shape[1]
     v = rules.voxel_size
     m = view.T_camera_world
-    z, read = np.empty(512, np.float32), np.empty(512, np.float32)
-    signed = np.empty(512, np.float32)
-    index, cell = np.empty(512, np.uint32), np.empty(512, np.uint32)
-    no_hits, listed = np.zeros(512, np.int32), np.empty(513, np.uint32)
+    z, read, signed, pixel, cell, no_hits, listed = work
     per_cell = np.float32(1.0 / (1 << depth_image.slope_shift))
     depths = np.float32(view.near_m), np.float32(view.far_m)
     # One pixel of border, and half a one so that cutting off the fraction rounds.
@@ -222,11 +253,18 @@ def update_kernel(
             flags[at] = OBSERVED
             continue
         c = pools.coord[row]
+        prefetch_block(tsdf, row)
+        prefetch_block(weight, row)
+        prefetch_block(evidence, row)
+        prefetch_block(state, row)
+        if endpoints.any[at + 1] == 1:
+            prefetch_block(endpoints.number, at + 1)
+            prefetch_block(endpoints.best, at + 1)
         _find_pixels(
             _corner(m, v, c), steps, lens, depths, width, height, per_cell, np.int32(cells_u),
-            z, index, cell,
+            z, pixel, cell,
         )  # fmt: skip
-        if _read(depth, index, read) == 0 and endpoints.any[at + 1] == 0:
+        if _read(depth, pixel, read) == 0 and endpoints.any[at + 1] == 0:
             flags[at] = 0
             continue
         if kinds[at] == CLEAR:
@@ -249,25 +287,9 @@ def update_kernel(
                     state[row], row, count, endpoints.best[at + 1], listed, entries, n_entries
                 )
         if flag & STATE_CHANGED:
-            _note_change(pools, surface, row, flag, rules.layer, revision)
+            note_change(pools, surface, row, flag, rules.layer, revision)
         flags[at] = flag
     return n_entries
-
-
-@njit(cache=True, nogil=True, inline="always")
-def _note_change(pools, surface, row, flag, layer, revision):
-    """Update a block's counters and revisions for its new states."""
-    if flag & OCCUPIED_CHANGED:
-        pools.occupied[row] = _count(pools.state[row], OCCUPIED)
-    if flag & SURFACE_LOST and pools.slab[row] != NO_SLAB:
-        _drop_surface(pools, surface, row)
-    layer -= 8 * pools.coord[row, 2]
-    if 0 <= layer < 8:
-        free = _count_layer(pools.state[row], layer)
-        pools.tally[N_LAYER_FREE] += free - pools.layer_free[row]
-        pools.layer_free[row] = free
-    pools.revision[row] = revision
-    pools.appearance[row] = revision
 
 
 @INNER
@@ -306,44 +328,3 @@ def _list_entries(state, row, count, best, listed, entries, n):
         entries[n, 2] = best[k] & np.int32((1 << PIXEL_BITS) - 1)
         n += 1
     return n
-
-
-@INNER
-def _count(state, wanted):
-    n = 0
-    for k in range(512):
-        n += np.int32(state[k] == wanted)
-    return n
-
-
-@INNER
-def _count_layer(state, layer):
-    n = 0
-    for c in range(64):
-        n += np.int32(state[c * 8 + layer] == FREE)
-    return n
-
-
-@INNER
-def _drop_surface(pools, surface, row):
-    """Release the surface voxels of a block that are no longer occupied."""
-    slab = pools.slab[row]
-    state, slot, ooi = pools.state[row], pools.slot[slab], pools.ooi[slab]
-    best, left = 0, 0
-    for k in range(512):
-        if slot[k] == 0:
-            continue
-        if state[k] == OCCUPIED:
-            left += 1
-            if ooi[k] != NOT_MAPPED:
-                best = max(best, ooi[k])
-            continue
-        surface.free[surface.tally[1]] = slot[k]
-        surface.tally[1] += 1
-        surface.voxel[slot[k]] = -1
-        slot[k] = 0
-        ooi[k] = NOT_MAPPED
-        pools.level[slab, k] = NOT_MAPPED
-    pools.best_ooi[row] = best
-    if left == 0:
-        release_slab(pools, row)

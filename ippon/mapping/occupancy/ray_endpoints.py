@@ -79,6 +79,61 @@ class EndpointCounts(NamedTuple):
     """(n + 1,) whether the block contains endpoints."""
 
 
+class EndpointWork(NamedTuple):
+    """Working memory of `count_endpoints_kernel`: an entry for each sample of a row, M of them."""
+
+    order: NDArray[np.int32]
+    """(2, M) numbers of the samples of even rows, the same in all of them, and of odd ones."""
+    pixel: NDArray[np.float32]
+    """(2, M) their pixels along u."""
+    column: NDArray[np.uint32]
+    """(2, M) the same in the padded image; 0, where there is no depth, beyond the last sample."""
+    cell: NDArray[np.uint32]
+    """(2, M) their cells of slopes along u."""
+    sink: NDArray[np.float32]
+    """Depth under the surface at which the sample is counted, metres."""
+    read: NDArray[np.float32]
+    """Depth of its pixel."""
+    z: NDArray[np.float32]
+    """Depth at which it is counted."""
+    x: NDArray[np.float32]
+    """The endpoint from the corner of the box of blocks, in voxels; `y` and `up` likewise."""
+    y: NDArray[np.float32]
+    up: NDArray[np.float32]
+    voxel: NDArray[np.uint32]
+    """See `name_voxels`."""
+    code: NDArray[np.int32]
+    """See `rate_samples`."""
+    weight: NDArray[np.int32]
+    """Endpoints that it stands for."""
+    kept: NDArray[np.uint32]
+    """(M + 1,) samples with weight."""
+    lines: NDArray[np.float64]
+    """(3, 4) from camera coordinates to voxels, counted from the corner of the box of blocks."""
+
+
+def n_listed(width: int, stride: int) -> int:
+    """Return the number of samples in a row, up to a multiple of eight."""
+    return 8 * -(-width // (8 * stride))
+
+
+def make_endpoint_work(most: int) -> EndpointWork:
+    """Allocate the working memory for rows of M = `most` samples, see `n_listed`."""
+    floats = np.zeros((6, most), np.float32)
+    return EndpointWork(
+        np.zeros((2, most), np.int32),
+        np.zeros((2, most), np.float32),
+        np.zeros((2, most), np.uint32),
+        np.zeros((2, most), np.uint32),
+        *floats,
+        voxel=np.zeros(most, np.uint32),
+        code=np.zeros(most, np.int32),
+        weight=np.zeros(most, np.int32),
+        kept=np.zeros(most + 1, np.uint32),
+        lines=np.zeros((3, 4)),
+    )
+
+
 def sample_strides(camera: PinholeCamera, voxel_size: float, far_m: float) -> tuple[int, int]:
     """Return the pixels between samples along u and v.
 
@@ -109,7 +164,7 @@ def make_endpoint_counts(blocks: int) -> EndpointCounts:
 
 
 @njit(cache=True, nogil=True)
-def count_endpoints_kernel(depth_image, strides, view, rules, box, place, endpoints):
+def count_endpoints_kernel(depth_image, strides, view, rules, box, place, work, endpoints):
     """Count the endpoints in each voxel, and keep the most central of each.
 
     Args:
@@ -120,28 +175,23 @@ def count_endpoints_kernel(depth_image, strides, view, rules, box, place, endpoi
         box: Block index of the lower corner of the box of blocks that holds the view, and its
             shape, three each.
         place: (1 + shape[0] * shape[1] * shape[2],) see `select_kernel`.
+        work: Working memory for `n_listed` samples.
         endpoints: Overwritten.
     """
     depth, slope, shift = depth_image.depth, depth_image.slope, depth_image.slope_shift
     height, width = depth.shape[0] - 2, depth.shape[1] - 2
     samples_u, samples_v = -(-width // strides[0]), -(-height // strides[1])
     eighth = (samples_u + 7) // 8
-    most = 8 * eighth
-    # The samples of even rows, the same in all of them, and of odd ones.
-    orders, all_pixels = np.empty((2, most), np.int32), np.empty((2, most), np.float32)
-    all_columns, all_cells = np.empty((2, most), np.uint32), np.empty((2, most), np.uint32)
+    orders, all_pixels, all_columns, all_cells = work.order, work.pixel, work.column, work.cell
     # Loops over few arrays: LLVM does not vectorise loops over more.
-    sinks, read = np.empty(most, np.float32), np.empty(most, np.float32)
-    z = np.empty(most, np.float32)
-    x, y, up = np.empty(most, np.float32), np.empty(most, np.float32), np.empty(most, np.float32)
-    voxels, codes = np.empty(most, np.uint32), np.empty(most, np.int32)
-    weights, kept = np.empty(most, np.int32), np.empty(most + 1, np.uint32)
+    sinks, read, z, x, y, up = work.sink, work.read, work.z, work.x, work.y, work.up
+    voxels, codes, weights, kept = work.voxel, work.code, work.weight, work.kept
     low_x, low_y, low_z, size_x, size_y, size_z = box
     size_x, size_y, size_z = np.int32(size_x), np.int32(size_y), np.int32(size_z)
     near, far = np.float32(view.near_m), np.float32(view.far_m)
     half_range, sink = np.float32(0.5) * far, np.float32(rules.endpoint_depth)
     # Camera coordinates to voxels counted from the box's corner.
-    lines = np.empty((3, 4))
+    lines = work.lines
     for i in range(3):
         for k in range(4):
             lines[i, k] = view.T_world_camera[i, k] / rules.voxel_size
@@ -152,7 +202,7 @@ def count_endpoints_kernel(depth_image, strides, view, rules, box, place, endpoi
     step_x, step_y, step_z = np.float32(steps[0]), np.float32(steps[1]), np.float32(steps[2])
     shift_x, shift_y = np.float32(lines[0, 3]), np.float32(lines[1, 3])
     shift_z = np.float32(lines[2, 3])
-    number, best = endpoints.number.ravel(), endpoints.best.ravel()
+    number, best = endpoints.number.reshape(-1), endpoints.best.reshape(-1)
     for band in range(2 * depth_image.tiles.shape[1]):
         # The even and then the odd rows of a row of tiles. Near samples are left out in odd rows
         # and between two even samples (see `rate_samples`): odd ones are listed where it is far.
@@ -171,7 +221,6 @@ def count_endpoints_kernel(depth_image, strides, view, rules, box, place, endpoi
                     order[a:b], pixels[a:b], columns[a:b], cells[a:b],
                 )  # fmt: skip
         n = (8 if begin < end else 4) * length
-        # Slices cost a count of references each, so they are made once a band.
         columns_n, cells_n = columns[:n], cells[:n]
         read_n, z_n, x_n, weights_n = read[:n], z[:n], x[:n], weights[:n]
         at_8, at_4, at_2 = length, 2 * length, 4 * length

@@ -131,6 +131,7 @@ def select_kernel(
     low,
     high,
     T_camera_world,
+    axes,
     voxel_size,
     depth_range,
     intrinsics,
@@ -149,7 +150,8 @@ def select_kernel(
 ):
     """List the rows of the blocks of [low, high) that the image sees, making those that lack one.
 
-    Without `makes_rows` blocks that lack one are only counted.
+    `axes` are half the edges of a block, see `classify_block`. Without `makes_rows` blocks that
+    lack a row are only counted.
 
     Returns:
         Length of the list in `rows`, `kinds` and `is_new`; `OVER_BOUND` when there was no row left.
@@ -158,12 +160,7 @@ def select_kernel(
     """
     edge = voxel_size * BLOCK_EDGE
     m = T_camera_world
-    half = 0.5 * edge
-    axes = np.empty((3, 3))
-    for i in range(3):
-        for k in range(3):
-            axes[i, k] = m[i, k] * half
-    radius = np.sqrt(3.0) * half
+    radius = 0.5 * np.sqrt(3.0) * edge
     sides = _sides(intrinsics, size)
     n, cell = 0, 0
     place[:] = 0

@@ -102,7 +102,7 @@ def _turn(a, b, rate):
     return abs((b - a + math.pi) % (2.0 * math.pi) - math.pi) / rate
 
 
-@njit(cache=True, nogil=True)
+@njit(allocates=True, cache=True, nogil=True)
 def _dijkstra_kernel(
     first, target, time, depart, arrive, edge, s_node, s_time, s_depart, s_arrive, yaw, rate, tree
 ):

@@ -194,7 +194,7 @@ def select(scores: Scores, current: int | None, retention: float = 1.0) -> int |
     return current if ratio[best] < retention * ratio[current] else best
 
 
-@njit(cache=True, nogil=True)
+@njit(allocates=True, cache=True, nogil=True)
 def _path_kernel(tree, gain, by_heading, yaw, weight, rate, path_gain, path_cost):
     gathered = np.zeros(gain.shape[0])
     headings = by_heading.shape[1]

@@ -150,7 +150,7 @@ def within_field(table: ViewTable, field: ViewField, voxel: tuple[int, int, int]
     return bool((low >= 0).all() and (low + 2 * reach < field.state.shape[:2]).all())
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(allocates=True, cache=True, nogil=True, error_model="numpy")
 def _panorama_kernel(arrays, table, rules, field, camera, out):
     cx, cy, cz = camera[0], camera[1], camera[2]
     # The field is read as a flat array; `within_field` has excluded negative indices.

@@ -62,7 +62,7 @@ def cast_rays(
     return depth
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(allocates=True, cache=True, nogil=True, error_model="numpy")
 def cast_rays_kernel(arrays, table, unknown_depth, camera, directions, cells, depth):
     """Write the length of the ray `directions[cells[n]]` into `depth[n]`, negative for a hit.
 

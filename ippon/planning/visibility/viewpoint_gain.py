@@ -72,7 +72,7 @@ def sum_sectors(
     return out
 
 
-@njit(cache=True, nogil=True)
+@njit(allocates=True, cache=True, nogil=True)
 def _window_kernel(image, half_width, stride, out):
     rows, columns = image.shape
     prefix = np.zeros(2 * columns + 1, dtype=np.float64)

@@ -133,7 +133,7 @@ def rasterise(
     )
 
 
-@njit(cache=True, nogil=True)
+@njit(allocates=True, cache=True, nogil=True)
 def _rasterise_kernel(
     projection: Float64Array,
     vertices: Float32Array,

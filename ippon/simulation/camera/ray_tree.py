@@ -69,7 +69,7 @@ class RayTree:
         return out
 
 
-@njit(cache=True, nogil=True)
+@njit(allocates=True, cache=True, nogil=True)
 def _build_kernel(
     low: Float64Array,
     high: Float64Array,
@@ -108,7 +108,7 @@ def _build_kernel(
         used += 2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(allocates=True, cache=True, nogil=True, error_model="numpy")
 def _hit_kernel(
     origins: Float64Array,
     segments: Float64Array,

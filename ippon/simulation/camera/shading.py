@@ -163,7 +163,7 @@ def shade(
     )
 
 
-@njit(cache=True, nogil=True)
+@njit(allocates=True, cache=True, nogil=True)
 def _shade_kernel(
     colors: SurfaceColors,
     intrinsics: Float64Array,

@@ -105,7 +105,7 @@ def _fill_kernel(
                 cursor[i, j] += 1
 
 
-@njit(cache=True, nogil=True)
+@njit(allocates=True, cache=True, nogil=True)
 def _deepest_kernel(
     x: float,
     y: float,

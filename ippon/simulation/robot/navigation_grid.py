@@ -218,7 +218,8 @@ def _clip_kernel(polygon, count, level, keep_above, out):
         if not keep_above:
             da, db = -da, -db
         if da >= 0.0:
-            out[kept] = a
+            for m in range(3):
+                out[kept, m] = a[m]
             kept += 1
         if (da > 0.0 and db < 0.0) or (da < 0.0 and db > 0.0):
             t = da / (da - db)
@@ -246,7 +247,7 @@ def _overlaps_kernel(polygon, count, x, y, half):
     return True
 
 
-@njit(cache=True, nogil=True)
+@njit(allocates=True, cache=True, nogil=True)
 def _draw_kernel(triangles, x0, y0, cell, z_low, z_high, out):
     """Mark every cell that a triangle's part between two heights overlaps."""
     a = np.empty((9, 3))

@@ -11,6 +11,8 @@ from ippon.mapping.occupancy.ray_endpoints import (
     UpdateRules,
     count_endpoints_kernel,
     make_endpoint_counts,
+    make_endpoint_work,
+    n_listed,
 )
 from ippon.mapping.occupancy.sample_rows import NO_SAMPLE, PIXEL_BITS
 
@@ -82,9 +84,12 @@ def test_endpoints_are_those_of_single_samples(
     n = BLOCKS**3
     place = np.concatenate([[0], -1 - np.arange(n)]).astype(np.int32)
     counts = make_endpoint_counts(n)
-    image = prepare_depth(depth, camera, 20.0)
+    image = prepare_depth(depth, camera, 20.0, np.zeros((height + 2, width + 2), np.float32))
+    work = make_endpoint_work(n_listed(width, strides[0]))
 
-    count_endpoints_kernel(image, strides, view, RULES, (0, 0, 0, *[BLOCKS] * 3), place, counts)
+    count_endpoints_kernel(
+        image, strides, view, RULES, (0, 0, 0, *[BLOCKS] * 3), place, work, counts
+    )
 
     number, best = _expected(depth, camera, strides)
     got: dict[tuple[int, ...], int] = {}
