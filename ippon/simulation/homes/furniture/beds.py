@@ -71,32 +71,33 @@ def bed(rng: np.random.Generator, style: Style, width: float) -> Model:
 
 def bunk_bed(rng: np.random.Generator, style: Style) -> Model:
     """Make two beds one above the other, with a ladder."""
-    w, length, frame = 0.96, 2.02, wood(rng, style)
+    # Models stand on the middle of their width: 0.96 m and the ladder.
+    left, right, length, frame = -0.495, 0.465, 2.02, wood(rng, style)
     b = MeshBuilder()
-    for x in (-w / 2, w / 2 - 0.07):
+    for x in (left, right - 0.07):
         for y in (0.0, length - 0.07):
             b.box((x, y, 0.0), (x + 0.07, y + 0.07, 1.62), frame)
     for z in (0.28, 1.12):
         cover = fabric(rng, style)
-        b.box((-w / 2, 0.0, z - 0.06), (w / 2, length, z + 0.04), frame)
+        b.box((left, 0.0, z - 0.06), (right, length, z + 0.04), frame)
         b.box(
-            (-w / 2 + 0.05, 0.06, z + 0.04),
-            (w / 2 - 0.05, length - 0.06, z + 0.17),
+            (left + 0.05, 0.06, z + 0.04),
+            (right - 0.05, length - 0.06, z + 0.17),
             (236, 234, 228),
             taper=0.01,
         )
         b.box(
-            (-w / 2 + 0.03, 0.6, z + 0.08),
-            (w / 2 - 0.03, length - 0.05, z + 0.2),
+            (left + 0.03, 0.6, z + 0.08),
+            (right - 0.03, length - 0.05, z + 0.2),
             cover,
             taper=0.01,
         )
         b.box((-0.3, 0.1, z + 0.17), (0.3, 0.45, z + 0.27), (244, 242, 238), taper=0.04)
     for z in (1.34, 1.46):
-        b.box((w / 2 - 0.03, 0.45, z), (w / 2, length, z + 0.05), frame)
-        b.box((-w / 2, 0.0, z), (-w / 2 + 0.03, length, z + 0.05), frame)
+        b.box((right - 0.03, 0.45, z), (right, length, z + 0.05), frame)
+        b.box((left, 0.0, z), (left + 0.03, length, z + 0.05), frame)
     for z in np.arange(0.3, 1.15, 0.28).tolist():
-        b.box((w / 2, 0.1, z), (w / 2 + 0.03, 0.42, z + 0.04), frame)
+        b.box((right, 0.1, z), (right + 0.03, 0.42, z + 0.04), frame)
     surface = Surface(x0=-0.3, y0=0.7, x1=0.3, y1=1.8, z=0.48, kind="bed", headroom_m=0.5)
     return make_model("bed", "bunk bed", b, (surface,))
 
