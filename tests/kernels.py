@@ -7,6 +7,7 @@ import pkgutil
 from collections.abc import Iterator
 from types import ModuleType
 
+from numba import types
 from numba.core.dispatcher import Dispatcher
 
 import ippon
@@ -34,6 +35,24 @@ def ready() -> set[str]:
 def missing() -> set[str]:
     """Return the kernels that Python code of the navigator calls and that are not ready."""
     return {name_of(kernel) for kernel in _called_from_python() if not kernel.overloads}
+
+
+def returning_borrowed() -> set[str]:
+    """Return the kernels that return an array which they only borrow (see `compiling.njit`)."""
+    return {
+        f"{name_of(kernel)} returns a borrowed array"
+        for module in _modules()
+        for kernel in vars(module).values()
+        if isinstance(kernel, Dispatcher) and not kernel.targetoptions.get("_nrt", True)
+        for signature in kernel.nopython_signatures
+        if _holds_array(signature.return_type)
+    }
+
+
+def _holds_array(kind: types.Type) -> bool:
+    if isinstance(kind, types.BaseTuple):
+        return any(_holds_array(k) for k in kind)
+    return isinstance(kind, types.Array)
 
 
 def name_of(kernel: Dispatcher) -> str:
