@@ -78,7 +78,7 @@ def colour_rows() -> Iterator[Row]:
     home.frozen = True
     home._indices, home._order = home_of(VOXELS), np.arange(VOXELS)
     home._labels, home._shown = np.zeros(VOXELS, home._labels.dtype), VOXELS
-    console = ConsoleProcess(zenoh_port, free_port())
+    console = ConsoleProcess(zenoh_port, free_port(), as_users=True)
     try:
         console.wait_until_up()
         with open_browser(as_users=True) as browser:

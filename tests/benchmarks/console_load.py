@@ -26,7 +26,7 @@ def load_rows(seconds_of_robot: int) -> Iterator[Row]:
     """
     zenoh_port = free_port()
     home = PublishedHome(zenoh_port)
-    console = ConsoleProcess(zenoh_port, free_port())
+    console = ConsoleProcess(zenoh_port, free_port(), as_users=True)
     try:
         console.wait_until_up()
         yield from _watched(home, console, watchers=1)

@@ -58,7 +58,7 @@ def page_rows() -> Iterator[Row]:
     os.sched_setaffinity(0, range(os.cpu_count() or 1))
     zenoh_port = free_port()
     home = PublishedHome(zenoh_port)
-    console = ConsoleProcess(zenoh_port, free_port())
+    console = ConsoleProcess(zenoh_port, free_port(), as_users=True)
     try:
         console.wait_until_up()
         for _ in range(30):

@@ -5,6 +5,7 @@ import json
 import os
 import struct
 import subprocess
+import sys
 import threading
 import time
 
@@ -19,6 +20,7 @@ from websockets.exceptions import ConnectionClosed
 
 from app.nodes.console.node import server_settings
 from tests.app.process_template import Copy
+from tests.locations import ROOT
 
 PROTOCOL = f"viser-v{viser.__version__}"
 CAMERA = msgspec.msgpack.encode(
@@ -83,12 +85,18 @@ class Served:
 class ConsoleProcess:
     """The console as its own process."""
 
-    def __init__(self, zenoh_port, port, users=None, language="en", robot="ippon"):
+    def __init__(
+        self, zenoh_port, port, users=None, language="en", robot="ippon", *, as_users=False
+    ):
+        """Start it; `as_users` with an interpreter of its own, to be measured."""
         self.url = f"http://127.0.0.1:{port}"
         where = ["--connect", f"tcp/127.0.0.1:{zenoh_port}", "--robot", robot, "--port", str(port)]
         login = [] if users is None else ["--users", str(users)]
         command = ["console", *where, "--language", language, *login]
-        self.process = Copy(command, 1, 2, os.environ)
+        if as_users:
+            self.process = subprocess.Popen([sys.executable, "-m", "app", *command], cwd=ROOT)
+        else:
+            self.process = Copy(command, 1, 2, os.environ)
 
     def wait_until_up(self, timeout_s=180.0):
         deadline = time.monotonic() + timeout_s
