@@ -101,13 +101,12 @@ class Recorder:
             while not stop.is_set():
                 self._step()
         finally:
+            self._write_waiting(0.0)
             self._end("the recorder was stopped")
             self._close_network()
 
     def _step(self) -> None:
-        for arrival in self._queue.take(IDLE_S):
-            self._heard_at = arrival.now_s
-            self._write(arrival)
+        self._write_waiting(IDLE_S)
         while self._requests:
             request, reply = self._requests.popleft()
             if not reply.set_running_or_notify_cancel():
@@ -170,13 +169,18 @@ class Recorder:
             if payload is not None:
                 self._queue.put(key, payload)
 
+    def _write_waiting(self, timeout_s: float) -> None:
+        """Write all queued messages; wait at most `timeout_s` for the first."""
+        for arrival in self._queue.take(timeout_s):
+            self._heard_at = arrival.now_s
+            self._write(arrival)
+
     def _write(self, one: QueuedMessage) -> None:
         self._guarded(lambda session: session.add(one.key, one.payload, one.wall_ns, one.now_s))
 
     def _guarded(self, work: Callable[[Session], T]) -> T | None:
         """Use the file; an error of the disk ends the recording, not the recorder."""
-        session = self._session
-        if session is None:
+        if (session := self._session) is None:
             return None
         try:
             return work(session)
@@ -256,6 +260,7 @@ class Recorder:
             if self._session is None:
                 self._begin()
         elif request.action == "stop":
+            self._write_waiting(0.0)  # It came before the request, while the disk was slow.
             self._end(f"ended by {request.requester or 'a request'}")
         else:
             self._add_note(request)
@@ -263,8 +268,7 @@ class Recorder:
         return self._status
 
     def _add_note(self, request: RecordRequest) -> None:
-        session = self._session
-        if session is None:
+        if (session := self._session) is None:
             raise RequestRefusedError("there is no recording for the note; start one first")
         if request.action == "note" and not request.text.strip():
             raise RequestRefusedError("the note is empty")
@@ -279,8 +283,7 @@ class Recorder:
     # -- the network -------------------------------------------------------------------------
 
     def _open(self) -> None:
-        network = open_client(self._config.connect)
-        self._network = network
+        network = self._network = open_client(self._config.connect)
         skipped = len(self._config.robot) + 1
 
         def receive(sample: zenoh.Sample) -> None:
@@ -327,8 +330,7 @@ class Recorder:
         self._put(keys.EVENT, encode(Event(stamp_ns=self._stamp_ns, kind="error", text=text)))
 
     def _put(self, key: str, payload: bytes) -> None:
-        publisher = self._publishers.get(key)
-        if publisher is None:
+        if (publisher := self._publishers.get(key)) is None:
             return
         try:
             publisher.put(payload)

@@ -142,6 +142,13 @@ class FrameTree:
         """Whether there is odometry, and no transform says where the camera is on the base."""
         return self._odometry is not None and self.camera not in self._parents
 
+    @property
+    def lacks_base(self) -> bool:
+        """Whether the poses are not those of `base_link`, and nobody has named another base."""
+        if self.base != BASE_FRAME or not self._parents or self.base in self._parents:
+            return False
+        return self.world != self.base or self.base not in self.names
+
     def with_odometry(self, *, mount: bool) -> "FrameTree | None":
         """Return the tree with the odometry as a transform; None where it adds nothing.
 
@@ -180,16 +187,15 @@ class FrameTree:
 
     def _way_problem(self) -> str:
         world = self.world
-        no_base = NO_BASE if self.base == BASE_FRAME else ""
+        no_base = NO_BASE if self.lacks_base else ""
         if world == self.base:
-            told = self._told(f"nothing says where {self.base!r} is")
-            return told + (no_base if self._parents and self.base not in self.names else "")
+            return self._told(f"nothing says where {self.base!r} is") + no_base
         for name in (self.base, self._camera):
             if name and world not in self._up(name):
                 end = self._up(name)[-1]
                 why = f"nothing names {name!r}" if end == name else f"it ends at {end!r}"
-                hint = no_base if name == self.base and end == name else ""
-                return self._told(f"no way from {world!r} to {name!r}: {why}") + hint
+                told = self._told(f"no way from {world!r} to {name!r}: {why}")
+                return told + (no_base if name == self.base else "")
         return ""
 
     def _time_problem(self, world: str) -> str:

@@ -123,8 +123,6 @@ def _run_file_doctor(command: Doctor) -> int:
         )
     try:
         robot = read_bag_robot(command.profile, command.base_frame)
-        if not robot.base:
-            raise UsageError("--base-frame names the frame of the base, such as base_footprint")
         checkup = check(
             path,
             repair=True,

@@ -11,7 +11,7 @@ from app.messages.cdr import MessageError
 from app.messages.keys import BASE_FRAME, ODOMETRY_FRAME, WORLD_FRAME
 from app.messages.motion import StampedTransform, decode_odometry, encode_transforms
 from app.nodes.replay.datasets import DatasetError
-from app.recording.frame_tree import NO_BASE, NO_MOUNT, FrameTree
+from app.recording.frame_tree import NO_MOUNT, FrameTree
 from ippon.geometry import Float64Array
 
 
@@ -100,8 +100,6 @@ def poses_of(
         DatasetError: No image can have a pose, or a frame `base_link` has another place already;
             says why, and what to do.
     """
-    if not base:
-        raise DatasetError("--base-frame names the frame of the base, such as base_footprint")
     tree = FrameTree(clock_offset_s, base)
     for key, payload in messages:
         try:
@@ -138,23 +136,23 @@ def poses_of(
             )
         if not mount and tree.lacks_mount:
             problem += NO_MOUNT
-    raise _no_pose(path, problem, apart=(with_odometry or tree).are_apart())
+    raise _no_pose(path, problem, with_odometry or tree)
 
 
-def _no_pose(path: Path, problem: str, *, apart: bool) -> DatasetError:
+def _no_pose(path: Path, problem: str, tree: FrameTree) -> DatasetError:
     """Return the error of a bag whose images cannot have a pose.
 
     Args:
         path: The bag.
         problem: Why.
-        apart: Only the times of images and poses are wrong.
+        tree: Its frames.
     """
     what = (
         "with clocks that agree"
-        if apart
+        if tree.are_apart()
         else "with tf and tf_static, and with what is missing (static_transform_publisher)"
     )
-    if problem.endswith(NO_BASE):
+    if tree.lacks_base:
         what += ", name the frame of the base with --base-frame"
     return DatasetError(
         f"{path}: no image has a pose: {problem}. Record again {what}, or let the poses be found "

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from app.errors import UsageError
 from app.messages.keys import BASE_FRAME, frame_name
 from app.recording.channels import USUAL, Names
 from app.robot_file import read_robot
@@ -32,8 +33,11 @@ def read_bag_robot(profile: str | None, base_frame: str = BASE_FRAME) -> BagRobo
 
     Raises:
         RobotFileError: There is no such profile, or it is invalid.
+        UsageError: The name of the frame is empty.
     """
     base = frame_name(base_frame)
+    if not base:
+        raise UsageError("--base-frame names the frame of the base, such as base_footprint")
     if profile is None:
         return BagRobot(base=base)
     robot = read_robot(profile)

@@ -17,7 +17,7 @@ from app.recording.camera_topics import COLORS, DEPTHS, POSES, image_problems, t
 from app.recording.channels import USUAL, Names, Topic, to_recorded, topic_of
 from app.recording.depth_pairs import FEW, DepthPairs
 from app.recording.errors import RecordingError
-from app.recording.frame_tree import NO_BASE, NO_MOUNT, FrameTree
+from app.recording.frame_tree import NO_MOUNT, FrameTree
 from app.recording.live_file import is_held
 from app.recording.reading.recording import OtherTopic, Recording
 from app.recording.timeline import TIMELINE_ATTACHMENT, pack_timeline, timeline_of
@@ -152,10 +152,10 @@ def _pose_problem(recording: Recording, tree: FrameTree, colors: list[int], *, m
     with_odometry = tree.with_odometry(mount=mount) if problem else None
     if with_odometry is not None:
         used, problem = with_odometry, with_odometry.problem()
-        if problem and tree.lacks_mount and not mount:
-            problem += NO_MOUNT
-    if problem.endswith(NO_BASE):
+    if used.lacks_base:
         problem += ", or --base-frame names the frame of the base"
+    if with_odometry is not None and problem and tree.lacks_mount and not mount:
+        problem += NO_MOUNT
     if problem:
         return f"no image has a pose: {problem}"
     count = used.count_unposed(colors)

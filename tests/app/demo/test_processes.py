@@ -8,6 +8,7 @@ import pytest
 
 from app.demo.processes import DemoProcesses, prefix_part
 from app.messages.keys import check_prefix
+from tests.ports import free_port
 
 
 @pytest.mark.parametrize(
@@ -25,16 +26,17 @@ def test_a_long_folder_name_makes_a_key_prefix():
 
 @pytest.mark.process
 def test_what_starts_the_console_again_is_a_command_that_works(tmp_path):
-    processes = DemoProcesses("ippon/home-3-1", "tcp/127.0.0.1:7450", 8099)
+    port = free_port()
+    processes = DemoProcesses("ippon/home-3-1", "tcp/127.0.0.1:7450", port)
     command = processes.console_command()
     assert command.startswith(sys.executable)
-    assert "--connect tcp/127.0.0.1:7450 --robot ippon/home-3-1 --port 8099" in command
+    assert f"--connect tcp/127.0.0.1:7450 --robot ippon/home-3-1 --port {port}" in command
     log = tmp_path / "log"
     with log.open("wb") as stream:
         child = subprocess.Popen(["bash", "-c", f"exec {command}"], cwd=tmp_path, stderr=stream)
     try:
         deadline = time.monotonic() + 60.0
-        while "console at http://127.0.0.1:8099" not in log.read_text():
+        while f"console at http://127.0.0.1:{port}" not in log.read_text():
             assert child.poll() is None, log.read_text()
             assert time.monotonic() < deadline, log.read_text()
             time.sleep(0.05)

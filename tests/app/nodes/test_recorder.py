@@ -37,9 +37,21 @@ def _await(condition, timeout_s=15.0):
 
 
 @pytest.fixture
-def record(sessions, free_endpoint, tmp_path):
+def record(sessions, free_endpoint, tmp_path, monkeypatch):
     """Start a recorder in a thread; returns a function that ends it and opens what it wrote."""
-    stop = threading.Event()
+    stop, come = threading.Event(), []
+    write = Recorder._write
+
+    def write_and_note(recorder, arrival):
+        write(recorder, arrival)
+        come.append((arrival.key, arrival.payload))
+
+    def wait_for(key, *payloads):
+        """Wait until messages of a key are recorded, or one of any content."""
+        wanted = {(key, payload) for payload in payloads}
+        _await(lambda: wanted <= set(come) if wanted else key in dict(come))
+
+    monkeypatch.setattr(Recorder, "_write", write_and_note)
     threads = []
 
     def start(**options):
@@ -55,6 +67,7 @@ def record(sessions, free_endpoint, tmp_path):
 
         return finish
 
+    start.wait_for = wait_for
     yield start
     stop.set()
     for thread in threads:
@@ -78,7 +91,8 @@ def test_what_is_said_is_recorded_with_who_asked_for_it(sessions, record):
     _request(client, "note", "a note")
     with pytest.raises(RequestRefusedError, match="the note is empty"):
         _request(client, "note", " ")
-    time.sleep(0.3)
+    record.wait_for("some/thing", *payloads)
+    record.wait_for(f"{keys.CONTROL}/{keys.EXCHANGE}")
     (recording,) = finish()
     assert [m.payload for m in recording.all_messages(("some/thing",))] == payloads
     exchange = recording.first(f"{keys.CONTROL}/{keys.EXCHANGE}")
@@ -100,9 +114,9 @@ def test_what_was_sent_once_before_the_recording_is_in_it(sessions, record, wait
     _await(lambda: last_message(client, f"{ROBOT}/{keys.RECORDING}", 1.0))
     if waits:
         _request(client, "start")
-    time.sleep(0.5)
+    record.wait_for(keys.TF_STATIC, b"once")
     put(b"again")
-    time.sleep(0.5)
+    record.wait_for(keys.TF_STATIC, b"again")
     (recording,) = finish()
     sent = [m.payload for m in recording.all_messages((keys.TF_STATIC,))]
     assert sent == [b"once", b"again"]
@@ -122,7 +136,7 @@ def test_after_a_silence_what_was_missed_is_requested_again(sessions, record, mo
     router.declare_queryable(key, answer)
     finish = record(limits=RecordingLimits(min_free_gb=0.0))
     _await(lambda: len(asked) > 1)
-    time.sleep(0.5)
+    record.wait_for(keys.CONFIGURATION, *asked[:2])
     (recording,) = finish()
     sent = [m.payload for m in recording.all_messages((keys.CONFIGURATION,))]
     assert sent[:2] == asked[:2]
@@ -207,6 +221,17 @@ def test_what_finds_no_room_is_counted():
         backlog.put("k", b"12345")
     assert len(backlog.take(0.0)) == 2
     assert backlog.dropped == 1
+
+
+def test_what_came_before_the_end_while_the_disk_was_slow_is_recorded(tmp_path):
+    slow = Recorder(RecorderConfig(robot=ROBOT, root=tmp_path))
+    slow._begin()
+    slow._queue.put("a", b"1")
+    path = slow._session.writer.folder
+    slow._answer(RecordRequest(action="stop"))
+    recording = Recording(path)
+    assert [m.payload for m in recording.all_messages(("a",))] == [b"1"]
+    recording.close()
 
 
 def test_what_was_refused_because_the_disk_was_slow_is_not_done_later(tmp_path, monkeypatch):

@@ -133,3 +133,20 @@ def test_images_that_no_pose_is_of_the_time_of_are_said(images_s, text):
         tree.add(keys.COLOR, image_at(round(second * 1e9)))
     assert text in tree.problem()
     assert bool(text) == bool(tree.problem())
+
+
+@pytest.mark.parametrize(
+    ("moving", "fixed", "lacks"),
+    [
+        (("odom>base",), ("base>optical",), True),
+        (("map>odom", "odom>footprint"), ("footprint>optical",), True),
+        (("map>odom", "odom>footprint"), MOUNT, True),
+        (("odom>base_link",), (), False),
+        ((), MOUNT, False),
+        ((), (), False),
+    ],
+)
+def test_a_base_is_lacking_where_the_poses_are_those_of_another_frame(moving, fixed, lacks):
+    tree = tree_of(*moving, fixed=fixed)
+    assert tree.lacks_base is lacks
+    assert tree.problem().endswith(CALLED_OTHERWISE) is lacks

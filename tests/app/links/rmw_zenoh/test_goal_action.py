@@ -12,11 +12,14 @@ from app.messages.navigation import (
     decode_pose,
     encode_pose,
 )
+from app.ros2.ippon_ros2 import goals
 from app.ros2.ippon_ros2.settings import read_settings
 from ippon.command import GoalOutcome
 from tests.app.links.rmw_zenoh.rmw_robot import ActionServer, Received, RmwRobot
 
 POSE = "geometry_msgs::msg::dds_::PoseStamped_"
+PATIENCE_S = 20.0
+WATCHDOG_S = goals.WATCHDOG_S
 ACCEPTED, REACHED = GoalOutcome.ACCEPTED, GoalOutcome.REACHED
 FAILED, CANCELLED = GoalOutcome.FAILED, GoalOutcome.CANCELLED
 
@@ -28,9 +31,15 @@ def pose(stamp_ns, x=1.0):
 
 
 class Navigator:
-    """Sends goals as the navigator does, and hears what becomes of them."""
+    """Sends goals as the navigator does, and hears what becomes of them.
 
-    def __init__(self, session):
+    It is silent for the robot only after `fall_silent`, however seldom a busy machine lets it
+    speak.
+    """
+
+    def __init__(self, session, monkeypatch):
+        self._monkeypatch = monkeypatch
+        self._be_silent_after(PATIENCE_S)
         self._goal = session.declare_publisher("r/navigation/goal")
         self._active = session.declare_publisher("r/navigation/active")
         self.outcomes = Received()
@@ -42,9 +51,16 @@ class Navigator:
     def send(self, stamp_ns, x=1.0):
         self._goal.put(pose(stamp_ns, x))
 
-    def keep(self, stamp_ns, until, timeout_s=20.0):
+    def _be_silent_after(self, seconds):
+        self._monkeypatch.setattr(goals, "WATCHDOG_S", seconds)
+
+    def fall_silent(self):
+        self._be_silent_after(WATCHDOG_S)
+
+    def keep(self, stamp_ns, until):
         """Say that a goal is in force, and where the robot is, until something holds."""
-        end = time.monotonic() + timeout_s
+        self._be_silent_after(PATIENCE_S)
+        end = time.monotonic() + PATIENCE_S
         while True:
             self._active.put(pose(stamp_ns))
             if until():
@@ -67,7 +83,7 @@ def scout(sessions, monkeypatch):
     profile = {"ros2": section, "motion": {"takes": ["goals"]}}
     link = RobotLink(router, "r", read_settings(profile))
     robot.sees("SC/%/%/ippon/%navigate_to_pose%_action%cancel_goal/")
-    yield robot, server, Navigator(client)
+    yield robot, server, Navigator(client, monkeypatch)
     link.close()
 
 
@@ -100,6 +116,7 @@ def test_silence_of_the_navigator_cancels_the_goal_at_the_server(scout):
     navigator.send(7)
     navigator.keep(7, server.has_result)
     ((_, number),) = server.goals.messages
+    navigator.fall_silent()
     server.cancelled.wait_for(lambda m: m == [(number, None)])
 
 
@@ -109,6 +126,7 @@ def test_a_cancelled_goal_is_cancelled_again_until_the_server_answers(scout):
     navigator.keep(7, server.has_result)
     ((_, number),) = server.goals.messages
     server.silent = 2
+    navigator.fall_silent()
     server.cancelled.wait_for(lambda m: m == 3 * [(number, None)])
     time.sleep(0.3)
     assert len(server.cancelled.messages) == 3, "and not after it"
@@ -142,7 +160,7 @@ def test_a_stop_cancels_the_goal_that_was_to_be_replaced_by_one_without_an_answe
     server.silent = 1
     navigator.send(8)
     (_, first), (_, second) = server.goals.wait_for(lambda m: len(m) == 2)
-    # The navigator falls silent.
+    navigator.fall_silent()
     server.cancelled.wait_for(lambda m: {number for number, _ in m} == {first, second})
 
 
@@ -150,6 +168,7 @@ def test_the_end_of_a_cancelled_goal_does_not_end_the_same_goal_sent_again(scout
     _, server, navigator = scout
     navigator.send(7)
     navigator.keep(7, server.has_result)
+    navigator.fall_silent()
     server.cancelled.wait_for(len)
     first = server.take_result()
     navigator.keep(7, lambda: len(server.goals.messages) == 2 and server.has_result())
@@ -174,7 +193,7 @@ def test_the_end_of_the_link_cancels_the_goal(sessions, monkeypatch):
     profile = {"ros2": {"middleware": "rmw_zenoh"}, "motion": {"takes": ["goals"]}}
     link = RobotLink(sessions[0], "r", read_settings(profile))
     robot.sees("SC/%/%/ippon/%navigate_to_pose%_action%cancel_goal/")
-    navigator = Navigator(sessions[1])
+    navigator = Navigator(sessions[1], monkeypatch)
     navigator.send(7)
     navigator.keep(7, server.has_result)
     link.close()
@@ -193,7 +212,7 @@ def goal_topic(sessions, monkeypatch):
     }
     link = RobotLink(sessions[0], "r", read_settings(profile))
     robot.sees("MP/%/%/ippon/%goal_pose/")
-    navigator = Navigator(sessions[1])
+    navigator = Navigator(sessions[1], monkeypatch)
     navigator.send(7, x=2.5)
     navigator.keep(7, navigator.knows((7, ACCEPTED)))
     yield link, received, robot, navigator
@@ -201,9 +220,10 @@ def goal_topic(sessions, monkeypatch):
 
 
 def test_goals_can_be_a_topic_and_a_stop_is_a_goal_where_the_robot_stands(goal_topic):
-    _, received, *_ = goal_topic
+    _, received, _, navigator = goal_topic
     (first, _), *_ = received.wait_for(len)
     assert decode_pose(first).T_frame_base[0, 3] == 2.5
+    navigator.fall_silent()
     messages = received.wait_for(lambda m: len(m) == 2)
     assert decode_pose(messages[1][0]).T_frame_base[0, 3] == 1.0, "where the robot stands"
 
@@ -242,9 +262,10 @@ def test_a_goal_is_sent_again_to_a_subscriber_that_was_started_again(goal_topic)
 
 
 def test_what_is_no_pose_ends_no_watchdog(goal_topic, sessions):
-    link, received, *_ = goal_topic
+    link, received, _, navigator = goal_topic
     # Its stamp is that of the goal, and the rest is missing.
     sessions[1].put("r/navigation/active", pose(7)[:24])
+    navigator.fall_silent()
     messages = received.wait_for(lambda m: len(m) == 2)
     assert decode_pose(messages[1][0]).T_frame_base[0, 3] == 1.0
     assert link._watchdog.is_alive()

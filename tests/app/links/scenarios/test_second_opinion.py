@@ -98,13 +98,13 @@ def test_a_model_that_obeys_writing_in_the_image_adds_what_a_yes_adds(chat_serve
 
 
 def test_a_slow_endpoint_holds_nothing_up(chat_server, asking):
-    chat_server.script = lambda server, *_: server.stopped.wait(20.0)
+    let_go = []
+    chat_server.script = lambda server, *_: let_go.append(server.stopped.wait(60.0))
     robot = asking()
-    begun = time.perf_counter()
     assert robot.weigh(0.0).waiting
     assert robot.weigh(7.9).waiting
     late = robot.weigh(8.1)
-    assert time.perf_counter() - begun < 0.5
+    assert let_go == [], "the endpoint has not answered yet"
     assert late.find == FIND
     assert late.sentence == "no second opinion: no answer within 8 s"
 

@@ -72,9 +72,9 @@ def test_a_console_watches_and_steers(network):
     for _ in range(20):
         console.put("ippon/teleop/cmd_vel", b"go")
         time.sleep(0.05)
-    assert driven == 20 * [b"go"]
     network.router.put("ippon/status", b"fine")
-    assert control(console) == "stopped", "sent after the status, so that it has come by now"
+    assert control(console) == "stopped", "asked and told last, so that both have come by now"
+    assert driven == 20 * [b"go"]
     assert heard == [b"fine"]
 
 

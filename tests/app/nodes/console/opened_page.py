@@ -2,10 +2,11 @@
 
 import os
 import re
+import time
 
 from playwright.sync_api import expect
 
-from tests.chromium import KEEP_PICTURES, new_window
+from tests.chromium import KEEP_PICTURES, PATIENCE_MS, new_window
 
 _SCENE = re.compile("/view/|/assets/viser-")
 WHOLE_MAP_TICKS = 30
@@ -67,6 +68,14 @@ def text_field(page, label):
     return panels(page).locator(
         f"xpath=//label[text()='{label}']/ancestor::div[.//input][1]//input"
     )
+
+
+def wait_until(page, arrived, wanted):
+    """Wait until something is among what has arrived, of which the page says nothing."""
+    deadline = time.monotonic() + PATIENCE_MS / 1e3
+    while wanted not in arrived():
+        assert time.monotonic() < deadline, f"no {wanted} in {arrived()}"
+        page.wait_for_timeout(20)
 
 
 def expect_state(page, text):

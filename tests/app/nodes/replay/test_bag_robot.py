@@ -2,6 +2,7 @@
 
 import pytest
 
+from app.errors import UsageError
 from app.messages import keys
 from app.nodes.replay.bag_robot import read_bag_robot
 from app.recording.channels import key_of
@@ -32,6 +33,12 @@ def test_topics_that_a_profile_does_not_name_are_known_by_their_ends(names_of):
         assert key_of(f"{prefix}/camera/color/image_raw", IMAGE, {}, names) == keys.COLOR_RAW
         assert key_of(f"{prefix}/tf", TF, {}, names) == keys.TF
     assert key_of("/camera/depth/image_raw", IMAGE, {}, names) is None
+
+
+@pytest.mark.parametrize("name", ["", "/"])
+def test_the_name_of_the_base_is_not_empty(name):
+    with pytest.raises(UsageError, match="names the frame of the base, such as base_footprint"):
+        read_bag_robot(None, name)
 
 
 def test_a_namespace_chooses_one_of_two_robots(names_of):

@@ -27,21 +27,14 @@ from app.messages.memory import MemoryNoteRequest
 from app.messages.perception.heatmaps import encode_heatmap
 from app.messages.status import CountedFind, FindReport, GoalStatus
 from ippon.observation import Heatmap
-from tests.app.nodes.console.opened_page import WHOLE_MAP_TICKS
-from tests.chromium import KEEP_PICTURES, PATIENCE_MS, box_at_rest, new_window
+from tests.app.nodes.console.opened_page import WHOLE_MAP_TICKS, wait_until
+from tests.chromium import KEEP_PICTURES, box_at_rest, new_window
 
 pytestmark = pytest.mark.browser
 
 HZ = 10.0
 """Rate of the images where they are counted; elsewhere fewer do."""
 WATCHED_S = 6.0 if KEEP_PICTURES in os.environ else 3.0
-
-
-def _wait_until(page, arrived, wanted):
-    deadline = time.monotonic() + PATIENCE_MS / 1e3
-    while wanted not in arrived():
-        assert time.monotonic() < deadline, f"no {wanted} in {arrived()}"
-        page.wait_for_timeout(20)
 
 
 class _Home:
@@ -62,11 +55,11 @@ class _Home:
 
     def wait_for(self, page, wanted):
         """Wait until a request of a kind has arrived."""
-        _wait_until(page, lambda: [key for key, _ in self.home.requests], wanted)
+        wait_until(page, lambda: [key for key, _ in self.home.requests], wanted)
 
     def wait_for_request(self, page, before, wanted):
         """Wait until a request has arrived after the first `before` ones."""
-        _wait_until(page, lambda: self.home.requests[before:], wanted)
+        wait_until(page, lambda: self.home.requests[before:], wanted)
 
     def _heatmap(self):
         """The hat, as the network would see it in the drawn picture of 400 by 250 pixels."""
@@ -319,7 +312,7 @@ def test_enter_clicks_at_the_cross_of_the_plan(page, parts, shoot):
     assert page.evaluate(_MIDDLE) == _CROSS
     shoot("plan-keys")
     page.keyboard.press("Enter")
-    _wait_until(page, lambda: [len(points()) - before], 2)
+    wait_until(page, lambda: [len(points()) - before], 2)
     (x0, y0), (x1, y1) = points()[before:]
     assert x1 - x0 > 0.1
     assert y1 - y0 == pytest.approx(x1 - x0, rel=0.1), "one step to the right, and one up"

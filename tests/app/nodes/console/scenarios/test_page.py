@@ -15,9 +15,10 @@ from tests.app.nodes.console.opened_page import (
     open_tab,
     panels,
     text_field,
+    wait_until,
 )
 from tests.app.relay import Relay
-from tests.chromium import GPU, KEEP_PICTURES, PATIENCE_MS, box_at_rest, new_window
+from tests.chromium import GPU, KEEP_PICTURES, box_at_rest, new_window
 
 pytestmark = pytest.mark.browser
 
@@ -257,11 +258,8 @@ def test_the_search_can_be_paused_resumed_and_ended(home, page):
         expect_state(page, state)
         other = {"Paused": "Pause", "Searching": "Resume"}[state]
         expect(view.get_by_role("button", name=other, exact=True)).to_be_hidden()
-        deadline = time.monotonic() + PATIENCE_MS / 1e3
         # Nothing on the page tells that the last one has arrived.
-        while action not in home.requests[-1][1]:
-            assert time.monotonic() < deadline, home.requests
-            page.wait_for_timeout(20)
+        wait_until(page, lambda: home.requests[-1][1], action)
 
 
 def test_a_level_can_be_corrected(home, page):

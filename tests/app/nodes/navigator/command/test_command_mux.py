@@ -3,6 +3,7 @@
 import contextlib
 import itertools
 import queue
+import re
 import time
 
 import msgspec
@@ -26,6 +27,8 @@ from ippon.robot import ZED
 
 ROBOT = "ippon"
 STALE_S = 1.0
+PATIENCE_S = 20.0
+END = StampedTwist(stamp_ns=10**18, linear_m_s=0.0, yaw_rate_rad_s=0.0)
 PLANNED = Command(linear_m_s=0.4, yaw_rate_rad_s=0.2, tilt_rad=-0.3)
 CAMERA = PinholeCamera(width=64, height=40, fx=40.0, fy=40.0, cx=32.0, cy=20.0)
 
@@ -33,21 +36,22 @@ CAMERA = PinholeCamera(width=64, height=40, fx=40.0, fy=40.0, cx=32.0, cy=20.0)
 class Bench:
     """A mux, the operator's end of the line, and the robot's."""
 
-    def __init__(self, router, client) -> None:
+    def __init__(self, router, client, *, stale_s) -> None:
         self.commands: queue.Queue[StampedTwist] = queue.Queue()
         self.refusal: str | None = None
         self.takeovers = 0
         subscribe(client, f"{ROBOT}/{keys.CMD_VEL}", lambda p: self.commands.put(decode_twist(p)))
-        self.stream = CommandStream(router, ROBOT, 20.0, STALE_S)
+        self.stream = CommandStream(router, ROBOT, 20.0, stale_s)
         self.mux = CommandMux(
             router,
             ROBOT,
             ZED,
             self.stream,
-            STALE_S,
+            stale_s,
             refusal=lambda _: self.refusal,
             on_takeover=self._took_over,
         )
+        self._router = router
         self._publisher = client.declare_publisher(f"{ROBOT}/{keys.TELEOP}", express=True)
         self._seq = 0
         self.arrays = VoxelMap(MapConfig(), ["wall", "floor"]).arrays()
@@ -77,15 +81,22 @@ class Bench:
         tag = TeleopTag(sender="a", epoch=epoch, seq=self._seq)
         self._publisher.put(encode_twist(twist), attachment=msgspec.json.encode(tag))
 
-    def until(self, wanted, timeout_s=3.0) -> float:
-        """Wait for a command that is as wanted; returns the seconds that took."""
+    def until_heard(self) -> None:
+        """Wait until the mux has the last message of the hand."""
+        deadline = time.monotonic() + PATIENCE_S
+        while self.mux._last_tag.seq != self._seq:
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+
+    def until(self, wanted) -> None:
+        """Wait for a command that is as wanted."""
         began = time.monotonic()
         while True:
-            left = timeout_s - (time.monotonic() - began)
+            left = PATIENCE_S - (time.monotonic() - began)
             if wanted(self.commands.get(timeout=max(left, 1e-3))):
-                return time.monotonic() - began
+                return
 
-    def hold_until(self, wanted, timeout_s=10.0, **hand) -> StampedTwist:
+    def hold_until(self, wanted, timeout_s=PATIENCE_S, **hand) -> StampedTwist:
         """Hold keys down, as a page does, while frames come; returns the command as wanted."""
         began = time.monotonic()
         while (now := time.monotonic()) - began < timeout_s:
@@ -97,13 +108,17 @@ class Bench:
                         return twist
         raise AssertionError(f"never: {hand}")
 
+    def sent_so_far(self) -> list[StampedTwist]:
+        """Return the commands that nobody has taken, however late they come."""
+        # It goes after all that was sent before it.
+        self._router.put(f"{ROBOT}/{keys.CMD_VEL}", encode_twist(END))
+        return list(iter(lambda: self.commands.get(timeout=PATIENCE_S), END))
+
     def stands_still(self) -> bool:
         """Return whether all commands of the next moments are to stand, or none comes."""
-        time.sleep(0.1)
-        while not self.commands.empty():
-            self.commands.get()
+        self.sent_so_far()
         time.sleep(4 * TICK_S)
-        return all(stands(self.commands.get()) for _ in range(self.commands.qsize()))
+        return all(map(stands, self.sent_so_far()))
 
     def close(self) -> None:
         self.mux.close()
@@ -111,8 +126,18 @@ class Bench:
 
 
 @pytest.fixture
-def bench(sessions):
-    bench = Bench(*sessions)
+def bench(sessions, monkeypatch):
+    """Neither the hand nor the camera counts as silent: a busy machine may hold up both."""
+    monkeypatch.setattr(command_mux, "HAND_S", PATIENCE_S)
+    bench = Bench(*sessions, stale_s=PATIENCE_S)
+    yield bench
+    bench.close()
+
+
+@pytest.fixture
+def guarded(sessions):
+    """A bench on which hand and camera count as silent as soon as for users."""
+    bench = Bench(*sessions, stale_s=STALE_S)
     yield bench
     bench.close()
 
@@ -121,13 +146,27 @@ def stands(twist: StampedTwist) -> bool:
     return twist.linear_m_s == 0.0 and twist.yaw_rate_rad_s == 0.0
 
 
-def test_a_held_key_drives_and_a_silent_hand_stops(bench):
+def test_a_held_key_drives_and_a_silent_hand_stops(guarded, monkeypatch):
+    bench, tick, ticks = guarded, guarded.mux._tick, []
+
+    def noted(now):
+        ticks.append((now - bench.mux._hand_at, tick(now)))
+        return ticks[-1][1]
+
     bench.mux.set_mode(DriveMode.MANUAL, 1.0)
     bench.frame()
-    bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.8), linear=0.8)
-    assert bench.mux.status().by_hand
-    # No message of letting go: the browser is gone.
-    assert bench.until(stands) < 0.9 * STALE_S
+    bench.hold_until(
+        lambda t: t.linear_m_s == pytest.approx(0.8) and bench.mux.status().by_hand, linear=0.8
+    )
+    monkeypatch.setattr(bench.mux, "_tick", noted)
+    # No message of letting go: the browser is gone. The camera is not.
+    deadline = time.monotonic() + PATIENCE_S
+    while not (late := [command for silent_s, command in ticks if silent_s > 0.5]):
+        assert time.monotonic() < deadline
+        bench.frame()
+        time.sleep(TICK_S)
+    assert {command.linear_m_s for command in late} == {0.0}
+    bench.until(stands)
     assert not bench.mux.status().by_hand
 
 
@@ -174,22 +213,20 @@ def test_a_hand_without_the_right_to_drive_is_told_why(bench):
         # What is held is let go 0.3 s after its last message.
         bench.hold(linear=0.8)
         time.sleep(0.01)
-    assert stands(bench.commands.get(timeout=1.0))
+    assert stands(bench.commands.get(timeout=PATIENCE_S))
 
 
-def test_without_pictures_there_is_no_driving(bench):
-    bench.mux.set_mode(DriveMode.MANUAL, 1.0)
-    bench.frame()
-    began = time.monotonic()
-    while time.monotonic() - began < 1.5 * STALE_S:
-        bench.hold(linear=0.5)
+def test_without_pictures_there_is_no_driving(guarded):
+    guarded.mux.set_mode(DriveMode.MANUAL, 1.0)
+    guarded.frame()
+    framed_at = time.monotonic()
+    reason = re.compile(r"stopped: no picture for (\d+\.\d) s")
+    while not (told := reason.fullmatch(guarded.mux.status().intervention)):
+        assert time.monotonic() - framed_at < PATIENCE_S
+        guarded.hold(linear=0.5)
         time.sleep(0.05)
-    status = bench.mux.status()
-    assert status.intervention.startswith("stopped: no picture for 1.")
-    told = []
-    while not bench.commands.empty():
-        told.append(bench.commands.get())
-    assert stands(told[-1])
+    assert STALE_S <= float(told[1]) <= time.monotonic() - framed_at + 0.1
+    assert stands(guarded.sent_so_far()[-1])
 
 
 def test_the_reason_stays_while_slow_commands_pass_the_filter(bench, monkeypatch):
@@ -197,6 +234,8 @@ def test_the_reason_stays_while_slow_commands_pass_the_filter(bench, monkeypatch
     monkeypatch.setattr(
         command_mux, "filter_among_obstacles", lambda wanted, *_: (wanted, next(reasons))
     )
+    assert command_mux.REASON_S > 3 * TICK_S, "two commands pass between two that do not"
+    monkeypatch.setattr(command_mux, "REASON_S", PATIENCE_S)
     bench.mux.set_mode(DriveMode.MANUAL, 1.0)
 
     def told():
@@ -205,11 +244,12 @@ def test_the_reason_stays_while_slow_commands_pass_the_filter(bench, monkeypatch
         time.sleep(TICK_S)
         return bench.mux.status().intervention
 
-    until = time.monotonic() + 10.0
+    until = time.monotonic() + PATIENCE_S
     while not told() and time.monotonic() < until:
         pass
     assert {told() for _ in range(9)} == {"stopped: obstacle 0.3 m ahead"}
     reasons = itertools.repeat(None)
+    monkeypatch.setattr(command_mux, "REASON_S", 0.1)
     while told():
         assert time.monotonic() < until
 
@@ -217,13 +257,13 @@ def test_the_reason_stays_while_slow_commands_pass_the_filter(bench, monkeypatch
 def test_the_camera_tilts_by_rate_and_stays_where_it_is_let_go(bench):
     bench.mux.set_mode(DriveMode.MANUAL, 1.0)
     bench.frame()
-    for _ in range(4):
+    deadline = time.monotonic() + PATIENCE_S
+    while bench.frame().tilt_rad <= 0.1:
+        assert time.monotonic() < deadline
         bench.hold(tilt=1.2)
         time.sleep(0.05)
-    tilted = bench.frame().tilt_rad
-    assert tilted > 0.1
     bench.hold()
-    time.sleep(0.1)
+    bench.until_heard()
     held = bench.frame().tilt_rad
     time.sleep(0.1)
     assert bench.frame().tilt_rad == held
@@ -239,12 +279,21 @@ def test_a_hand_takes_over_on_the_way_to_a_point(bench):
 
 
 @pytest.mark.parametrize("mode", [DriveMode.MANUAL, DriveMode.ASSISTED])
-def test_on_the_way_to_a_point_a_robot_without_pictures_stands(bench, mode):
-    bench.mux.set_mode(mode, 1.0)
-    assert bench.frame(going=(1.0, 0.0)) == PLANNED
-    bench.until(lambda t: t.linear_m_s == pytest.approx(PLANNED.linear_m_s))
-    assert bench.until(stands) < 1.5 * STALE_S
-    assert bench.stands_still(), "the ticks of the mux do not bring the old command back"
+def test_on_the_way_to_a_point_a_robot_without_pictures_stands(guarded, monkeypatch, mode):
+    stream, put, sent = guarded.stream, guarded.stream._put_twist, []
+
+    def noted(linear_m_s, yaw_rate_rad_s):
+        sent.append((time.monotonic() - stream._given_at, linear_m_s))
+        put(linear_m_s, yaw_rate_rad_s)
+
+    monkeypatch.setattr(stream, "_put_twist", noted)
+    guarded.mux.set_mode(mode, 1.0)
+    assert guarded.frame(going=(1.0, 0.0)) == PLANNED
+    guarded.until(lambda t: t.linear_m_s == pytest.approx(PLANNED.linear_m_s))
+    guarded.until(stands)
+    late = [linear_m_s for age_s, linear_m_s in sent if age_s > 1.2 * STALE_S]
+    assert set(late) <= {0.0}, "not after the frame is stale"
+    assert guarded.stands_still(), "the ticks of the mux do not bring the old command back"
 
 
 def test_what_the_navigator_drops_stays_dropped_on_the_way_to_a_point(bench):

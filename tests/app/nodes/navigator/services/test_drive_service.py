@@ -30,6 +30,7 @@ from ippon.mapping.voxel_map import MapConfig, VoxelMap
 from ippon.robot import ZED
 
 ROBOT = "ippon"
+PATIENCE_S = 20.0
 
 
 class Missionary:
@@ -82,7 +83,7 @@ def service(sessions):
     endpoints = [declare_endpoints(router, ROBOT, service) for service in (drive, preview)]
 
     def request(key, message, kind=Accepted):
-        return ask(client, f"{ROBOT}/{key}", message, kind, 3.0)
+        return ask(client, f"{ROBOT}/{key}", message, kind, PATIENCE_S)
 
     yield SimpleNamespace(
         mission=mission, goals=goals, request=request, client=client, parts=endpoints
@@ -130,7 +131,7 @@ def test_goes_where_there_is_a_way_and_says_so_where_there_is_none(service):
 def test_what_is_painted_counts_is_kept_for_late_joiners_and_can_be_undone(service):
     dab = PaintRequest(action="look_here", strokes=[(1.0, 2.0)], radius_m=0.5)
     assert service.request(keys.PAINT, dab).detail == "searching there first"
-    kept = last_message(service.client, f"{ROBOT}/{keys.PAINTED}", 2.0)
+    kept = last_message(service.client, f"{ROBOT}/{keys.PAINTED}", PATIENCE_S)
     assert kept is not None
     regions = decode(kept, PaintedRegions).regions
     assert [(r.kind, r.strokes, r.radius_m) for r in regions] == [("look_here", [(1.0, 2.0)], 0.5)]

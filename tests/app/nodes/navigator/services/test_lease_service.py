@@ -18,6 +18,7 @@ from app.messages.lease import Credential, LeaseReply, LeaseRequest, TakeRequest
 from app.nodes.navigator.services.lease_service import LeaseService
 from app.nodes.navigator.services.request_services import declare_endpoints
 
+PATIENCE_S = 20.0
 ANNA = Credential(session="a" * 20, name="Anna")
 BERT = Credential(session="b" * 20, name="Bert")
 CARL = Credential(session="c" * 20, name="Carl")
@@ -51,11 +52,11 @@ def office(sessions):
 
     def request(action, who, requester=""):
         message = LeaseRequest(action=action, requester=requester)
-        return ask(client, "r/lease", message, LeaseReply, 2.0, who)
+        return ask(client, "r/lease", message, LeaseReply, PATIENCE_S, who)
 
     def command(who, message=FeedbackRequest(verdict="confirm"), kind=Accepted):  # noqa: B008
         key = "r/control" if isinstance(message, ControlRequest) else "r/feedback"
-        return ask(client, key, message, kind, 2.0, who)
+        return ask(client, key, message, kind, PATIENCE_S, who)
 
     yield SimpleNamespace(
         service=service,
@@ -124,7 +125,7 @@ def test_an_answer_reaches_no_other_requester_than_the_one_it_names(office, answ
 def test_a_supervisor_takes_control_by_a_key_of_its_own(office):
     holding(office, ANNA)
     key = f"r/{keys.LEASE_TAKE}"
-    assert ask(office.client, key, TakeRequest(), LeaseReply, 2.0, BERT).standing == "holds"
+    assert ask(office.client, key, TakeRequest(), LeaseReply, PATIENCE_S, BERT).standing == "holds"
     assert office.service.status().holder == "Bert"
 
 

@@ -1,5 +1,6 @@
 import threading
 import time
+from concurrent.futures import Future
 
 import pytest
 
@@ -77,21 +78,29 @@ def test_what_was_refused_because_it_waited_is_not_done_later(operations):
     assert ran == []
 
 
-def test_what_is_under_way_is_waited_for(operations):
-    begun = threading.Event()
+def test_what_is_under_way_is_waited_for(operations, monkeypatch):
+    begun, refused = threading.Event(), threading.Event()
+    result, cancel = Future.result, Future.cancel
 
-    def run():
-        while not operations._operations:
-            time.sleep(0.01)
-        operations.run_queued(None)
+    def result_once_begun(answer, timeout=None):
+        # The time is up at once after the question has begun, whenever that is.
+        assert begun.wait(20.0)
+        return result(answer, None if timeout is None else 0.0)
+
+    def cancel_and_note(answer):
+        try:
+            return cancel(answer)
+        finally:
+            refused.set()
 
     def think(_):
         begun.set()
-        time.sleep(0.3)
+        assert refused.wait(20.0), "its time is up"
         return "there"
 
-    mission = threading.Thread(target=run)
-    mission.start()
+    monkeypatch.setattr(Future, "result", result_once_begun)
+    monkeypatch.setattr(Future, "cancel", cancel_and_note)
+    mission = threading.Thread(target=operations.run_queued, args=(None,))
+    operations.wake = mission.start
     assert operations.ask(think, timeout_s=0.2) == "there"
-    assert begun.is_set()
     mission.join()

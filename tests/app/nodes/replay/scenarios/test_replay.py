@@ -326,20 +326,26 @@ def test_a_base_that_a_bag_does_not_have_is_refused(
 
 
 def test_who_comes_after_the_start_of_a_replay_gets_its_fixed_transforms(
-    tmp_path, sessions, free_endpoint
+    tmp_path, sessions, free_endpoint, monkeypatch
 ):
     router, _ = sessions
-    began, heard = threading.Event(), queue.Queue()
+    began, stop, heard = threading.Event(), threading.Event(), queue.Queue()
     subscribe(router, f"r/{keys.COLOR}", lambda _: began.set())
 
     def come_late():
         assert began.wait(20.0)
-        subscribe(router, f"r/{keys.TF_STATIC}", heard.put, kept=True)
+        subscribe(router, f"r/{keys.TF_STATIC}", hear, kept=True)
 
+    def hear(payload):
+        heard.put(payload)
+        stop.set()
+
+    # It plays until they have come, or for a minute.
+    monkeypatch.setattr(replay_node, "ProcessStopSignal", lambda: stop)
     late = threading.Thread(target=come_late)
     late.start()
     bag = _bag(tmp_path / "s", root="odom")
-    run_replay(ReplayConfig(path=bag, connect=free_endpoint, robot="r", rate=3.0))
+    run_replay(ReplayConfig(path=bag, connect=free_endpoint, robot="r", rate=0.1))
     late.join()
     (same,) = decode_transforms(heard.get(timeout=5.0))
     assert (same.parent, same.child) == ("map", "odom")
