@@ -152,7 +152,7 @@ def _pose_problem(recording: Recording, tree: FrameTree, colors: list[int], *, m
     with_odometry = tree.with_odometry(mount=mount) if problem else None
     if with_odometry is not None:
         used, problem = with_odometry, with_odometry.problem()
-    if used.lacks_base:
+    if problem and used.lacks_base:
         problem += ", or --base-frame names the frame of the base"
     if with_odometry is not None and problem and tree.lacks_mount and not mount:
         problem += NO_MOUNT
