@@ -51,9 +51,9 @@ class Figure:
     high: float
 
     @property
-    def key(self) -> tuple[str, str, str]:
-        """What tells it from all others."""
-        return self.part, self.name, self.data
+    def key(self) -> tuple[str, ...]:
+        """What tells it from all others; one row may have a time and a size."""
+        return self.part, self.name, self.data, self.unit
 
     def has_moved(self, kept: "Figure") -> bool:
         """Return whether its range and the kept one have no value in common."""
@@ -135,7 +135,7 @@ def regenerate(
     return moved
 
 
-def _moved(figure: Figure, before: dict[tuple[str, str, str], Figure]) -> bool:
+def _moved(figure: Figure, before: dict[tuple[str, ...], Figure]) -> bool:
     return figure.key in before and figure.has_moved(before[figure.key])
 
 

@@ -52,6 +52,15 @@ def test_what_lies_within_the_noise_has_not_moved_and_the_rest_is_named(kept):
     ]
 
 
+def test_a_time_is_compared_with_a_time(kept):
+    def run(part):
+        time = {"name": "change", "data": "home", "median_ms": 3.0}
+        return [time, {"name": "change", "data": "home", "value": 12.0, "unit": "kB"}]
+
+    _regenerate(run)
+    assert _regenerate(run) == []
+
+
 def test_other_parts_keep_their_figures(kept):
     _regenerate(_measured(4.0), runs=1)
     guidance = [{"name": "levels", "data": "40 labels", "median_ms": 0.25}]
