@@ -101,14 +101,20 @@ class Recorder:
             while not stop.is_set():
                 self._step()
         finally:
-            self._write_waiting(0.0)
-            self._end("the recorder was stopped")
-            self._close_network()
+            try:
+                self._write_waiting(0.0)
+            finally:
+                self._end("the recorder was stopped")
+                self._close_network()
 
     def _step(self) -> None:
         self._write_waiting(IDLE_S)
         while self._requests:
             request, reply = self._requests.popleft()
+            if request.action == "stop":
+                # What came before it may still wait for a slow disk. Written before the request is
+                # taken: one that is refused meanwhile ends nothing.
+                self._write_waiting(0.0)
             if not reply.set_running_or_notify_cancel():
                 continue  # It was refused meanwhile, and is sent again.
             try:
@@ -260,7 +266,6 @@ class Recorder:
             if self._session is None:
                 self._begin()
         elif request.action == "stop":
-            self._write_waiting(0.0)  # It came before the request, while the disk was slow.
             self._end(f"ended by {request.requester or 'a request'}")
         else:
             self._add_note(request)

@@ -223,15 +223,58 @@ def test_what_finds_no_room_is_counted():
     assert backlog.dropped == 1
 
 
-def test_what_came_before_the_end_while_the_disk_was_slow_is_recorded(tmp_path):
+def _while_it_writes(recorder, monkeypatch, act):
+    """Do something in the midst of the first message's writing, as on a slow disk."""
+    session, acts = recorder._session, [act]
+    write = session.add
+
+    def add(*message):
+        if acts:
+            acts.pop()()
+        write(*message)
+
+    monkeypatch.setattr(session, "add", add)
+
+
+def test_what_came_before_the_end_while_the_disk_was_slow_is_recorded(tmp_path, monkeypatch):
     slow = Recorder(RecorderConfig(robot=ROBOT, root=tmp_path))
     slow._begin()
-    slow._queue.put("a", b"1")
     path = slow._session.writer.folder
-    slow._answer(RecordRequest(action="stop"))
+    slow._queue.put("a", b"1")
+    _while_it_writes(slow, monkeypatch, lambda: slow._queue.put("a", b"2"))
+    reply = Future()
+    slow._requests.append((RecordRequest(action="stop"), reply))
+    slow._step()
+    assert reply.result(0).state == "off"
     recording = Recording(path)
-    assert [m.payload for m in recording.all_messages(("a",))] == [b"1"]
+    assert [m.payload for m in recording.all_messages(("a",))] == [b"1", b"2"]
     recording.close()
+
+
+def test_an_end_that_was_refused_while_the_disk_was_slow_ends_nothing(tmp_path, monkeypatch):
+    slow = Recorder(RecorderConfig(robot=ROBOT, root=tmp_path))
+    slow._begin()
+    reply = Future()
+    slow._queue.put("a", b"1")
+    _while_it_writes(slow, monkeypatch, reply.cancel)
+    monkeypatch.setattr(slow, "_write_waiting", _after_the_first(slow._write_waiting))
+    slow._requests.append((RecordRequest(action="stop"), reply))
+    slow._step()
+    assert reply.cancelled()
+    assert slow._session is not None
+    slow._end("the test is over")
+
+
+def _after_the_first(write):
+    """Leave out the first call: the message comes once a step has written what was there."""
+    calls = []
+
+    def later(timeout_s):
+        calls.append(timeout_s)
+        if len(calls) > 1:
+            write(timeout_s)
+
+    return later
 
 
 def test_what_was_refused_because_the_disk_was_slow_is_not_done_later(tmp_path, monkeypatch):

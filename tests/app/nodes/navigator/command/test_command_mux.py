@@ -283,15 +283,16 @@ def test_on_the_way_to_a_point_a_robot_without_pictures_stands(guarded, monkeypa
     stream, put, sent = guarded.stream, guarded.stream._put_twist, []
 
     def noted(linear_m_s, yaw_rate_rad_s):
-        sent.append((time.monotonic() - stream._given_at, linear_m_s))
+        sent.append((time.monotonic(), linear_m_s))
         put(linear_m_s, yaw_rate_rad_s)
 
     monkeypatch.setattr(stream, "_put_twist", noted)
     guarded.mux.set_mode(mode, 1.0)
     assert guarded.frame(going=(1.0, 0.0)) == PLANNED
+    framed_at = time.monotonic()
     guarded.until(lambda t: t.linear_m_s == pytest.approx(PLANNED.linear_m_s))
     guarded.until(stands)
-    late = [linear_m_s for age_s, linear_m_s in sent if age_s > 1.2 * STALE_S]
+    late = [linear_m_s for at, linear_m_s in sent if at - framed_at > 1.2 * STALE_S]
     assert set(late) <= {0.0}, "not after the frame is stale"
     assert guarded.stands_still(), "the ticks of the mux do not bring the old command back"
 

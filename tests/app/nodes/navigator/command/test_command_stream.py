@@ -119,8 +119,8 @@ def test_the_stream_says_something_more_often_than_every_50_ms(sessions, heard, 
     stream.give(DRIVE, stamp_ns=1)
     sent = [kind for kind, _ in heard.since(wait_s=2.0)]
     stream.close()
+    # Time in which the machine ran something else, though the stream was to go on.
     busy_s = sum(late_s)
-    """Time in which the machine ran something else, though the stream was to go on."""
     assert sent.count("twist") >= 20.0 * (2.0 - busy_s) + 1, "on the average"
     assert sent.count("tilt") == sent.count("twist")
 
