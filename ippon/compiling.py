@@ -44,7 +44,8 @@ def njit(*, allocates: bool = False, **options: Any) -> Any:
     Args:
         allocates: Whether the kernel makes arrays. Only then numba counts references, with an
             atomic operation for each array of each slice and of each tuple that is passed on. The
-            others borrow their arrays from the caller, and may return none.
+            others borrow their arrays from the caller, and may return none: numba's `_nrt=False`,
+            which its own sorting uses, though its name says that it may change.
         options: See numba's `jit`.
     """
     compiled: Any = numba.njit

@@ -12,11 +12,11 @@ from numba.core.dispatcher import Dispatcher
 
 import ippon
 
+_OF_NETWORKS = ("ippon.segmentation.backends", "ippon.segmentation.detectors")
 _NOT_OF_THE_NAVIGATOR = (
+    *_OF_NETWORKS,
     "ippon.calibration",
     "ippon.evaluation",
-    "ippon.segmentation.backends",
-    "ippon.segmentation.detectors",
     "ippon.simulation",
 )
 
@@ -41,7 +41,7 @@ def returning_borrowed() -> set[str]:
     """Return the kernels that return an array which they only borrow (see `compiling.njit`)."""
     return {
         f"{name_of(kernel)} returns a borrowed array"
-        for module in _modules()
+        for module in _modules(left_out=_OF_NETWORKS)
         for kernel in vars(module).values()
         if isinstance(kernel, Dispatcher) and not kernel.targetoptions.get("_nrt", True)
         for signature in kernel.nopython_signatures
@@ -52,6 +52,8 @@ def returning_borrowed() -> set[str]:
 def _holds_array(kind: types.Type) -> bool:
     if isinstance(kind, types.BaseTuple):
         return any(_holds_array(k) for k in kind)
+    if isinstance(kind, types.Optional):
+        return _holds_array(kind.type)
     return isinstance(kind, types.Array)
 
 
@@ -74,7 +76,7 @@ def _called_from_python() -> set[Dispatcher]:
     return found
 
 
-def _modules() -> Iterator[ModuleType]:
+def _modules(left_out: tuple[str, ...] = _NOT_OF_THE_NAVIGATOR) -> Iterator[ModuleType]:
     for info in pkgutil.walk_packages(ippon.__path__, "ippon."):
-        if not info.name.startswith(_NOT_OF_THE_NAVIGATOR):
+        if not info.name.startswith(left_out):
             yield importlib.import_module(info.name)

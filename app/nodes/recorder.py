@@ -100,20 +100,17 @@ class Recorder:
                 self._begin()
             while not stop.is_set():
                 self._step()
+            self._write_waiting(0.0)
         finally:
-            try:
-                self._write_waiting(0.0)
-            finally:
-                self._end("the recorder was stopped")
-                self._close_network()
+            self._end("the recorder was stopped")
+            self._close_network()
 
     def _step(self) -> None:
         self._write_waiting(IDLE_S)
         while self._requests:
             request, reply = self._requests.popleft()
             if request.action == "stop":
-                # What came before it may still wait for a slow disk. Written before the request is
-                # taken: one that is refused meanwhile ends nothing.
+                # First what came before it; a request that is refused meanwhile ends nothing.
                 self._write_waiting(0.0)
             if not reply.set_running_or_notify_cancel():
                 continue  # It was refused meanwhile, and is sent again.
@@ -177,12 +174,9 @@ class Recorder:
 
     def _write_waiting(self, timeout_s: float) -> None:
         """Write all queued messages; wait at most `timeout_s` for the first."""
-        for arrival in self._queue.take(timeout_s):
-            self._heard_at = arrival.now_s
-            self._write(arrival)
-
-    def _write(self, one: QueuedMessage) -> None:
-        self._guarded(lambda session: session.add(one.key, one.payload, one.wall_ns, one.now_s))
+        for one in self._queue.take(timeout_s):
+            self._heard_at = one.now_s
+            self._guarded(partial(_add, one))
 
     def _guarded(self, work: Callable[[Session], T]) -> T | None:
         """Use the file; an error of the disk ends the recording, not the recorder."""
@@ -344,6 +338,10 @@ class Recorder:
 
     def _key(self, topic: str) -> str:
         return f"{self._config.robot}/{topic}"
+
+
+def _add(one: QueuedMessage, session: Session) -> None:
+    session.add(one.key, one.payload, one.wall_ns, one.now_s)
 
 
 def run_recorder(config: RecorderConfig) -> None:

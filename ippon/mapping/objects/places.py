@@ -108,8 +108,7 @@ def open_accumulator(surface, accumulators, slot, place, left, right, labels):
     """Return the accumulator of a voxel for an image from `place`; 0 if the place is closed.
 
     `left` and `right` are the places `TAN_MARGIN` to either side. An open place is left only beyond
-    them, so that a camera that shakes at its border does not close it. `surface` and `accumulators`
-    are not passed on, so that references to their arrays are counted once (see `summarise_row`).
+    them, so that a camera that shakes at its border does not close it.
     """
     row = surface.accumulator[slot]
     if row != 0:

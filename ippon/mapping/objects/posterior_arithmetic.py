@@ -220,11 +220,7 @@ def fill_missing(energy, row, channel, after, n):
 
 @INNER
 def summarise_row(energy, row, weights, n):
-    """Return a row's label, confidence, proximity and normaliser.
-
-    Here as elsewhere rows go in as their number, not as slices or `SurfaceVoxels`: numba counts
-    references to each slice and to each array of a tuple, which takes as long as the sums.
-    """
+    """Return a row's label, confidence, proximity and normaliser."""
     total, weighted = _sums(energy, row, weights, n)
     best = least_energy(energy, row, n)
     confidence = share_code(exp_of_steps(np.float32(energy[row, best])), total)

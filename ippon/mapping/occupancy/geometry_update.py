@@ -62,7 +62,7 @@ def _find_pixels(corner, steps, lens, depths, width, height, per_cell, cells_u, 
     """Find the pixel of each voxel's centre; pixel 0, which has no depth, if it is out of range.
 
     One loop that only writes, over few arrays: with more arrays LLVM does not vectorise, because it
-    has to check them for overlap, and numba counts references to each at every call.
+    has to check them for overlap.
     """
     near, far = depths
     fx, fy, cx, cy = lens
@@ -171,10 +171,7 @@ def _weigh_evidence(evidence, state, signed, z, number, need, rules):
 
 @njit(cache=True, nogil=True, inline="always")
 def _mixed_block(tsdf, weight, evidence, state, rules, z, signed, number, need):
-    """Update signed distance, evidence and state of one block.
-
-    Its arrays come one by one: numba counts references to all arrays of a tuple at each call.
-    """
+    """Update signed distance, evidence and state of one block."""
     _fuse_distance(tsdf, weight, signed, rules)
     observed, changed, became, ceased = _weigh_evidence(
         evidence, state, signed, z, number, need, rules

@@ -15,7 +15,11 @@ _FOR_WRITING, _SECOND_LEVEL, _DATA = 1, 2, 1
 
 
 def prefetch_block(values, row):
-    """Ask the processor for one row of a (B, 512) array; uncompiled it does nothing."""
+    """Ask the processor for one row of a (B, 512) array, contiguous; uncompiled it does nothing.
+
+    The row comes into the second level of the cache, on processors whose request for writing has a
+    level; the first is too small for a block and its endpoints.
+    """
 
 
 @intrinsic
