@@ -38,9 +38,8 @@ SILENT_S: Final = 4.0
 IDLE_S: Final = 0.1
 REPLY_S: Final = 5.0
 LATCHED_TOPICS: Final = (
-    keys.CONFIGURATION, keys.STATUS, keys.LABELS, keys.LEVELS, keys.CAMERA_INFO,
-    keys.MAP_KEYFRAME, keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS,
-    keys.FAR_EVIDENCE,
+    keys.CONFIGURATION, keys.STATUS, keys.LABELS, keys.LEVELS, keys.CAMERA_INFO, keys.DETECTIONS,
+    keys.MAP_KEYFRAME, keys.PLAN_TREE, keys.PLAN_PATH, keys.FAR_EVIDENCE,
 )  # fmt: skip
 """Topics whose last message is requested when a recording begins."""
 _LEFT_OUT: Final = (keys.COLOR_RAW, keys.RECORDING, *keys.KEPT)
@@ -65,9 +64,9 @@ class RecorderConfig:
     def __post_init__(self) -> None:
         """Refuse an invalid prefix or rate."""
         keys.check_prefix(self.robot)
-        if not 0.0 <= self.sensor_hz <= 1000.0:
+        if not 0.0 <= (hz := self.sensor_hz) <= 1000.0:
             raise ValueError(
-                f"the rate of recorded images lies in 0 to 1000 per second; got {self.sensor_hz:g}"
+                f"the rate of recorded images lies in 0 to 1000 per second; got {hz:g}"
             )
 
 
@@ -119,8 +118,7 @@ class Recorder:
             except (RecordingError, RequestRefusedError) as error:
                 reply.set_exception(RequestRefusedError(str(error)))
         now = time.monotonic()
-        if self._session is not None:
-            self._guarded(lambda session: session.writer.flush_if_due(now))
+        self._guarded(lambda session: session.writer.flush_if_due(now))
         if now - self._checked_at >= LIMITS_EVERY_S:
             self._checked_at = now
             self._check_limits()
@@ -176,7 +174,10 @@ class Recorder:
         """Write all queued messages; wait at most `timeout_s` for the first."""
         for one in self._queue.take(timeout_s):
             self._heard_at = one.now_s
-            self._guarded(partial(_add, one))
+            self._write(one)
+
+    def _write(self, one: QueuedMessage) -> None:
+        self._guarded(lambda session: session.add(one.key, one.payload, one.wall_ns, one.now_s))
 
     def _guarded(self, work: Callable[[Session], T]) -> T | None:
         """Use the file; an error of the disk ends the recording, not the recorder."""
@@ -338,10 +339,6 @@ class Recorder:
 
     def _key(self, topic: str) -> str:
         return f"{self._config.robot}/{topic}"
-
-
-def _add(one: QueuedMessage, session: Session) -> None:
-    session.add(one.key, one.payload, one.wall_ns, one.now_s)
 
 
 def run_recorder(config: RecorderConfig) -> None:
