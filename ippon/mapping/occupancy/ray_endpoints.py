@@ -181,7 +181,7 @@ def count_endpoints_kernel(depth_image, strides, view, rules, box, place, work, 
     depth, slope, shift = depth_image.depth, depth_image.slope, depth_image.slope_shift
     height, width = depth.shape[0] - 2, depth.shape[1] - 2
     samples_u, samples_v = -(-width // strides[0]), -(-height // strides[1])
-    eighth = (samples_u + 7) // 8
+    eighth = work.order.shape[1] // 8
     orders, all_pixels, all_columns, all_cells = work.order, work.pixel, work.column, work.cell
     # Loops over few arrays: LLVM does not vectorise loops over more.
     sinks, read, z, x, y, up = work.sink, work.read, work.z, work.x, work.y, work.up
