@@ -1,25 +1,21 @@
 """The recorder as a process: writes every message of a robot's network to a file, unchanged."""
 
 import logging
-import threading
 import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Final, TypeVar
 
-import zenoh
-
-from app.links.network.requests import RequestRefusedError, last_message, serve
-from app.links.network.session import LinkError, open_client
-from app.links.network.subscription import subscribe
+from app.links.network.requests import RequestRefusedError
+from app.links.network.session import LinkError
 from app.messages import keys
 from app.messages.control import encode
 from app.messages.recording import RecordingStatus, RecordRequest
 from app.messages.status import Event
+from app.nodes.recorder_network import RecorderNetwork
 from app.process.stop_signal import ProcessStopSignal, StopSignal
 from app.recording.errors import RecordingError
 from app.recording.notes import Note, add_note
@@ -37,14 +33,6 @@ SILENT_S: Final = 4.0
 """Silence after which the connection is opened again."""
 IDLE_S: Final = 0.1
 REPLY_S: Final = 5.0
-LATCHED_TOPICS: Final = (
-    keys.CONFIGURATION, keys.STATUS, keys.LABELS, keys.LEVELS, keys.CAMERA_INFO, keys.DETECTIONS,
-    keys.MAP_KEYFRAME, keys.PLAN_TREE, keys.PLAN_PATH, keys.FAR_EVIDENCE,
-)  # fmt: skip
-"""Topics whose last message is requested when a recording begins."""
-_LEFT_OUT: Final = (keys.COLOR_RAW, keys.RECORDING, *keys.KEPT)
-"""Not received with all others: kept topics, which `_catch_up` subscribes to, raw colour, which is
-also published as JPEG, and a recorder's own status, which would break every silence."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,9 +52,9 @@ class RecorderConfig:
     def __post_init__(self) -> None:
         """Refuse an invalid prefix or rate."""
         keys.check_prefix(self.robot)
-        if not 0.0 <= (hz := self.sensor_hz) <= 1000.0:
+        if not 0.0 <= self.sensor_hz <= 1000.0:
             raise ValueError(
-                f"the rate of recorded images lies in 0 to 1000 per second; got {hz:g}"
+                f"the rate of recorded images lies in 0 to 1000 per second; got {self.sensor_hz:g}"
             )
 
 
@@ -76,10 +64,9 @@ class Recorder:
     def __init__(self, config: RecorderConfig) -> None:
         self._config = config
         self._queue = WriteQueue()
-        self._network: zenoh.Session | None = None
-        self._publishers: dict[str, zenoh.Publisher] = {}
-        self._kept: list[Callable[[], None]] = []
-        """Ends of the subscriptions to topics that are sent once."""
+        self._network = RecorderNetwork(
+            config.connect, config.robot, self._queue.put, self._handle, lambda: self._status
+        )
         self._requests: deque[tuple[RecordRequest, Future[RecordingStatus]]] = deque()
         self._session: Session | None = None
         self._status = RecordingStatus(state="off", text="nothing is recorded")
@@ -93,7 +80,8 @@ class Recorder:
         Raises:
             LinkError: No navigator answers at the start.
         """
-        self._open()
+        self._network.open()
+        self._heard_at = time.monotonic()
         try:
             if not self._config.wait:
                 self._begin()
@@ -102,7 +90,7 @@ class Recorder:
             self._write_waiting(0.0)
         finally:
             self._end("the recorder was stopped")
-            self._close_network()
+            self._network.close()
 
     def _step(self) -> None:
         self._write_waiting(IDLE_S)
@@ -142,33 +130,7 @@ class Recorder:
         folder = str(self._session.writer.folder)
         self._status = RecordingStatus(state="recording", text="recording", session=folder)
         logger.info("recording to %s", folder)
-        self._catch_up()
-
-    def _catch_up(self) -> None:
-        """Get what was sent before: kept topics by subscription, latched ones by request."""
-        if (network := self._network) is None:
-            return
-        self._kept = [
-            subscribe(network, self._key(key), partial(self._queue.put, key), kept=True)
-            for key in keys.KEPT
-        ]
-        threading.Thread(
-            target=self._request_last_messages, args=(network,), name="last messages", daemon=True
-        ).start()
-
-    def _unsubscribe_kept(self) -> None:
-        while self._kept:
-            self._kept.pop()()
-
-    def _request_last_messages(self, network: zenoh.Session) -> None:
-        for key in LATCHED_TOPICS:
-            try:
-                payload = last_message(network, self._key(key), 2.0)
-            except zenoh.ZError as error:
-                logger.debug("%s: %s", key, error)
-                return
-            if payload is not None:
-                self._queue.put(key, payload)
+        self._network.catch_up()
 
     def _write_waiting(self, timeout_s: float) -> None:
         """Write all queued messages; wait at most `timeout_s` for the first."""
@@ -181,13 +143,14 @@ class Recorder:
 
     def _guarded(self, work: Callable[[Session], T]) -> T | None:
         """Use the file; an error of the disk ends the recording, not the recorder."""
-        if (session := self._session) is None:
+        session = self._session
+        if session is None:
             return None
         try:
             return work(session)
         except OSError as error:
             self._session = None
-            self._unsubscribe_kept()
+            self._network.end_kept()
             session.writer.abandon()
             self._fail(f"the recording ended: {error.strerror} ({session.writer.folder})")
             return None
@@ -218,7 +181,7 @@ class Recorder:
         session, self._session = self._session, None
         if session is None:
             return
-        self._unsubscribe_kept()
+        self._network.end_kept()
         folder = str(session.writer.folder)
         size, count = session.writer.written_bytes, session.writer.messages
         try:
@@ -268,7 +231,8 @@ class Recorder:
         return self._status
 
     def _add_note(self, request: RecordRequest) -> None:
-        if (session := self._session) is None:
+        session = self._session
+        if session is None:
             raise RequestRefusedError("there is no recording for the note; start one first")
         if request.action == "note" and not request.text.strip():
             raise RequestRefusedError("the note is empty")
@@ -282,63 +246,25 @@ class Recorder:
 
     # -- the network -------------------------------------------------------------------------
 
-    def _open(self) -> None:
-        network = self._network = open_client(self._config.connect)
-        skipped = len(self._config.robot) + 1
-
-        def receive(sample: zenoh.Sample) -> None:
-            key = str(sample.key_expr)[skipped:]
-            if key not in _LEFT_OUT:
-                self._queue.put(key, sample.payload.to_bytes())
-
-        handler: Any = zenoh.handlers.Callback(receive, indirect=False)
-        network.declare_subscriber(self._key("**"), handler)
-        serve(network, self._key(keys.RECORD), RecordRequest, self._handle)
-        network.declare_queryable(self._key(keys.RECORDING), self._answer_status)
-        self._publishers = {
-            key: network.declare_publisher(self._key(key)) for key in (keys.RECORDING, keys.EVENT)
-        }
-        self._heard_at = time.monotonic()
-
     def _reopen(self) -> None:
-        self._close_network()
+        self._network.close()
+        # Also without an answer: the next attempt waits as long.
+        self._heard_at = time.monotonic()
         try:
-            self._open()
+            self._network.open()
         except LinkError as error:
             logger.debug("%s", error)
-            self._heard_at = time.monotonic()
             return
         if self._session is not None:
             # Topics that are published on change alone may have changed meanwhile.
-            self._catch_up()
-
-    def _close_network(self) -> None:
-        network, self._network = self._network, None
-        self._publishers = {}
-        self._kept = []
-        if network is not None:
-            network.close()  # pyright: ignore[reportUnknownMemberType]
-
-    def _answer_status(self, query: zenoh.Query) -> None:
-        with query:
-            query.reply(self._key(keys.RECORDING), encode(self._status))
+            self._network.catch_up()
 
     def _publish_status(self) -> None:
-        self._put(keys.RECORDING, encode(self._status))
+        self._network.publish(keys.RECORDING, encode(self._status))
 
     def _announce(self, text: str) -> None:
-        self._put(keys.EVENT, encode(Event(stamp_ns=self._stamp_ns, kind="error", text=text)))
-
-    def _put(self, key: str, payload: bytes) -> None:
-        if (publisher := self._publishers.get(key)) is None:
-            return
-        try:
-            publisher.put(payload)
-        except zenoh.ZError as error:
-            logger.debug("%s: %s", key, error)
-
-    def _key(self, topic: str) -> str:
-        return f"{self._config.robot}/{topic}"
+        event = Event(stamp_ns=self._stamp_ns, kind="error", text=text)
+        self._network.publish(keys.EVENT, encode(event))
 
 
 def run_recorder(config: RecorderConfig) -> None:

@@ -11,6 +11,7 @@ from typing import Final, Literal
 import msgspec
 import zenoh
 
+from app.links.network.latched_topic import LatchedReceiver
 from app.links.network.requests import last_message
 from app.links.network.session import open_client
 from app.links.network.subscription import subscribe
@@ -128,7 +129,8 @@ class RobotSim:
         if profile.follows_goals:
             self._subscribe(keys.NAVIGATION_GOAL, self._goals.take_goal)
             self._subscribe(keys.NAVIGATION_ACTIVE, self._goals.take_active)
-        self._subscribe(keys.LABELS, self._on_labels)
+        self._latched = LatchedReceiver(self._take_labels)
+        self._subscribe(keys.LABELS, self._latched.receive)
         self._truth = session.declare_queryable(self._key(keys.SIM_TRUTH), self._answer_truth)
 
     def await_labels(self, timeout_s: float = LABELS_WAIT_S) -> None:
@@ -139,9 +141,9 @@ class RobotSim:
         """
         started, is_told = time.monotonic(), False
         while time.monotonic() < started + timeout_s:
-            payload = last_message(self._session, self._key(keys.LABELS), 1.0)
-            if payload is not None:
-                self._take_labels(payload)
+            if self._latched.request(
+                lambda: last_message(self._session, self._key(keys.LABELS), 1.0)
+            ):
                 return
             if not is_told and time.monotonic() > started + SILENT_WAIT_S:
                 is_told = True
@@ -267,9 +269,6 @@ class RobotSim:
         tilt = decode_number(payload)
         with self._lock:
             self._tilt_rad = tilt
-
-    def _on_labels(self, payload: bytes) -> None:
-        self._take_labels(payload)
 
     def _take_labels(self, payload: bytes) -> None:
         request = decode_json(payload, SegmentationLabels)

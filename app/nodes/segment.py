@@ -9,6 +9,7 @@ from typing import Final
 import msgspec
 import zenoh
 
+from app.links.network.latched_topic import LatchedReceiver
 from app.links.network.requests import last_message
 from app.links.network.session import LinkError, open_client
 from app.links.network.subscription import subscribe
@@ -83,7 +84,8 @@ class SegmentNode:
             for key in (keys.LABEL_NAMES, keys.DETECTOR_NAME)
         }  # fmt: skip
         self._told: tuple[str, tuple[str, ...]] = ("", ())
-        subscribe(session, f"{config.robot}/{keys.LABELS}", self._take_labels)
+        self._latched = LatchedReceiver(self._take_labels)
+        subscribe(session, f"{config.robot}/{keys.LABELS}", self._latched.receive)
         subscribe(session, f"{config.robot}/{keys.COLOR}", self._take_image)
 
     def run(self, stop: StopSignal) -> None:
@@ -92,7 +94,7 @@ class SegmentNode:
         while not stop.is_set():
             if self._labels is None and time.monotonic() - asked_at > ASK_EVERY_S:
                 asked_at = time.monotonic()
-                self._ask_for_labels()
+                self._latched.request(self._last_labels)
             with self._changed:
                 if self._image is None or self._labels is None:
                     self._changed.wait(IDLE_S)
@@ -145,10 +147,8 @@ class SegmentNode:
             logger.error("an image was not segmented: %s", problem)
             self._problem = problem
 
-    def _ask_for_labels(self) -> None:
-        last = last_message(self._session, f"{self._config.robot}/{keys.LABELS}", ASK_EVERY_S)
-        if last is not None:
-            self._take_labels(last)
+    def _last_labels(self) -> bytes | None:
+        return last_message(self._session, f"{self._config.robot}/{keys.LABELS}", ASK_EVERY_S)
 
     def _take_labels(self, payload: bytes) -> None:
         try:

@@ -1,6 +1,7 @@
-"""A topic that answers late joiners with its last message."""
+"""A topic that answers late joiners with its last message: its sender and its receiver."""
 
 import threading
+from collections.abc import Callable
 from functools import partial
 
 import zenoh
@@ -39,3 +40,43 @@ class LatchedTopic:
             last = self.last
             if last is not None:
                 query.reply(self._key, last)
+
+
+class LatchedReceiver:
+    """Takes the messages of a subscription, and the last one on request, never an older one after.
+
+    The reply to a request waits until nobody else may reply; what was published meanwhile arrives
+    before it.
+    """
+
+    def __init__(self, take: Callable[[bytes], None]) -> None:
+        """Prepare a receiver.
+
+        Args:
+            take: Called with each message in zenoh's network thread, and with a requested one in
+                the thread that requests: it must return at once and not use the session.
+        """
+        self._take = take
+        self._lock = threading.Lock()
+        self._received = 0
+
+    def receive(self, payload: bytes) -> None:
+        """Take a message of the subscription."""
+        with self._lock:
+            self._received += 1
+            self._take(payload)
+
+    def request(self, last_message: Callable[[], bytes | None]) -> bool:
+        """Take the last message unless another was received meanwhile; return whether it came.
+
+        Args:
+            last_message: Requests the last message; None without a reply.
+        """
+        before = self._received
+        payload = last_message()
+        if payload is None:
+            return False
+        with self._lock:
+            if self._received == before:
+                self._take(payload)
+        return True

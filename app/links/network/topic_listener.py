@@ -3,10 +3,12 @@
 import logging
 import time
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any, Final
 
 import zenoh
 
+from app.links.network.latched_topic import LatchedReceiver
 from app.links.network.requests import last_message
 from app.links.network.session import open_client
 from app.links.network.subscription import on_token_lost, subscribe
@@ -64,6 +66,7 @@ class TopicListener:
         """The link broke, and what was published meanwhile has not been fetched yet."""
         self._topics = tuple(topic for topic in topics if topic != keys.MAP_KEYFRAME)
         self._put = put
+        self._latched = {topic: LatchedReceiver(partial(put, topic)) for topic in LATCHED}
         self._heard_at = self._opened_at = time.monotonic()
         self._was_heard = False
         self._silence_told_of: float | None = None
@@ -158,20 +161,19 @@ class TopicListener:
     def _fetch_latched(self) -> bool:
         """Fetch the last message of each latched topic; return False without an answer."""
         answers = 0
-        for topic in LATCHED:
-            payload = self.query(topic, 1.0)
-            if payload is not None:
-                answers += 1
-                self._put(topic, payload)
+        for topic, receiver in self._latched.items():
+            answers += receiver.request(partial(self.query, topic, 1.0))
         return answers > 0
 
     def _receiver(self, topic: str) -> Callable[[bytes], None]:
-        is_status = topic == keys.STATUS
+        latched = self._latched.get(topic)
+        take = partial(self._put, topic) if latched is None else latched.receive
+        if topic != keys.STATUS:
+            return take
 
         def receive(payload: bytes) -> None:
-            self._put(topic, payload)
-            if is_status:
-                self._heard_at, self._was_heard = time.monotonic(), True
+            take(payload)
+            self._heard_at, self._was_heard = time.monotonic(), True
 
         return receive
 

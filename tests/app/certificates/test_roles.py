@@ -10,7 +10,7 @@ from app.certificates.authority import CertificateError
 from app.certificates.roles import ROLES, write_roles
 from app.links.network.topic_listener import LATCHED
 from app.messages import keys
-from app.nodes.recorder import LATCHED_TOPICS
+from app.nodes.recorder_network import LATCHED_TOPICS
 
 NOW = dt.datetime(2030, 1, 1, tzinfo=dt.UTC)
 

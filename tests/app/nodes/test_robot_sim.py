@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from app.links.network.latched_topic import LatchedTopic
+from app.links.network.latched_topic import LatchedReceiver, LatchedTopic
 from app.links.network.requests import last_message
 from app.links.network.sender import Sender
 from app.links.network.session import open_router
@@ -272,7 +272,7 @@ def test_the_robot_waits_for_a_navigator_that_compiles_and_says_so_once(monkeypa
     taken = []
     config = RobotSimConfig(robot="robot-2", connect="tcp/127.0.0.1:7448")
     robot = SimpleNamespace(
-        _session=None, _key=lambda key: key, _config=config, _take_labels=taken.append
+        _session=None, _key=lambda key: key, _config=config, _latched=LatchedReceiver(taken.append)
     )
     RobotSim.await_labels(robot, 30.0)
     assert taken == [b"labels"]

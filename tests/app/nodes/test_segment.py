@@ -17,6 +17,7 @@ from app.messages.perception.detections import decode_detections
 from app.messages.perception.detector_info import decode_detector_name, decode_label_names
 from app.messages.perception.heatmaps import decode_heatmap
 from app.messages.status import SegmentationLabels
+from app.nodes import segment
 from app.nodes.segment import SegmentConfig, SegmentNode
 from ippon.observation import Detections, Heatmap, Instance
 from ippon.segmentation.detectors.vocabulary import ClosedVocabulary
@@ -163,6 +164,23 @@ def test_labels_change_from_one_image_to_the_next(wired):
     router.put(f"r/{keys.COLOR}", image(2))
     wait_until(lambda: len(heatmaps) == 2)
     assert network.asked == [(("wall", "sofa"), "hat"), (("wall",), "mug")]
+
+
+def test_a_search_that_begins_while_the_labels_are_requested_is_not_lost(sessions, monkeypatch):
+    router, client = sessions
+    node = SegmentNode(SegmentConfig(connect="", robot="r", keep=2), client, Slow())
+    stop = threading.Event()
+
+    def slow_reply(*_):
+        asked_for = encode(SegmentationLabels(labels=["wall"], ooi="hat"))
+        # What is sent before the subscription has come through is lost.
+        wait_until(lambda: router.put(f"r/{keys.LABELS}", asked_for) or node._labels is not None)
+        stop.set()
+        return encode(SegmentationLabels(labels=["wall"], ooi=None))
+
+    monkeypatch.setattr(segment, "last_message", slow_reply)
+    node.run(stop)
+    assert node._labels.ooi == "hat"
 
 
 def test_further_objects_of_interest_are_asked_for_as_labels(wired, caplog):

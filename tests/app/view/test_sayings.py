@@ -91,7 +91,7 @@ UNSAID = {
     "“not {}”", "the {}", " or the ", " and it is ", "(named by you)",
     # Names of threads, of a search that is repeated, of a model and of what is noted of a stream.
     "memory writer", "map writer", "state writer", "stream conversion", "command mux",
-    "command stream", "pose tracking", "clock comparison", "robot link", "last messages",
+    "command stream", "pose tracking", "clock comparison", "robot link",
     "saved search {}", "goal {}", "{} at {}", "{} lost",
     # Errors of a caller inside the program, and of files at its start.
     "no proximity level {}; the levels are {}",

@@ -1,0 +1,47 @@
+"""A receiver never takes an older message after a newer one."""
+
+import time
+
+from app.links.network.latched_topic import LatchedReceiver, LatchedTopic
+from app.links.network.requests import last_message
+from app.links.network.sender import Sender
+from app.links.network.subscription import subscribe
+
+
+def test_what_was_published_during_a_request_is_not_replaced_by_its_reply():
+    taken = []
+    receiver = LatchedReceiver(taken.append)
+
+    def last():
+        receiver.receive(b"new")
+        return b"old"
+
+    assert receiver.request(last), "somebody replied"
+    assert taken == [b"new"]
+
+
+def test_without_a_message_meanwhile_the_reply_is_taken():
+    taken = []
+    receiver = LatchedReceiver(taken.append)
+    receiver.receive(b"before the link broke")
+    assert not receiver.request(lambda: None)
+    assert receiver.request(lambda: b"missed")
+    assert taken == [b"before the link broke", b"missed"]
+
+
+def test_messages_that_follow_one_another_at_once_are_taken_in_their_order(sessions):
+    router, client = sessions
+    sender = Sender()
+    topic = LatchedTopic(router, "r/t", sender)
+    taken = []
+    receiver = LatchedReceiver(taken.append)
+    subscribe(client, "r/t", receiver.receive)
+    for number in range(200):
+        topic.put(b"%03d" % number)
+        receiver.request(lambda: last_message(client, "r/t", 5.0))
+    deadline = time.monotonic() + 20.0
+    while taken[-1] != b"199":
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    assert taken == sorted(taken)
+    sender.close()
