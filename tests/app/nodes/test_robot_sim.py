@@ -36,7 +36,7 @@ from ippon.vocabulary import MATTERPORT_40
 pytestmark = pytest.mark.process
 
 COLD_S = 200.0
-"""A robot that is the first to need its kernels compiles them, 13 s of a core that others use as well."""
+"""The first robot compiles its kernels, 13 s of a core, beside other tests."""
 DECODERS = {
     keys.COLOR: decode_color,
     keys.DEPTH: decode_depth,
