@@ -84,9 +84,12 @@ class RecorderNetwork:
         session.declare_subscriber(self._key("**"), handler)
         serve(session, self._key(keys.RECORD), RecordRequest, self._handle)
         session.declare_queryable(self._key(keys.RECORDING), self._answer_status)
+        # The status is repeated; an event is not, and must not be dropped on a busy link.
         self._publishers = {
-            topic: session.declare_publisher(self._key(topic))
-            for topic in (keys.RECORDING, keys.EVENT)
+            keys.RECORDING: session.declare_publisher(self._key(keys.RECORDING)),
+            keys.EVENT: session.declare_publisher(
+                self._key(keys.EVENT), congestion_control=zenoh.CongestionControl.BLOCK
+            ),
         }
 
     def close(self) -> None:
