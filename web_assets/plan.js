@@ -5,6 +5,7 @@ import { BASE, get } from "./base.js";
 import { decimal, LANGUAGE, roomOf, say } from "./words.js";
 import { cellImage, COLORS, drawPlan, scaleBar } from "./plan_drawing.js";
 import { apart, freeArea } from "./plan_layout.js";
+import { make, replaceRows } from "./side.js";
 
 const EVERY_MS = 500;
 const CELLS_MS = 2000;
@@ -27,7 +28,7 @@ export class Plan {
     this.scale = 60;
     this.points = [];
     this.pointed = null;
-    this.rooms = "";
+    // The rooms on the plan, and the button of each.
     this.placed = [];
     this.fetchedAt = 0;
     this.isFetching = false;
@@ -289,8 +290,7 @@ export class Plan {
     context.fillStyle = COLORS.unknown;
     context.fillRect(0, 0, box.width, box.height);
     if (this.cells === null || this.center === null) {
-      at("plan-rooms").replaceChildren();
-      this.rooms = "";
+      this.takeRooms([]);
       return;
     }
     const { center, scale } = this;
@@ -388,40 +388,38 @@ export class Plan {
 
   // Returns the boxes of the names. The name of a larger room is closer to its place.
   placeRooms(place) {
-    const rooms = this.scene?.rooms ?? [];
-    const key = JSON.stringify(rooms);
-    if (key !== this.rooms) {
-      const held = this.placed[[...at("plan-rooms").children].indexOf(document.activeElement)];
-      this.rooms = key;
-      this.placed = rooms;
-      const buttons = rooms.map((room) => this.roomButton(room));
-      at("plan-rooms").replaceChildren(...buttons);
-      if (held) (buttons[sameRoom(held, rooms)] ?? this.canvas).focus({ preventScroll: true });
-    }
-    const buttons = [...at("plan-rooms").children];
-    const order = [...rooms.keys()].sort((a, b) => rooms[b].area_m2 - rooms[a].area_m2);
-    const boxes = apart(order.map((n) => {
-      const [u, v] = place(rooms[n].x_m, rooms[n].y_m);
-      const [wide, high] = [buttons[n].offsetWidth / 2, buttons[n].offsetHeight / 2];
+    this.takeRooms(this.scene?.rooms ?? []);
+    const order = [...this.placed].sort((a, b) => b.room.area_m2 - a.room.area_m2);
+    const boxes = apart(order.map(({ room, button }) => {
+      const [u, v] = place(room.x_m, room.y_m);
+      const [wide, high] = [button.offsetWidth / 2, button.offsetHeight / 2];
       return [u - wide, v - high, u + wide, v + high];
     }));
     for (const [k, [left, top]] of boxes.entries()) {
-      buttons[order[k]].style.transform = `translate(${left}px, ${top}px)`;
+      order[k].button.style.transform = `translate(${left}px, ${top}px)`;
     }
     return boxes;
   }
 
-  roomButton(room) {
-    const button = document.createElement("button");
-    const shown = room.name || roomOf(room.kind) || say("plan.room.unnamed");
-    button.type = "button";
-    button.textContent = shown;
-    button.dataset.named = String(room.name !== "" || room.kind !== "");
-    const area = decimal(room.area_m2, 0);
-    button.setAttribute("aria-label", say("plan.room.rename", { room: shown, area }));
-    button.title = say("plan.room.rename.hint", { area });
-    button.addEventListener("click", () => this.askName(room));
-    return button;
+  // A room that grows keeps its button: it may be pressed just now.
+  takeRooms(rooms) {
+    const before = [...this.placed];
+    const held = before.some(({ button }) => button === document.activeElement);
+    this.placed = rooms.map((room) => {
+      const known = sameRoom(room, before);
+      const one = known < 0 ? this.roomButton() : before.splice(known, 1)[0];
+      if (one.room !== room) describe(one, room);
+      return one;
+    });
+    replaceRows(at("plan-rooms"), this.placed.map(({ button }) => button));
+    if (held && !at("plan-rooms").contains(document.activeElement)) this.canvas.focus({ preventScroll: true });
+  }
+
+  roomButton() {
+    const one = { room: null, button: make("button") };
+    one.button.type = "button";
+    one.button.addEventListener("click", () => this.askName(one.room));
+    return one;
   }
 
   askName(room) {
@@ -444,9 +442,20 @@ export class Plan {
   }
 }
 
-// Index of a room in a later list: the closest one. A room that grows moves its name.
-function sameRoom(room, rooms) {
-  const away = rooms.map(({ x_m, y_m }) => Math.hypot(x_m - room.x_m, y_m - room.y_m));
+function describe(one, room) {
+  const { button } = one;
+  one.room = room;
+  const shown = room.name || roomOf(room.kind) || say("plan.room.unnamed");
+  if (button.textContent !== shown) button.textContent = shown;
+  button.dataset.named = String(room.name !== "" || room.kind !== "");
+  const area = decimal(room.area_m2, 0);
+  button.setAttribute("aria-label", say("plan.room.rename", { room: shown, area }));
+  button.title = say("plan.room.rename.hint", { area });
+}
+
+// Index of a room among those before: the closest one. A room that grows moves its name.
+function sameRoom(room, before) {
+  const away = before.map((one) => Math.hypot(one.room.x_m - room.x_m, one.room.y_m - room.y_m));
   const least = Math.min(...away);
   return least < SAME_ROOM_M ? away.indexOf(least) : -1;
 }

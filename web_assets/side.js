@@ -82,14 +82,17 @@ export function button(text, label, act) {
   return node;
 }
 
-// Puts nodes into a list and keeps the focus, which a node loses when it is moved. A row that was made
-// anew, with the data-row of the one before, has the focus at the same button.
+// Puts nodes into a list. Those that stay are not moved while their order is the same: a node that is
+// moved loses the focus, which is kept, and a press that is under way, which is lost. A row that was
+// made anew, with the data-row of the one before, has the focus at the same button.
 export function replaceRows(list, nodes) {
-  const same = nodes.length === list.childElementCount
-    && nodes.every((node, n) => node === list.children[n]);
-  if (same) return;
   const held = list.contains(document.activeElement) ? document.activeElement : null;
-  list.replaceChildren(...nodes);
+  const stay = new Set(nodes);
+  for (const node of [...list.children]) if (!stay.has(node)) node.remove();
+  for (const [n, node] of nodes.entries()) {
+    if (list.children[n] !== node) list.insertBefore(node, list.children[n] ?? null);
+  }
+  if (list.contains(document.activeElement)) return;
   (held?.isConnected ? held : held && successor(list, held))?.focus({ preventScroll: true });
 }
 

@@ -545,6 +545,19 @@ def test_a_room_that_grows_keeps_the_focus(page):
     expect(page.locator("#plan-rooms button").first).to_be_focused()
 
 
+def test_a_room_that_grows_while_its_name_is_pressed_is_renamed(page):
+    _show_plan(page, ("hall", 1.0, 4.0), ("study", 6.0, 3.0))
+    page.keyboard.press("p")
+    study = page.locator("#plan-rooms button", has_text="study")
+    study.hover()
+    page.mouse.down()
+    _show_plan(page, ("hall", 1.0, 4.5), ("study", 6.1, 5.0), ("bath", 4.0, 2.0))
+    expect(page.locator("#plan-rooms button")).to_have_count(3)
+    study.hover()
+    page.mouse.up()
+    expect(page.locator("#room-name")).to_have_value("study")
+
+
 def test_a_text_that_stays_the_same_is_not_written_again(page, post):
     page.evaluate(
         """() => { globalThis.writes = [];
