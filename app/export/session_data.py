@@ -53,6 +53,8 @@ class SessionData:
     timeline: SessionTimeline
     scene: SceneModel
     """Scene at the end of the recording."""
+    base: str = BASE_FRAME
+    """Frame of the base, of a bag that has no frame `base_link`."""
 
     @property
     def name(self) -> str:
@@ -68,11 +70,18 @@ class SessionData:
         Raises:
             RecordingError: There is none.
         """
-        return _trajectory(self.recording)
+        return _trajectory(self.recording, self.base)
 
 
-def read_session_data(path: Path, on_progress: OnProgress = no_progress) -> SessionData:
+def read_session_data(
+    path: Path, on_progress: OnProgress = no_progress, base: str = BASE_FRAME
+) -> SessionData:
     """Open a recording and go to its end.
+
+    Args:
+        path: The file, or a session's folder.
+        on_progress: Called with the fraction that is read.
+        base: Frame of the base, of a bag that has no frame `base_link`.
 
     Raises:
         RecordingError: It cannot be read.
@@ -81,33 +90,38 @@ def read_session_data(path: Path, on_progress: OnProgress = no_progress) -> Sess
     scene = SceneModel()
     player = Player(recording, SceneReader(scene).feed)
     player.seek(recording.duration_s)
-    return SessionData(recording=recording, timeline=player.timeline, scene=scene)
+    return SessionData(recording=recording, timeline=player.timeline, scene=scene, base=base)
 
 
-def _trajectory(recording: Recording) -> Trajectory:
+def _trajectory(recording: Recording, base: str) -> Trajectory:
     trajectory = _follow(recording, TF_ALONE)
-    if trajectory is None:
-        poses = _other_poses(recording)
+    if trajectory is None or base != BASE_FRAME:
+        poses = _other_poses(recording, base)
         logger.warning("%s", poses.note(recording.path))
         trajectory = _follow(recording, poses)
     if trajectory is None:
-        raise RecordingError(_no_pose(recording.path))
+        raise RecordingError(_no_pose(recording.path, base))
     return trajectory
 
 
-def _other_poses(recording: Recording) -> BagPoses:
-    """Return where poses come from that are not in a frame `map`; raises RecordingError."""
+def _other_poses(recording: Recording, base: str) -> BagPoses:
+    """Return where poses come from that are not those of `base_link` in a frame `map`.
+
+    Raises:
+        RecordingError: There are none.
+    """
     messages = recording.all_messages((*TF_ALONE.keys, keys.ODOM))
     told = ((one.key, one.payload) for one in messages)
     try:
-        return poses_of(recording.path, told, None)
+        return poses_of(recording.path, told, None, base=base)
     except DatasetError as error:
-        raise RecordingError(_no_pose(recording.path)) from error
+        known = base == BASE_FRAME
+        raise RecordingError(_no_pose(recording.path, base) if known else str(error)) from error
 
 
 def _follow(recording: Recording, source: BagPoses) -> Trajectory | None:
     """Return the poses of the base in the world of a source; None where there is none."""
-    base = BasePose(source.world)
+    base = BasePose(source.world, source.base)
     stamps: list[int] = []
     poses: list[Float64Array] = []
     for message in recording.all_messages(source.keys):
@@ -129,10 +143,11 @@ def _follow(recording: Recording, source: BagPoses) -> Trajectory | None:
     return Trajectory(time_ns=np.array(stamps, np.int64), T_world_base=np.stack(poses))
 
 
-def _no_pose(path: Path) -> str:
+def _no_pose(path: Path, base: str) -> str:
     return (
-        f"{path} has no pose of the robot: neither tf nor odometry leads to {BASE_FRAME} from "
-        f"{WORLD_FRAME} or another root; `ippon doctor FILE` says what is missing"
+        f"{path} has no pose of the robot: neither tf nor odometry leads to {base} from "
+        f"{WORLD_FRAME} or another root; `ippon doctor FILE` says what is missing, and "
+        "--base-frame names a base that is called something else"
     )
 
 

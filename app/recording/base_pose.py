@@ -19,10 +19,12 @@ class BasePose:
 
     Args:
         world: Frame of the world.
+        base: Frame of the base.
     """
 
-    def __init__(self, world: str = WORLD_FRAME) -> None:
+    def __init__(self, world: str = WORLD_FRAME, base: str = BASE_FRAME) -> None:
         self._world = world
+        self._base = base
         self._links: dict[str, StampedTransform] = {}
         self._chain: list[StampedTransform] = []
         """Transforms from the world to the base; empty while one is missing."""
@@ -49,7 +51,7 @@ class BasePose:
 
     def _follow(self) -> list[StampedTransform]:
         chain: list[StampedTransform] = []
-        frame = BASE_FRAME
+        frame = self._base
         while frame != self._world:
             link = self._links.get(frame)
             if link is None or len(chain) == len(self._links):

@@ -49,6 +49,9 @@ class Export:
     """Language of the report: en (English) or de (German)."""
     color: Literal["camera", "ooi", "proximity", "height"] = "camera"
     """Colours of ply and glb, as on the page."""
+    base_frame: str = "base_link"
+    """For the trajectory of a bag that has no frame `base_link`: the frame of its base, such as
+    `base_footprint`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -21,6 +21,7 @@ from app.export.scene_file import write_scene
 from app.export.session_data import OnProgress, SessionData, read_session_data
 from app.export.tables import write_csv, write_finds, write_tum
 from app.export.video import NEEDS, can_write, write_camera_video, write_scene_video
+from app.nodes.replay.bag_robot import read_bag_robot
 from app.recording.catalogue import is_folder_of_recordings, recordings_in
 from app.recording.errors import RecordingError
 from app.view.words import ENGLISH, Words
@@ -50,6 +51,7 @@ def run_export(command: Export) -> int:
     """Write the requested files; report those that cannot be written and continue."""
     say = Words(command.language)
     recordings, command = _recordings_of(command)
+    command = replace(command, base_frame=read_bag_robot(None, command.base_frame).base)
     writers = _writers(command, say)
     screen = Console(highlight=False, soft_wrap=True)
     bar = Progress(
@@ -60,7 +62,7 @@ def run_export(command: Export) -> int:
         if len(recordings) > 1:
             return _report_all(command, recordings, say, bar)
         try:
-            session = _read(recordings[0], bar)
+            session = _read(recordings[0], bar, command.base_frame)
         except RecordingError as error:
             raise UsageError(str(error)) from error
         out = command.out or session.recording.path.parent / "export"
@@ -97,7 +99,7 @@ def _report_all(command: Export, recordings: list[Path], say: Words, bar: Progre
     parts: list[ReportPart] = []
     for path in recordings:
         try:
-            session = _read(path, bar)
+            session = _read(path, bar, command.base_frame)
         except RecordingError as error:
             bar.console.print(f"skipped: {error}", style="yellow", markup=False)
             continue
@@ -120,7 +122,7 @@ def _report_all(command: Export, recordings: list[Path], say: Words, bar: Progre
     return 0 if len(parts) == len(recordings) else 1
 
 
-def _read(path: Path, bar: Progress) -> SessionData:
+def _read(path: Path, bar: Progress, base: str) -> SessionData:
     """Read a recording with a progress bar.
 
     Raises:
@@ -128,7 +130,7 @@ def _read(path: Path, bar: Progress) -> SessionData:
     """
     reading = bar.add_task(f"reading {path.name}", total=1.0)
     try:
-        return read_session_data(path, lambda share: bar.update(reading, completed=share))
+        return read_session_data(path, lambda share: bar.update(reading, completed=share), base)
     finally:
         bar.remove_task(reading)
 

@@ -16,12 +16,12 @@ from tests.app.messages.robot_messages import odometry
 STAMPS = (1_000_000_000, 2_000_000_000)
 
 
-def session_of(messages):
+def session_of(messages, **options):
     def all_messages(wanted):
         return (one for one in messages if one.key in wanted)
 
     recording = SimpleNamespace(path=Path("a"), all_messages=all_messages)
-    return SessionData(recording=recording, timeline=None, scene=None)
+    return SessionData(recording=recording, timeline=None, scene=None, **options)
 
 
 def tf(stamp_ns, parent, child, x=0.0):
@@ -52,6 +52,21 @@ def test_the_poses_of_a_bag_are_those_that_replay_takes(messages, said, caplog):
     np.testing.assert_allclose(trajectory.T_world_base[:, 0, 3], (0.0, 1.0))
     assert said in caplog.text
     assert bool(said) == bool(caplog.text)
+
+
+@pytest.mark.parametrize("root", ["map", "odom"])
+def test_a_base_that_is_called_something_else_is_named(root):
+    messages = [tf(t, root, "base_footprint", float(k)) for k, t in enumerate(STAMPS)]
+    with pytest.raises(RecordingError, match="--base-frame names a base"):
+        _ = session_of(messages).trajectory
+    trajectory = session_of(messages, base="base_footprint").trajectory
+    assert tuple(trajectory.time_ns) == STAMPS
+    np.testing.assert_allclose(trajectory.T_world_base[:, 0, 3], (0.0, 1.0))
+
+
+def test_a_bag_that_has_a_base_link_keeps_it():
+    with pytest.raises(RecordingError, match="has a frame 'base_link' already"):
+        _ = session_of(ROOTED, base="base_footprint").trajectory
 
 
 def test_a_bag_without_poses_is_refused():
