@@ -102,3 +102,8 @@ def canonical_label(text: str) -> str:
     """
     whole = unicodedata.normalize("NFC", text)
     return "_".join(whole.replace("_", " ").replace("-", " ").lower().split())
+
+
+def in_words(label: str) -> str:
+    """Return a label as it is written in a sentence: words with spaces between."""
+    return label.replace("_", " ")

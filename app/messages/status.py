@@ -7,6 +7,7 @@ from msgspec import Meta, Struct
 from app.messages.driving import DriveStatus, WalkStatus
 from app.messages.lease import LeaseStatus
 from ippon.guidance.levels import LevelName
+from ippon.vocabulary import in_words
 
 MissionState = Literal[
     "starting",
@@ -211,7 +212,7 @@ class Status(_Message, frozen=True):
 
 def name_of(goal: GoalStatus) -> str:
     """Return the object as the requester named it."""
-    return goal.display or goal.object.replace("_", " ")
+    return goal.display or in_words(goal.object)
 
 
 def goal_of(status: Status, goal_id: int) -> GoalStatus | None:

@@ -30,7 +30,7 @@ from ippon.segmentation.detectors.vocabulary import closed_vocabulary
 from ippon.segmentation.instance_heatmap import as_heatmap, objects_apart
 from ippon.segmentation.segmenter import Segmenter
 from ippon.tracking.upright import UprightCheck
-from ippon.vocabulary import MATTERPORT_40
+from ippon.vocabulary import MATTERPORT_40, in_words
 
 VOXEL_SIZE_M: Final = 0.05
 FIND_THRESHOLD: Final = 0.5
@@ -204,7 +204,7 @@ class Recognition:
         finds = cluster_finds(
             centres, probabilities, size, camera=last.camera, T_world_camera=last.T_world_camera
         )
-        words = label.replace("_", " ")
+        words = in_words(label)
         category = resolve_object(words, MATTERPORT_40).category
         goal = Goal(goal_id=0, object=label, display=words, category=category)
         check = SizeCheck(SizeCheckConfig(), goal, size)

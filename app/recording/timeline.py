@@ -22,6 +22,7 @@ from app.recording.base_pose import BasePose
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
 from ippon.decompression import unpack_zstd
+from ippon.vocabulary import in_words
 
 TIMELINE_ATTACHMENT: Final = "ippon/digest.json.zst"
 TIMELINE_KEYS: Final = (keys.STATUS, keys.EVENT, keys.TF, keys.TF_STATIC, keys.LEVELS)
@@ -157,7 +158,7 @@ class SessionTimeline(msgspec.Struct, kw_only=True, dict=True):
         self.last = status
         likely = status.best_ooi >= 0.5
         if likely and before is not None and before.best_ooi < 0.5 and status.goal is not None:
-            name = status.goal.object.replace("_", " ")
+            name = in_words(status.goal.object)
             self.marks.append(Mark(time_ns, "detection", f"something looks like the {name}"))
         if self.statuses and time_ns < self.statuses[-1].time_ns + STATUS_EVERY_NS:
             return

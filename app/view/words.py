@@ -20,7 +20,7 @@ from app.errors import UsageError
 from app.messages.status import GoalStatus, name_of
 from app.view.sayings import Sayings
 from ippon.guidance.language.words import generic
-from ippon.vocabulary import canonical_label
+from ippon.vocabulary import canonical_label, in_words
 
 SAID: Final = "said."
 """Keys of the texts that come from the navigator."""
@@ -76,7 +76,7 @@ class Words:
     def name(self, label: str) -> str:
         """Return what people call a label; a text that is none that is known as it came."""
         key = canonical_label(label)
-        return self._names.get(NAME + self._plurals.get(key, key), label.replace("_", " "))
+        return self._names.get(NAME + self._plurals.get(key, key), in_words(label))
 
     def room(self, name: str) -> str:
         """Return what people call a type of room; the name of a room as it came."""
@@ -106,7 +106,7 @@ class Words:
         names = {label: self.name(label) for label in labels}
         count = Counter(names.values())
         shown = {
-            name if count[name] == 1 else f"{name} ({label.replace('_', ' ')})": label
+            name if count[name] == 1 else f"{name} ({in_words(label)})": label
             for label, name in names.items()
         }
         return dict(sorted(shown.items(), key=lambda one: one[0].casefold()))
@@ -162,8 +162,7 @@ def _plurals(table: dict[str, str]) -> dict[str, str]:
     return {
         plural: label
         for label in labels
-        if (plural := canonical_label(generic(label.replace("_", " ")).rpartition(" ")[0]))
-        not in labels
+        if (plural := canonical_label(generic(in_words(label)).rpartition(" ")[0])) not in labels
     }
 
 

@@ -26,7 +26,7 @@ from ippon.observation import Heatmap
 from ippon.robot import HABITAT, RobotProfile
 from ippon.segmentation.instance_heatmap import as_heatmap
 from ippon.segmentation.segmenter import Segmenter
-from ippon.vocabulary import MATTERPORT_40
+from ippon.vocabulary import MATTERPORT_40, in_words
 
 HM3D_GOALS: Final = ("chair", "bed", "plant", "toilet", "tv", "sofa")
 """Goals by the number of the `objectgoal` sensor in HM3D ObjectNav v2."""
@@ -139,7 +139,7 @@ class IpponAgent:
                 f"objectgoal {number} is unknown; there are 0 to {len(config.goals) - 1}: "
                 f"{', '.join(config.goals)}"
             )
-        resolved = resolve_object(config.goals[number].replace("_", " "), config.labels)
+        resolved = resolve_object(in_words(config.goals[number]), config.labels)
         mission = Mission(config.mission, config.robot, config.labels, config.seed)
         mission.goals.set_goal(Goal.of(resolved, 1), self._guide(resolved, config.labels))
         self._ooi = resolved.canonical

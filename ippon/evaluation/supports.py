@@ -3,7 +3,7 @@
 import numpy as np
 
 from ippon.simulation.scene import Instance, Scene
-from ippon.vocabulary import canonical_label
+from ippon.vocabulary import canonical_label, in_words
 
 _GAP_M = 0.08
 """Largest gap between an object's underside and the surface below it."""
@@ -47,15 +47,17 @@ def context_sentence(scene: Scene, instance: int) -> str | None:
     category = canonical_label(support.category)
     if category == "floor":
         room = scene.instances[instance].room
-        return None if room is None else f"It is on the floor in the {_words(room.split('.')[0])}."
+        return (
+            None if room is None else f"It is on the floor in the {in_words(room.split('.')[0])}."
+        )
     named = canonical_label(support.label) if category == "appliances" else category
-    return f"I left it on the {_words(named)}."
+    return f"I left it on the {in_words(named)}."
 
 
 def room_sentence(scene: Scene, instance: int) -> str | None:
     """Return a true sentence about the room of an object; None if the home does not know it."""
     room = scene.instances[instance].room
-    return None if room is None else f"It is in the {_words(room.split('.')[0])}."
+    return None if room is None else f"It is in the {in_words(room.split('.')[0])}."
 
 
 def _surface_below(scene: Scene, instance: int, point: np.ndarray, z_max: float) -> float:
@@ -77,7 +79,3 @@ def _surface_below(scene: Scene, instance: int, point: np.ndarray, z_max: float)
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-
-
-def _words(label: str) -> str:
-    return label.replace("_", " ")

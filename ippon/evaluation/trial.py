@@ -34,7 +34,7 @@ from ippon.robot import HABITAT, RobotProfile
 from ippon.simulation.robot.mobile_base import BaseConfig, camera_of
 from ippon.simulation.scene import Scene, StartPose
 from ippon.simulation.world import SimulatedWorld, WorldConfig
-from ippon.vocabulary import MATTERPORT_40
+from ippon.vocabulary import MATTERPORT_40, in_words
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -169,7 +169,7 @@ class Trial:
         return self._judges[key]
 
     def _goal(self, spec: EpisodeSpec, method: Method, goal_id: int = 1) -> tuple[Goal, Guidance]:
-        resolved = resolve_object(spec.goal.replace("_", " "), self._config.labels)
+        resolved = resolve_object(in_words(spec.goal), self._config.labels)
         guidance = method.guide(self._prior.levels(resolved, spec.context, self._config.labels))
         goal = Goal(
             goal_id=goal_id,

@@ -16,8 +16,8 @@ from ippon.guidance.rating import (
     rate,
     rate_identity,
     rooms_text,
-    words,
 )
+from ippon.vocabulary import in_words
 
 _STATED = {
     "sure": "you said “{claim}”",
@@ -80,7 +80,7 @@ def rate_claim(claim: Claim, landmark: Entry, knowledge: Knowledge) -> Rating:
     said = _STATED[claim.strength].format(claim=claim.text)
     if claim.kind == "room":
         return _rate_room(claim, landmark, said)
-    place = knowledge.find(words(claim.place))
+    place = knowledge.find(in_words(claim.place))
     if place is None:
         return Rating(level=Level.AVERAGE, reason="no indication")
     rooms = {claim.room: 1.0} if claim.room else None
@@ -99,7 +99,7 @@ def rate_claim(claim: Claim, landmark: Entry, knowledge: Knowledge) -> Rating:
 
 
 def _rate_room(claim: Claim, landmark: Entry, said: str) -> Rating:
-    subject = generic(words(landmark.label))
+    subject = generic(in_words(landmark.label))
     if landmark.thing.spread != "none":
         return Rating(level=Level.AVERAGE, reason=f"{subject} in many rooms")
     rooms = landmark.thing.rooms

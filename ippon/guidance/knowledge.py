@@ -24,6 +24,7 @@ from typing import Any, Final, Literal, cast, get_args
 import yaml
 
 from ippon.guidance.language.words import singular_candidates
+from ippon.vocabulary import in_words
 
 Relation = Literal["sure", "on", "in", "by"]
 Spread = Literal["none", "everywhere", "broad", "pervasive"]
@@ -115,7 +116,7 @@ class Knowledge:
         direct = self.things.get(label)
         if direct is not None:
             return direct
-        entry = self.phrases.get(label.replace("_", " "))
+        entry = self.phrases.get(in_words(label))
         return entry.thing if entry else None
 
     def highest_m(self, label: str) -> float:
@@ -267,7 +268,7 @@ def _yes(value: str, where: str) -> bool:
 
 
 def _phrases(thing: Thing) -> Iterable[tuple[str, str]]:
-    yield thing.name, thing.name.replace("_", " ")
+    yield thing.name, in_words(thing.name)
     for phrase in thing.also:
         yield thing.name, phrase
     for phrase in thing.kinds:

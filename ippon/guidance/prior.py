@@ -9,8 +9,8 @@ from ippon.guidance.language.context import Claim, read_context
 from ippon.guidance.language.naming import ResolvedObject, resolve_object
 from ippon.guidance.language.words import singular
 from ippon.guidance.levels import Guidance, LabelLevel, Level
-from ippon.guidance.rating import Rating, rate, words
-from ippon.vocabulary import canonical_label
+from ippon.guidance.rating import Rating, rate
+from ippon.vocabulary import canonical_label, in_words
 
 PROVIDER = "embedded prior"
 
@@ -64,11 +64,11 @@ class EmbeddedPrior:
         goal: ResolvedObject,
         claims: tuple[Claim, ...],
     ) -> LabelLevel:
-        landmark = self._knowledge.find(words(canonical_label(label)))
+        landmark = self._knowledge.find(in_words(canonical_label(label)))
         if label == goal.canonical:
             rating = Rating(level=Level.CERTAIN, reason="this is what you are looking for")
         elif landmark is None:
-            rating = Rating(level=Level.AVERAGE, reason=f"nothing is known about {words(label)}")
+            rating = Rating(level=Level.AVERAGE, reason=f"nothing is known about {in_words(label)}")
         elif claims:
             rating = rate_by_claims(entry, landmark, claims, self._knowledge)
         elif entry is None:
@@ -78,7 +78,7 @@ class EmbeddedPrior:
         return LabelLevel(label=label, level=rating.level, reason=rating.reason)
 
     def _entry(self, goal: ResolvedObject) -> Entry | None:
-        exact = self._knowledge.find(words(goal.canonical))
+        exact = self._knowledge.find(in_words(goal.canonical))
         if exact is not None:
             return exact
         thing = self._knowledge.thing(goal.concept) if goal.concept else None

@@ -12,6 +12,7 @@ from ippon.guidance.knowledge import Entry, Knowledge, Place, Relation
 from ippon.guidance.language.naming import wider
 from ippon.guidance.language.words import generic, with_article
 from ippon.guidance.levels import Level
+from ippon.vocabulary import in_words
 
 SAME_ROOM_SHARE = 0.5
 """Probability of the same room from which a landmark is NEAR."""
@@ -51,11 +52,6 @@ def same_room(one: Rooms, other: Rooms) -> float:
     return sum(share * other.get(room, 0.0) for room, share in one.items())
 
 
-def words(label: str) -> str:
-    """Return a label in words."""
-    return label.replace("_", " ")
-
-
 def rate(
     goal: Entry,
     landmark: Entry,
@@ -77,10 +73,13 @@ def rate(
     if identity is not None:
         return identity
     if landmark.thing.spread == "pervasive":
-        return Rating(level=Level.AVERAGE, reason=f"{generic(words(landmark.label))} in every room")
+        return Rating(
+            level=Level.AVERAGE, reason=f"{generic(in_words(landmark.label))} in every room"
+        )
     if landmark.thing.spread == "broad":
         return Rating(
-            level=Level.AVERAGE, reason=f"“{words(landmark.label)}” is too broad to say anything"
+            level=Level.AVERAGE,
+            reason=f"“{in_words(landmark.label)}” is too broad to say anything",
         )
     apart = bool(in_rooms and at_rooms) and overlap(in_rooms, at_rooms) < FAR_SHARE
     if not apart:
@@ -88,13 +87,15 @@ def rate(
         if direct is not None:
             return direct
     if landmark.thing.spread == "everywhere":
-        return Rating(level=Level.AVERAGE, reason=f"{generic(words(landmark.label))} in many rooms")
+        return Rating(
+            level=Level.AVERAGE, reason=f"{generic(in_words(landmark.label))} in many rooms"
+        )
     return _rate_rooms(goal, landmark, in_rooms, at_rooms)
 
 
 def rate_identity(goal: Entry, landmark: Entry, knowledge: Knowledge) -> Rating | None:
     """Rate a landmark that is the goal, a wider thing, or a kind of it; None for any other."""
-    name = words(goal.label)
+    name = in_words(goal.label)
     if goal.label == landmark.label:
         return Rating(level=Level.CERTAIN, reason="this is what you are looking for")
     above = wider(goal, knowledge)
@@ -105,10 +106,10 @@ def rate_identity(goal: Entry, landmark: Entry, knowledge: Knowledge) -> Rating 
         certain = landmark.label in (first, goal.thing.name)
         return Rating(
             level=Level.CERTAIN if certain else Level.NEAR,
-            reason=f"{with_article(name)} may be seen as {with_article(words(landmark.label))}",
+            reason=f"{with_article(name)} may be seen as {with_article(in_words(landmark.label))}",
         )
     if goal.label in wider(landmark, knowledge) and goal.thing.spread == "none":
-        kind = f"{with_article(words(landmark.label))} is a kind of {name}"
+        kind = f"{with_article(in_words(landmark.label))} is a kind of {name}"
         return Rating(level=Level.CERTAIN, reason=kind)
     if goal.label in _ENCLOSING:
         return Rating(level=Level.CERTAIN, reason=f"every room has {with_article(name)}")
@@ -150,7 +151,7 @@ def _place_at(
 
 
 def _rate_rooms(goal: Entry, landmark: Entry, in_rooms: Rooms, at_rooms: Rooms) -> Rating:
-    name, other = words(goal.label), words(landmark.label)
+    name, other = in_words(goal.label), in_words(landmark.label)
     if not in_rooms or not at_rooms:
         return Rating(level=Level.AVERAGE, reason="no indication")
     if overlap(in_rooms, at_rooms) < FAR_SHARE:
@@ -160,9 +161,9 @@ def _rate_rooms(goal: Entry, landmark: Entry, in_rooms: Rooms, at_rooms: Rooms) 
     if same_room(in_rooms, at_rooms) >= SAME_ROOM_SHARE:
         shared = max(at_rooms, key=lambda room: at_rooms[room] * in_rooms.get(room, 0.0))
         subject, _, verb = generic(name).rpartition(" ")
-        text = f"{generic(other)} mostly in the {words(shared)}, and so are {subject}"
+        text = f"{generic(other)} mostly in the {in_words(shared)}, and so are {subject}"
         if verb == "is":
-            text = f"{generic(other)} mostly in the {words(shared)}, and so is {subject}"
+            text = f"{generic(other)} mostly in the {in_words(shared)}, and so is {subject}"
         return Rating(level=Level.NEAR, reason=text)
     text = f"no indication: {generic(other)} in {rooms_text(at_rooms, 3)}"
     return Rating(level=Level.AVERAGE, reason=text)
@@ -171,12 +172,12 @@ def _rate_rooms(goal: Entry, landmark: Entry, in_rooms: Rooms, at_rooms: Rooms) 
 def rooms_text(rooms: Rooms, most: int = 2) -> str:
     """Return the most likely rooms in words: "the kitchen or the bathroom"."""
     ranked = sorted(rooms, key=lambda room: -rooms[room])[:most]
-    named = [f"the {words(room)}" for room in ranked if rooms[room] >= 0.1]
+    named = [f"the {in_words(room)}" for room in ranked if rooms[room] >= 0.1]
     return " or ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named)
 
 
 def _placed(thing: Entry, relation: Relation, place: Entry) -> str:
     """Return where a thing is found: "hats are often on the sofa"."""
     return _PHRASES[relation].format(
-        things_are=generic(words(thing.label)), place=words(place.label)
+        things_are=generic(in_words(thing.label)), place=in_words(place.label)
     )

@@ -10,7 +10,7 @@ from ippon.guidance.language.goals.goal import Goal
 from ippon.guidance.language.naming import resolve_object
 from ippon.memory.instance import Instance
 from ippon.memory.lookup import instance_named, plain_name
-from ippon.vocabulary import canonical_label
+from ippon.vocabulary import canonical_label, in_words
 
 MAX_NAME: Final = 40
 _DENYING: Final = frozenset({"not", "never", "nor", "no", "except", "without", "than"})
@@ -69,13 +69,13 @@ def denied_labels(one: Instance, deny: str, allow: str) -> tuple[str, ...]:
     denied = one.denied
     if allow:
         if allow not in denied:
-            raise ValueError(f"nobody said that it is not a {_words(allow)}")
+            raise ValueError(f"nobody said that it is not a {in_words(allow)}")
         denied = tuple(label for label in denied if label != allow)
     if deny:
         known = [label for label, _ in one.beliefs]
         if deny not in known:
-            kinds = " or ".join(map(_words, known)) or "nothing"
-            raise ValueError(f"it is not taken for a {_words(deny)}, but for {kinds}")
+            kinds = " or ".join(map(in_words, known)) or "nothing"
+            raise ValueError(f"it is not taken for a {in_words(deny)}, but for {kinds}")
         denied = (*denied, deny)
     return denied
 
@@ -125,8 +125,4 @@ def with_names(goals: Iterable[Goal], things: Iterable[Instance]) -> tuple[Goal,
 
 
 def _kind(one: Instance) -> str:
-    return _words(one.believed) or "thing"
-
-
-def _words(label: str) -> str:
-    return label.replace("_", " ")
+    return in_words(one.believed) or "thing"

@@ -10,6 +10,7 @@ from ippon.mapping.objects.surface_voxels import NO_LABEL
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.goal import Goal
 from ippon.planning.plan import NodeKind, Plan, Viewpoint
+from ippon.vocabulary import in_words
 
 NEARBY_M = 2.5
 """Distance within which a common object is named as being beside a viewpoint."""
@@ -60,7 +61,7 @@ def explain(plan: Plan, voxel_map: VoxelMap, goal: Goal, guidance: Guidance) -> 
     place = _place(target, voxel_map, guidance)
     certain = [label for label in guidance.labels_of(Level.CERTAIN) if label != goal.object]
     if target.cued and certain and place == _AHEAD:
-        names = [label.replace("_", " ") for label in certain]
+        names = [in_words(label) for label in certain]
         place = f"by what may be the {' or the '.join(names[:_MOST_NAMED])}, farther off"
     return (
         f"going to the viewpoint {place} ({level}): gain {target.gain:.0f}, "
@@ -76,7 +77,7 @@ def _place(target: Viewpoint, voxel_map: VoxelMap, guidance: Guidance) -> str:
         for n, row in zip(counts.tolist(), guidance.rows, strict=True)
     ]
     if any(by):
-        return f"by the {guidance.rows[by.index(max(by))].label.replace('_', ' ')}"
+        return f"by the {in_words(guidance.rows[by.index(max(by))].label)}"
     return _UNSEEN if target.level is Level.AVERAGE else _AHEAD
 
 

@@ -32,6 +32,7 @@ from ippon.mission.goal import Goal
 from ippon.mission.snapshot import OVER, Find, JudgedAttribute, MissionState
 from ippon.observation_model import ObservationModels
 from ippon.planning.surface_scale import surface_scale
+from ippon.vocabulary import in_words
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -142,7 +143,7 @@ class Search:
         """Return the object in the operator's words; of several, one thing with its number."""
         if find is None or self.goal.count == 1:
             return self.goal.display
-        return f"{self.goal.object.replace('_', ' ')} {find.number}"
+        return f"{in_words(self.goal.object)} {find.number}"
 
     def announce(self, find: Find) -> None:
         """Set the find that ends the search."""

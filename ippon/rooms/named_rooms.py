@@ -8,8 +8,8 @@ import numpy as np
 from scipy import ndimage
 
 from ippon.frame import FLOORS_APART_M
-from ippon.guidance.rating import words
 from ippon.rooms.room_inference import NO_ROOM, Rooms
+from ippon.vocabulary import in_words
 
 LEAST_M2: Final = 1.0
 """Floor area from which a part counts as a room."""
@@ -65,7 +65,7 @@ def room_places(rooms: Rooms, names: Iterable[RoomName]) -> tuple[RoomPlace, ...
                 x_m=x,
                 y_m=y,
                 area_m2=float(areas[part]),
-                kind="" if kind == NO_ROOM else words(rooms.types[kind]),
+                kind="" if kind == NO_ROOM else in_words(rooms.types[kind]),
                 name=called.get(part, ""),
             )
         )

@@ -17,11 +17,11 @@ from skimage.segmentation import watershed
 
 from ippon.geometry import Float64Array
 from ippon.guidance.knowledge import WITHIN_REACH_M, load_knowledge
-from ippon.guidance.rating import words
 from ippon.mapping.arrays import FREE
 from ippon.mapping.objects.object_layers import UNDERFOOT_M
 from ippon.mapping.objects.surface_voxels import N_USED, NO_LABEL
 from ippon.mapping.voxel_map import VoxelMap
+from ippon.vocabulary import in_words
 
 NO_ROOM: Final = -1
 _CELL_VOXELS: Final = 2
@@ -101,7 +101,7 @@ class Rooms:
     def name_at(self, xy: tuple[float, float]) -> str:
         """Return the room type at a world position, in words; empty if unclear."""
         room = int(self.at(np.array([xy]))[0])
-        return "" if room == NO_ROOM else words(self.types[room])
+        return "" if room == NO_ROOM else in_words(self.types[room])
 
 
 def room_shares(labels: Sequence[str]) -> tuple[tuple[str, ...], Float64Array]:
@@ -115,7 +115,7 @@ def room_shares(labels: Sequence[str]) -> tuple[tuple[str, ...], Float64Array]:
     types = knowledge.room_types
     shares = np.zeros((len(labels), len(types)))
     for n, label in enumerate(labels):
-        entry = knowledge.find(words(label))
+        entry = knowledge.find(in_words(label))
         if entry is None or entry.thing.spread != "none":
             continue
         for room, share in entry.thing.rooms.items():

@@ -14,10 +14,10 @@ import numpy as np
 from ippon.geometry import Float64Array
 from ippon.guidance.language.context import Claim, read_context
 from ippon.guidance.language.mentions import room_phrases
-from ippon.guidance.rating import words
 from ippon.rooms.named_rooms import RoomName, names_by_part, names_of_other_floors
 from ippon.rooms.room_inference import Rooms
 from ippon.rooms.room_names import is_same_name, kind_of_name, plain_name
+from ippon.vocabulary import in_words
 
 _BESIDE: Final = frozenset(
     {"near", "next to", "between", "behind", "in front of", "under", "above"}
@@ -114,7 +114,7 @@ def read_said_rooms(
         place = _room_of(claim)
         if place is None:
             continue
-        said = words(place)
+        said = in_words(place)
         found.setdefault(
             said,
             SaidRoom(place=said, kind=kind_of_name(said), negated=claim.negated, firm=claim.firm),
@@ -145,7 +145,7 @@ def weigh_rooms(
         ratio, known = _ratio(one, rooms, called)
         (last if one.negated else first).extend(known)
         is_named = bool(known) and known[0].endswith("(named by you)")
-        if not known or (one.place != words(one.kind) and not is_named):
+        if not known or (one.place != in_words(one.kind) and not is_named):
             is_there = any(_is_same(name, one) for name in elsewhere)
             (other_floor if is_there else missing).append(one.place)
         if one.negated:
@@ -183,7 +183,7 @@ def said_parts(said: Iterable[SaidRoom], rooms: Rooms, names: Iterable[RoomName]
         if one.negated:
             continue
         same = {part: name for part, name in called.items() if _is_same(name, one)}
-        if not same and one.kind in rooms.types and one.place == words(one.kind):
+        if not same and one.kind in rooms.types and one.place == in_words(one.kind):
             kinds = {part: kind_of_name(plain_name(name)) for part, name in called.items()}
             inferred = np.flatnonzero(rooms.room == rooms.types.index(one.kind)).tolist()
             same = {
@@ -229,7 +229,7 @@ def _ratio(
         return ratio, [f"{called[named[0]]} (named by you)"]
     if one.kind not in rooms.types:
         return np.ones(len(rooms.room)), []
-    column, said = rooms.types.index(one.kind), words(one.kind)
+    column, said = rooms.types.index(one.kind), in_words(one.kind)
     ratio = rooms.probability[:, column] * certain
     known: list[str] = []
     for part, name in called.items():

@@ -2,6 +2,8 @@
 
 from typing import Final
 
+from ippon.vocabulary import in_words
+
 VILD_TEMPLATES: Final = (
     "a photo of a {}.",
     "This is a photo of a {}",
@@ -40,4 +42,4 @@ def words_of(label: str) -> str:
     Args:
         label: Canonical, such as `chest_of_drawers`.
     """
-    return _WORDS.get(label, label.replace("_", " "))
+    return _WORDS.get(label, in_words(label))

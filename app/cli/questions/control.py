@@ -21,6 +21,7 @@ from app.links.network.session import LinkError, open_client
 from app.messages import keys
 from app.messages.control import Accepted, ControlReply, ControlRequest, QueueRequest, decode
 from app.messages.status import GoalStatus, Status, awaited_find, name_of
+from ippon.vocabulary import in_words
 
 NAME = "ippon control"
 _ENDED = {
@@ -65,7 +66,7 @@ def status_lines(status: Status) -> Iterator[str]:
         yield f"  {_named(goal)}: {_ENDED.get(goal.outcome, goal.outcome)}{_place(goal)}"
     find = awaited_find(status)
     if find is not None:
-        name = find.object.replace("_", " ")
+        name = in_words(find.object)
         yield f"is this the {name}? `ippon ask --confirm last`, or `ippon ask --reject last`"
 
 

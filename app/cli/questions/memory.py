@@ -22,7 +22,7 @@ from app.messages.memory import MemoryReply, MemoryRequest, RememberedThing
 from app.nodes.navigator.services.memory_service import thing_of
 from ippon.atomic_file import replace_file
 from ippon.memory.lookup import find_instances
-from ippon.vocabulary import MATTERPORT_40
+from ippon.vocabulary import MATTERPORT_40, in_words
 
 EXIT_NOT_THERE = 1
 
@@ -88,7 +88,7 @@ def _save_picture(reply: MemoryReply, path: Path) -> None:
     except OSError as error:
         raise UsageError(f"cannot write the picture to {path}: {error.strerror}") from error
     thing = _pictured(reply.things)
-    name = "" if thing is None else f" of the {_words(thing.label)}"
+    name = "" if thing is None else f" of the {in_words(thing.label)}"
     print(f"ippon: the picture{name} is in {path}", file=sys.stderr)
 
 
@@ -104,7 +104,7 @@ def _print(reply: MemoryReply, find: str) -> None:
         table.add_column(heading)
     now_ns = time.time_ns()
     for thing in reply.things:
-        others = ", ".join(f"{_words(label)} {p:.0%}" for label, p in thing.alternatives)
+        others = ", ".join(f"{in_words(label)} {p:.0%}" for label, p in thing.alternatives)
         seen = said_time(thing.last_seen_ns, now_ns)
         if thing.gone_ns:
             seen = f"{seen}; not there any more since {said_time(thing.gone_ns, now_ns)}"
@@ -121,10 +121,6 @@ def _print(reply: MemoryReply, find: str) -> None:
 
 def _what(thing: RememberedThing) -> str:
     """Return name and kind of a thing, and what a person said that it is not."""
-    kind = " ".join([*thing.attributes, _words(thing.label) or "unknown thing"])
-    denied = "".join(f", not {_words(label)}" for label in thing.denied)
+    kind = " ".join([*thing.attributes, in_words(thing.label) or "unknown thing"])
+    denied = "".join(f", not {in_words(label)}" for label in thing.denied)
     return (f"{thing.name} ({kind})" if thing.name else kind) + denied
-
-
-def _words(label: str) -> str:
-    return label.replace("_", " ")

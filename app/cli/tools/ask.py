@@ -40,6 +40,7 @@ from app.messages.control import (
 from app.messages.status import LevelTable
 from ippon.guidance.language.requests.sentence import MAX_SENTENCE_CHARS, is_name
 from ippon.guidance.levels import Level
+from ippon.vocabulary import in_words
 
 READ_S = 12.0
 """Time for reading a sentence; rules replace a language model after 8 s."""
@@ -277,7 +278,7 @@ def _show_accepted(accepted: SearchAccepted, command: Ask) -> None:
         return
     place = "" if accepted.position == 0 else f", {accepted.position} before it"
     tour = "" if accepted.joined is None else f", in one tour with goal {accepted.joined}"
-    name = accepted.object.replace("_", " ")
+    name = in_words(accepted.object)
     print(f"searching for {name} (goal {accepted.goal_id}{place}{tour})")
     for note in accepted.notes:
         print(f"note: {note}")

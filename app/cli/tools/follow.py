@@ -14,6 +14,7 @@ from app.cli.options.tools import Ask
 from app.links.network.session import LinkError
 from app.messages.control import decode
 from app.messages.status import GoalStatus, Status, goal_of, name_of
+from ippon.vocabulary import in_words
 
 SILENT_S = 10.0
 """Time without a status after which it is checked whether the navigator is still there."""
@@ -177,7 +178,7 @@ def _end_of(goal: GoalStatus) -> str:
     if goal.position_world is not None:
         place = f" {place_text(goal.position_world)}"
     before = f", and {len(goal.counted)} before" if goal.counted else ""
-    return f"{goal.object.replace('_', ' ')}: {goal.outcome.replace('_', ' ')}{place}{before}"
+    return f"{in_words(goal.object)}: {goal.outcome.replace('_', ' ')}{place}{before}"
 
 
 def _as_dict(status: Status, goal: GoalStatus) -> dict[str, object]:

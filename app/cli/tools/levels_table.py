@@ -10,6 +10,7 @@ from rich.text import Text
 
 from ippon.guidance.language.words import is_many
 from ippon.guidance.levels import Level
+from ippon.vocabulary import in_words
 
 COLORS = {
     Level.CERTAIN: "#D55E00",
@@ -52,7 +53,7 @@ def print_levels(
     for level, row in sorted(rated, key=lambda one: -one[0]):
         table.add_row(
             Text(f"■ {level.text}", style=COLORS[level]),
-            Text(printable(row.label.replace("_", " "))),
+            Text(printable(in_words(row.label))),
             Text(printable(row.reason)),
         )
     console.print(table)

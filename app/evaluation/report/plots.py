@@ -10,6 +10,7 @@ import numpy as np
 from ippon.evaluation.outcome import FAILURES
 from ippon.evaluation.row import EpisodeRow
 from ippon.evaluation.summary import MethodSummary
+from ippon.vocabulary import in_words
 
 _COLOURS: Final = (
     "#D55E00", "#56B4E9", "#009E73", "#E69F00", "#CC79A7", "#0072B2", "#F0E442", "#9AA0A6",
@@ -158,7 +159,7 @@ def goal_plot(table: Mapping[str, Mapping[str, tuple[float, int]]], methods: Seq
     for k, (goal, of) in enumerate(table.items()):
         y = _ROW * (k + 0.5) + 2
         count = max(n for _, n in of.values())
-        svg.text(_LEFT - 8, y + 4, f"{goal.replace('_', ' ')} ({count})", "end")
+        svg.text(_LEFT - 8, y + 4, f"{in_words(goal)} ({count})", "end")
         svg.line(_LEFT, y, _WIDTH - _RIGHT, y, 'stroke="currentColor" stroke-opacity="0.15"')
         for name, (spl, n) in of.items():
             # Equal values are drawn side by side.

@@ -26,6 +26,7 @@ from ippon.mission.places.recollection import Recollection
 from ippon.mission.search import Search
 from ippon.rooms.named_rooms import RoomName, name_lookup
 from ippon.rooms.room_inference import RoomConfig, infer_rooms, room_evidence
+from ippon.vocabulary import in_words
 
 logger = logging.getLogger(__name__)
 
@@ -256,4 +257,4 @@ class MemoryKeeper:
 
 
 def _name(one: Instance) -> str:
-    return one.name or (one.believed or one.label).replace("_", " ")
+    return one.name or in_words(one.believed or one.label)

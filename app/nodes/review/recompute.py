@@ -33,6 +33,7 @@ from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
 from ippon.mission.snapshot import Snapshot
 from ippon.observation_model import ObservationModels
+from ippon.vocabulary import in_words
 
 KEYFRAME_NS: Final = 10_000_000_000
 COPIED: Final = (keys.COLOR, keys.CAMERA_INFO, keys.TF, keys.TF_STATIC)
@@ -174,7 +175,7 @@ class Recomputation:
             goal = Goal(
                 goal_id=table.goal_id,
                 object=table.object,
-                display=table.object.replace("_", " "),
+                display=in_words(table.object),
                 context=table.context,
                 category=named.category,
             )

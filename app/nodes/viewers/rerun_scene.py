@@ -17,6 +17,7 @@ from app.view.model.attribute_colors import AttributeColor, attribute_colors
 from app.view.model.scene_model import Part, SceneModel
 from app.view.model.voxel_store import COLUMN, Column
 from ippon.geometry import Float64Array
+from ippon.vocabulary import in_words
 
 TIMELINE: Final = "robot_time"
 CLOUDS: Final[dict[str, AttributeColor]] = {
@@ -177,7 +178,7 @@ class RerunScene:
         self._stream.log(FINDS, boxes)
 
     def _draw_status(self, status: Status) -> None:
-        goal = "" if status.goal is None else f"**{status.goal.object.replace('_', ' ')}**\n\n"
+        goal = "" if status.goal is None else f"**{in_words(status.goal.object)}**\n\n"
         text = f"{goal}{status.state}: {status.why}"
         self._stream.log(STATUS, rr.TextDocument(text, media_type="text/markdown"))
         for entity, field in FIGURES.items():

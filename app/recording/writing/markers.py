@@ -10,6 +10,7 @@ from app.messages.keys import WORLD_FRAME
 from app.messages.scene import FoundObject
 from app.recording.channels import MARKERS_TYPE
 from ippon.planning.plan import TreeView
+from ippon.vocabulary import in_words
 
 _LINES: Final = 5
 _CUBE: Final = 1
@@ -87,7 +88,7 @@ def _name(number: int, find: FoundObject, stamp_ns: int) -> Any:
         at=(x, y, z + 0.5 * find.size_m[2] + _NAME_M),
         scale=(0.0, 0.0, _NAME_M),
         rgb=_FIND,
-        text=f"{find.label.replace('_', ' ')} {find.probability:.0%}",
+        text=f"{in_words(find.label)} {find.probability:.0%}",
     )
 
 

@@ -10,6 +10,7 @@ from app.messages.memory import RememberedThing, Room
 from app.view.model.scene_model import SceneModel
 from app.view.plan.plan_cells import PlanCells, plan_cells
 from ippon.geometry import yaw_of
+from ippon.vocabulary import in_words
 
 THINGS: Final = 60
 """Most names of furniture."""
@@ -68,7 +69,7 @@ def plan_scene(model: SceneModel) -> PlanScene:
         else (float(pose[0, 3]), float(pose[1, 3]), round(yaw_of(pose), 4)),
         path=_rounded(model.path_world.tolist()),
         trail=_rounded(model.trail_world[:: 1 + len(model.trail_world) // _TRAIL]),
-        find=None if find is None else (*find.position_world[:2], find.object.replace("_", " ")),
+        find=None if find is None else (*find.position_world[:2], in_words(find.object)),
         painted=list(model.painted),
         rooms=list(model.rooms),
         things=furniture_of(model.things),
@@ -79,7 +80,7 @@ def furniture_of(things: tuple[RememberedThing, ...]) -> list[PlanThing]:
     """Return the things that are named on a plan, the largest first."""
     here = [
         PlanThing(
-            text=thing.name or thing.label.replace("_", " "),
+            text=thing.name or in_words(thing.label),
             x_m=round(thing.position_world[0], 2),
             y_m=round(thing.position_world[1], 2),
             size_x_m=round(thing.size_m[0], 2),

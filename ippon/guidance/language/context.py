@@ -14,6 +14,7 @@ from ippon.guidance.language import context_words as lexicon
 from ippon.guidance.language.mentions import Mention, find_mentions, room_phrases
 from ippon.guidance.language.naming import category_of
 from ippon.guidance.language.words import ADJECTIVES, DETERMINERS, Token, tokenize
+from ippon.vocabulary import in_words
 
 Strength = Literal["sure", "likely", "habit", "maybe"]
 
@@ -118,7 +119,7 @@ def _same(one: Claim, other: Claim) -> bool:
 
 
 def _labelled(claim: Claim, vocabulary: Sequence[str], knowledge: Knowledge) -> Claim:
-    entry = knowledge.find(claim.place.replace("_", " ")) if claim.kind == "thing" else None
+    entry = knowledge.find(in_words(claim.place)) if claim.kind == "thing" else None
     return replace(claim, label=category_of(entry, vocabulary)) if entry else claim
 
 

@@ -17,7 +17,7 @@ from ippon.guidance.language.words import (
     tokenize,
     word_set,
 )
-from ippon.vocabulary import canonical_label
+from ippon.vocabulary import canonical_label, in_words
 
 _CUT = word_set("of with without for in on at from that which who by near under next made")
 """Words that end the noun phrase: "cup of coffee" is a cup."""
@@ -87,7 +87,7 @@ def same_object(one: str, other: str) -> bool:
     if canonical_label(one) == canonical_label(other):
         return True
     knowledge = load_knowledge()
-    entries = [knowledge.find(canonical_label(text).replace("_", " ")) for text in (one, other)]
+    entries = [knowledge.find(in_words(canonical_label(text))) for text in (one, other)]
     first, second = entries
     return first is not None and second is not None and first.label == second.label
 
@@ -100,8 +100,8 @@ def is_instance_of(label: str, ooi: str) -> bool:
     if same_object(label, ooi):
         return True
     knowledge = load_knowledge()
-    entry = knowledge.find(canonical_label(label).replace("_", " "))
-    goal = knowledge.find(canonical_label(ooi).replace("_", " "))
+    entry = knowledge.find(in_words(canonical_label(label)))
+    goal = knowledge.find(in_words(canonical_label(ooi)))
     return entry is not None and goal is not None and goal.label in wider(entry, knowledge)
 
 
@@ -111,7 +111,7 @@ def vocabulary_labels(vocabulary: tuple[str, ...]) -> dict[str, str]:
     knowledge = load_knowledge()
     labels: dict[str, str] = {}
     for label in vocabulary:
-        entry = knowledge.find(canonical_label(label).replace("_", " "))
+        entry = knowledge.find(in_words(canonical_label(label)))
         labels.setdefault(entry.label if entry else canonical_label(label), label)
     return labels
 

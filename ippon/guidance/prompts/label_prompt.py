@@ -10,6 +10,7 @@ from typing import Any, cast
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.prompts.reply import answer_of, object_in
+from ippon.vocabulary import in_words
 
 MAX_NAMES = 10
 MAX_NAME_CHARS = 40
@@ -24,7 +25,7 @@ SCENE_SCHEMA: dict[str, Any] = {
 
 def build_scene_prompt(vocabulary: Sequence[str]) -> str:
     """Return the prompt for large, common things in an image that the vocabulary lacks."""
-    known = ", ".join(label.replace("_", " ") for label in vocabulary)
+    known = ", ".join(in_words(label) for label in vocabulary)
     return (
         "This is what a robot sees in a building. Name furniture and other large things in it that "
         "help to tell where smaller things may be, and that are not in this list: "

@@ -25,6 +25,7 @@ from ippon.mission.journal import Journal
 from ippon.mission.places.room_regions import RoomRegions
 from ippon.mission.search import Search
 from ippon.mission.snapshot import Find, MissionState
+from ippon.vocabulary import in_words
 
 
 class _Verified(NamedTuple):
@@ -94,7 +95,7 @@ class Confirmation:
         if objection is not None:
             return self._doubt(search, find, still, f"{objection}: going on")
         judged = search.judged(find)
-        instead = contradiction(judged, search.goal.object.replace("_", " "))
+        instead = contradiction(judged, in_words(search.goal.object))
         if instead is not None:
             return self._pass_by(search, find, still, instead)
         weighed = self._opinions.weigh(

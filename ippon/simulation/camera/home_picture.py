@@ -12,6 +12,7 @@ from PIL import Image, ImageDraw, ImageFont
 from scipy import ndimage
 
 from ippon.simulation.scene import Instance, Scene
+from ippon.vocabulary import in_words
 
 _o3d: Any = open3d
 """Untyped, because open3d's stubs reject the arrays that it accepts."""
@@ -246,7 +247,7 @@ def _draw_names(draw: ImageDraw.ImageDraw, scene: Scene, view: _View) -> None:
     for instance in objects:
         x = 0.5 * (instance.aabb_min[0] + instance.aabb_max[0])
         y = 0.5 * (instance.aabb_min[1] + instance.aabb_max[1])
-        label = instance.label.replace("_", " ")
+        label = in_words(instance.label)
         _write(draw, label, view.pixel(x, y), 0.62 * size, (20, 22, 26, 235), taken)
 
 

@@ -26,6 +26,7 @@ from app.view.camera.overlays import NO_SCENE, CameraScene, ImageLine, lines_of
 from app.view.camera.picture_encoding import encoded_picture, quarter_turns
 from app.view.camera.recognition import boxes_of, heat_of, labels_of
 from app.view.camera.stream_budget import Rung
+from ippon.vocabulary import in_words
 
 RECOGNISED_NS: Final = 1_000_000_000
 """Output of the network for an image that is this much older is not drawn in: the camera moves."""
@@ -156,7 +157,7 @@ class CameraFeed:
             if heat is not None:
                 drawn = label or seen.heatmap.ooi or ""
         elif isinstance(seen, StampedBoxes) and scene.camera is not None:
-            labels = sorted({name.replace("_", " ") for name in seen.names})
+            labels = sorted({in_words(name) for name in seen.names})
             if label is not None:
                 drawn = label or scene.wanted
                 lines += boxes_of(seen, scene.camera, label, turns, scene.say)
@@ -168,7 +169,7 @@ class CameraFeed:
             held_ms=round(1e3 * (time.monotonic() - shown.received_s), 1),
             lines=lines,
             labels=labels,
-            label=drawn.replace("_", " "),
+            label=in_words(drawn),
             lag_ms=0.0 if seen is None else max(0.0, (stamp_ns - seen.stamp_ns) / 1e6),
             width=0 if camera is None else camera.width,
             height=0 if camera is None else camera.height,

@@ -16,6 +16,7 @@ from app.messages.status import Status
 from app.nodes.console.fleet.robot_paths import path_of
 from app.view.spoken import spoken
 from app.view.words import ENGLISH, Words
+from ippon.vocabulary import in_words
 
 FRESH_S: Final = 1.0
 """Time for which one answer serves all pages."""
@@ -152,7 +153,7 @@ def _listed(name: str, replies: list[tuple[float, bytes]], say: Words) -> Listed
         one,
         state=status.state,
         why=status.why,
-        object="" if goal is None else (goal.display or goal.object).replace("_", " "),
+        object="" if goal is None else in_words(goal.display or goal.object),
         waiting=len(status.queue),
         holder=holder,
     )

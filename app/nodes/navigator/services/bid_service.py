@@ -25,6 +25,7 @@ from ippon.rooms.room_inference import (
     room_evidence,
 )
 from ippon.rooms.said_rooms import SaidRoom, read_said_rooms, said_parts
+from ippon.vocabulary import in_words
 
 LEAST_PROBABILITY: Final = 0.5
 """That a remembered thing is the object, from which its place counts as known."""
@@ -170,5 +171,5 @@ def _thing(one: Instance, ways: FloorWays | None) -> _Place:
         half = 0.5 * float(np.hypot(*one.size_m[:2]))
         point: Float64Array = np.array([one.position_world[:2]])
         way_m = ways.to_any(point, within_m=half + BESIDE_M)
-    name = one.name or (one.believed or one.label).replace("_", " ")
+    name = one.name or in_words(one.believed or one.label)
     return _Place(ground="thing", name=name, room=one.room, way_m=way_m)

@@ -28,6 +28,7 @@ from ippon.guidance.language.requests.sentence import name_notes
 from ippon.memory.instance import Instance
 from ippon.memory.lookup import instance_named
 from ippon.mission.mission import Mission
+from ippon.vocabulary import in_words
 
 _NOT_HEARD: Final = "images or pose of the robot are missing: ippon doctor --robot says why"
 
@@ -150,7 +151,7 @@ class GoalService:
             raise RequestRefusedError(
                 f"{named.name!r} is a name, but nobody knows of what: every kind was denied"
             )
-        kind = named.believed.replace("_", " ")
+        kind = in_words(named.believed)
         left = [one for one in request.attributes if one.kind != "owner"]
         return msgspec.structs.replace(request, object=kind, attributes=left), named
 

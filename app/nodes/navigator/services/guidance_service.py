@@ -41,7 +41,7 @@ from ippon.mission.goal import Goal
 from ippon.mission.mission import Mission
 from ippon.rooms.named_rooms import RoomName
 from ippon.rooms.room_names import known_rooms
-from ippon.vocabulary import canonical_label
+from ippon.vocabulary import canonical_label, in_words
 
 logger = logging.getLogger(__name__)
 
@@ -281,7 +281,7 @@ class GuidanceService:
         if label in mission.voxel_map.labels:
             return
         if mission.goals.tour is not None:
-            self._report_event("error", f"{label.replace('_', ' ')} was not added: {_IN_TOUR}")
+            self._report_event("error", f"{in_words(label)} was not added: {_IN_TOUR}")
             return
         with self._lock:
             self._labels = (*mission.voxel_map.labels, label)
@@ -290,7 +290,7 @@ class GuidanceService:
         mission.voxel_map.add_label(label)
         if guidance is not None:
             mission.goals.set_guidance(guidance)
-        self._report_event("vocabulary", f"{label.replace('_', ' ')} is recognised from now on")
+        self._report_event("vocabulary", f"{in_words(label)} is recognised from now on")
         if active is not None:
             self.consult(active.goal.goal_id)
 

@@ -7,6 +7,7 @@ from app.messages.control import Accepted, QueueRequest, SearchAccepted, SearchR
 from app.nodes.navigator.services.goal_service import GoalService
 from app.nodes.navigator.services.guidance_service import GuidanceService
 from app.nodes.navigator.state.goal_queue import GoalQueue
+from ippon.vocabulary import in_words
 
 
 class QueueService:
@@ -88,7 +89,7 @@ class QueueService:
 
 def told(accepted: SearchAccepted) -> str:
     """Return an accepted search as a line for the operator."""
-    name, before = accepted.object.replace("_", " "), accepted.position
+    name, before = in_words(accepted.object), accepted.position
     text = f"looking for: {name}"
     if before:
         text = f"looking for: {name}, after {before} other goal{'s' if before > 1 else ''}"

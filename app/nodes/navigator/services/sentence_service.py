@@ -22,6 +22,7 @@ from ippon.guidance.language.requests.sentence import read_request
 from ippon.memory.instance import Instance
 from ippon.memory.notes import with_names, without_names
 from ippon.rooms.named_rooms import RoomName
+from ippon.vocabulary import in_words
 
 SENTENCE_TIMEOUT_S: Final = 8.0
 """Time after which rules read a sentence instead of the model, because a user is waiting."""
@@ -105,6 +106,6 @@ class SentenceService:
         if last is None:
             return ()
         read = read_request(last.goal.display).goals
-        label = last.goal.object.replace("_", " ")
+        label = in_words(last.goal.object)
         goal = read[0] if len(read) == 1 else Goal(object=label, display=last.goal.display)
         return (dataclasses.replace(goal, context=last.goal.context),)

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 from app.nodes.navigator.state.planned_search import PlannedSearch
 from ippon.mapping.goal_layers.goal_arrays import MAX_GOALS
+from ippon.vocabulary import in_words
 
 
 def moved(
@@ -80,7 +81,7 @@ def tour_to_join(
         why = f"the search for goal {joins} has begun"
     else:
         members = [one.goal.object for one in known if one.tour == tour]
-        name = search.goal.object.replace("_", " ")
+        name = in_words(search.goal.object)
         if search.goal.object in members:
             why = f"{name} is in the tour of goal {joins} already"
         elif len(members) >= MAX_GOALS:
