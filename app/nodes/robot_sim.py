@@ -5,6 +5,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -14,7 +15,7 @@ import zenoh
 from app.links.network.latched_topic import LatchedReceiver
 from app.links.network.requests import last_message
 from app.links.network.session import open_client
-from app.links.network.subscription import subscribe
+from app.links.network.subscription import on_token_lost, subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import decode as decode_json
@@ -131,6 +132,7 @@ class RobotSim:
             self._subscribe(keys.NAVIGATION_ACTIVE, self._goals.take_active)
         self._latched = LatchedReceiver(self._take_labels)
         self._subscribe(keys.LABELS, self._latched.receive)
+        on_token_lost(session, self._key(keys.NAVIGATOR_ALIVE), self._note_break)
         self._truth = session.declare_queryable(self._key(keys.SIM_TRUTH), self._answer_truth)
 
     def await_labels(self, timeout_s: float = LABELS_WAIT_S) -> None:
@@ -141,9 +143,7 @@ class RobotSim:
         """
         started, is_told = time.monotonic(), False
         while time.monotonic() < started + timeout_s:
-            if self._latched.request(
-                lambda: last_message(self._session, self._key(keys.LABELS), 1.0)
-            ):
+            if self._latched.request(self._last_labels):
                 return
             if not is_told and time.monotonic() > started + SILENT_WAIT_S:
                 is_told = True
@@ -157,6 +157,18 @@ class RobotSim:
             f"no navigator publishes labels at {self._key(keys.LABELS)}; is one running at "
             f"{self._config.connect} under the prefix {self._config.robot}?"
         )
+
+    def _last_labels(self) -> bytes | None:
+        return last_message(self._session, self._key(keys.LABELS), 1.0)
+
+    def _note_break(self) -> None:
+        """Request the labels, in case that they changed while the link was broken."""
+        threading.Thread(target=self._catch_up, name="labels", daemon=True).start()
+
+    def _catch_up(self) -> None:
+        # The time that a navigator needs to start again.
+        with suppress(SimulatedRobotError, msgspec.DecodeError, zenoh.ZError):
+            self.await_labels()
 
     def run_real_time(self, stop: StopSignal) -> None:
         """Step the physics in real time and publish frames at the camera's rate until stopped."""

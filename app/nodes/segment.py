@@ -12,7 +12,7 @@ import zenoh
 from app.links.network.latched_topic import LatchedReceiver
 from app.links.network.requests import last_message
 from app.links.network.session import LinkError, open_client
-from app.links.network.subscription import subscribe
+from app.links.network.subscription import on_token_lost, subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import decode
@@ -86,15 +86,22 @@ class SegmentNode:
         self._told: tuple[str, tuple[str, ...]] = ("", ())
         self._latched = LatchedReceiver(self._take_labels)
         subscribe(session, f"{config.robot}/{keys.LABELS}", self._latched.receive)
+        self._missed = threading.Event()
+        """Labels may have been sent that were not received: before the start, or while the link was
+        broken."""
+        self._missed.set()
+        on_token_lost(session, f"{config.robot}/{keys.NAVIGATOR_ALIVE}", self._missed.set)
         subscribe(session, f"{config.robot}/{keys.COLOR}", self._take_image)
 
     def run(self, stop: StopSignal) -> None:
         """Segment until stopped."""
         asked_at = 0.0
         while not stop.is_set():
-            if self._labels is None and time.monotonic() - asked_at > ASK_EVERY_S:
+            if self._missed.is_set() and time.monotonic() - asked_at > ASK_EVERY_S:
                 asked_at = time.monotonic()
-                self._latched.request(self._last_labels)
+                self._missed.clear()
+                if not self._latched.request(self._last_labels):
+                    self._missed.set()
             with self._changed:
                 if self._image is None or self._labels is None:
                     self._changed.wait(IDLE_S)

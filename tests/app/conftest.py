@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 import zenoh
 
+from app.links.network import session
 from app.links.network.session import open_client, open_router
 from ippon.simulation.scene import Scene
 from ippon.simulation.scene_writer import save_scene
@@ -20,6 +21,8 @@ from tests.boxes import boxes_scene
 from tests.evaluation_rows import make_row
 from tests.locations import ROOT
 from tests.ports import free_endpoint
+
+PATIENT_LEASE_MS = 30_000
 
 
 @pytest.fixture(name="free_endpoint")
@@ -35,8 +38,15 @@ def shared_endpoint() -> str:
 
 
 @pytest.fixture
-def sessions(free_endpoint: str) -> Iterator[tuple[zenoh.Session, zenoh.Session]]:
-    """Yield a router on a free loopback port, and a client of it."""
+def sessions(
+    free_endpoint: str, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[tuple[zenoh.Session, zenoh.Session]]:
+    """Yield a router on a free loopback port, and a client of it.
+
+    On a machine with ten times more to do than it has cores, a connection is silent for over a
+    second now and then: it would be closed, and what is sent meanwhile be lost.
+    """
+    monkeypatch.setattr(session, "LEASE_MS", PATIENT_LEASE_MS)
     router = open_router(free_endpoint)
     client = open_client(free_endpoint)
     yield router, client

@@ -13,6 +13,8 @@ class Relay:
         self._ends = []
         self.passed = 0
         """Bytes that went either way."""
+        self.lets_in = True
+        """Whether who connects is let through; otherwise its connection ends at once."""
         self.swallows = False
         """Whether who connects from now on is let in, and nothing that is sent passed on."""
         self.swallowed = []
@@ -49,6 +51,9 @@ class Relay:
         with contextlib.suppress(OSError):
             while True:
                 near, _ = self._listener.accept()
+                if not self.lets_in:
+                    near.close()
+                    continue
                 if self.swallows:
                     self.swallowed.append(near)
                     continue

@@ -10,18 +10,22 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from app.links.network.latched_topic import LatchedTopic
 from app.links.network.requests import RequestRefusedError, ask, last_message, serve
+from app.links.network.sender import Sender
 from app.messages import keys
 from app.messages.control import ControlReply, ControlRequest
 from app.messages.recording import RecordingStatus, RecordRequest
 from app.messages.status import Event
 from app.nodes import recorder
 from app.nodes.recorder import Recorder, RecorderConfig
+from app.nodes.recorder_network import RecorderNetwork
 from app.recording.notes import read_notes
 from app.recording.reading.recording import Recording
 from app.recording.writing.limits import RecordingLimits
 from app.recording.writing.write_queue import WriteQueue
 from app.ros2.ippon_ros2.zenoh_side import stream_publisher
+from tests.app.relay import Relay
 
 ROBOT = "test/robot-1"
 
@@ -180,6 +184,31 @@ def test_at_its_limit_a_recording_ends_and_everyone_is_told(sessions, record):
     (recording,) = finish()
     assert recording.index.complete
     recording.close()
+
+
+def test_what_changed_while_the_line_was_cut_is_recorded(sessions, free_endpoint):
+    router, _ = sessions
+    relay, sender, took = Relay(int(free_endpoint.rsplit(":", 1)[1])), Sender(), []
+    token = router.liveliness().declare_token(f"{ROBOT}/{keys.NAVIGATOR_ALIVE}")
+    levels = LatchedTopic(router, f"{ROBOT}/{keys.LEVELS}", sender)
+    network = RecorderNetwork(
+        f"tcp/127.0.0.1:{relay.port}", ROBOT, lambda *one: took.append(one), None, None
+    )
+    try:
+        network.open()
+        _await(lambda: levels.put(b"before") or (keys.LEVELS, b"before") in took)
+        relay.lets_in = False
+        relay.cut()
+        levels.put(b"meanwhile")
+        time.sleep(0.2)
+        assert (keys.LEVELS, b"meanwhile") not in took
+        relay.lets_in = True
+        _await(lambda: (keys.LEVELS, b"meanwhile") in took)
+    finally:
+        network.close()
+        sender.close()
+        token.undeclare()
+        relay.close()
 
 
 def test_a_disk_that_refuses_ends_the_recording_and_nothing_else(sessions, record, tmp_path):

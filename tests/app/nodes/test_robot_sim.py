@@ -13,7 +13,7 @@ import pytest
 from app.links.network.latched_topic import LatchedReceiver, LatchedTopic
 from app.links.network.requests import last_message
 from app.links.network.sender import Sender
-from app.links.network.session import open_router
+from app.links.network.session import open_client, open_router
 from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.control import encode
@@ -31,8 +31,10 @@ from app.messages.status import SegmentationLabels
 from app.nodes import robot_sim
 from app.nodes.robot_sim import GroundTruth, RobotSim, RobotSimConfig
 from ippon.geometry import yaw_of
+from ippon.simulation.homes.generator import generate_home
 from ippon.vocabulary import MATTERPORT_40
 from tests.app.faulty_search import coasted_s
+from tests.app.relay import Relay
 
 pytestmark = pytest.mark.process
 
@@ -58,8 +60,11 @@ class Station:
             subscribe(self.session, f"r/{topic}", self._receiver(topic))
         self._sender = Sender()
         self._labels = LatchedTopic(self.session, f"r/{keys.LABELS}", self._sender)
-        self._labels.put(encode(SegmentationLabels(labels=list(MATTERPORT_40), ooi="hat")))
+        self.search("hat")
         self.last = {}
+
+    def search(self, ooi):
+        self._labels.put(encode(SegmentationLabels(labels=list(MATTERPORT_40), ooi=ooi)))
 
     def _receiver(self, topic):
         return lambda payload: self.heard.put((topic, payload))
@@ -171,6 +176,27 @@ def test_it_stands_half_a_second_after_the_last_command(running):
     assert turns_s < moved_s <= turns_s + 0.5 + 2 * TF_PERIOD_S
 
 
+def test_a_search_that_begins_while_the_line_is_cut_is_seen(station, free_endpoint):
+    relay = Relay(int(free_endpoint.rsplit(":", 1)[1]))
+    token = station.session.liveliness().declare_token(f"r/{keys.NAVIGATOR_ALIVE}")
+    client = open_client(f"tcp/127.0.0.1:{relay.port}")
+    scene = generate_home(3)
+    config = RobotSimConfig(robot="r", connect=free_endpoint, image_width=48)
+    robot = RobotSim(config, client, scene, scene.start_poses[0])
+    robot.await_labels()
+    relay.lets_in = False
+    relay.cut()
+    station.search("mug")
+    relay.lets_in = True
+    end = time.monotonic() + COLD_S
+    while robot._labels.ooi != "mug":
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    client.close()
+    token.undeclare()
+    relay.close()
+
+
 def test_it_obeys_within_its_limits(running):
     station, _ = running
     before, t0 = station.pose()
@@ -268,13 +294,16 @@ def test_no_navigator(launch, free_endpoint):
 
 def test_the_robot_waits_for_a_navigator_that_compiles_and_says_so_once(monkeypatch, caplog):
     answers = iter([None, None, None, b"labels"])
-    monkeypatch.setattr(robot_sim, "last_message", lambda *_: next(answers))
     monkeypatch.setattr(robot_sim, "SILENT_WAIT_S", 0.05)
     caplog.set_level(logging.INFO, logger=robot_sim.__name__)
     taken = []
     config = RobotSimConfig(robot="robot-2", connect="tcp/127.0.0.1:7448")
     robot = SimpleNamespace(
-        _session=None, _key=lambda key: key, _config=config, _latched=LatchedReceiver(taken.append)
+        _session=None,
+        _key=lambda key: key,
+        _config=config,
+        _latched=LatchedReceiver(taken.append),
+        _last_labels=lambda: next(answers),
     )
     RobotSim.await_labels(robot, 30.0)
     assert taken == [b"labels"]

@@ -8,6 +8,7 @@ import pytest
 
 from app.links.network.latched_topic import LatchedTopic
 from app.links.network.sender import Sender
+from app.links.network.session import open_client
 from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.control import encode
@@ -22,6 +23,7 @@ from app.nodes.segment import SegmentConfig, SegmentNode
 from ippon.observation import Detections, Heatmap, Instance
 from ippon.segmentation.detectors.vocabulary import ClosedVocabulary
 from ippon.segmentation.errors import OutOfMemoryError
+from tests.app.relay import Relay
 
 OPTICAL = "camera_color_optical_frame"
 PATIENCE_S = 20.0
@@ -181,6 +183,35 @@ def test_a_search_that_begins_while_the_labels_are_requested_is_not_lost(session
     monkeypatch.setattr(segment, "last_message", slow_reply)
     node.run(stop)
     assert node._labels.ooi == "hat"
+
+
+def test_a_search_that_begins_while_the_line_is_cut_is_not_lost(sessions, free_endpoint):
+    router, _ = sessions
+    relay = Relay(int(free_endpoint.rsplit(":", 1)[1]))
+    token = router.liveliness().declare_token(f"r/{keys.NAVIGATOR_ALIVE}")
+    sender, stop = Sender(), threading.Event()
+    labels = LatchedTopic(router, f"r/{keys.LABELS}", sender)
+    labels.put(encode(SegmentationLabels(labels=["wall"], ooi=None)))
+    client = open_client(f"tcp/127.0.0.1:{relay.port}")
+    node = SegmentNode(SegmentConfig(connect="", robot="r", keep=2), client, Slow())
+    thread = threading.Thread(target=node.run, args=(stop,))
+    thread.start()
+    try:
+        wait_until(lambda: node._labels is not None and not node._missed.is_set())
+        relay.lets_in = False
+        relay.cut()
+        labels.put(encode(SegmentationLabels(labels=["wall"], ooi="hat")))
+        wait_until(node._missed.is_set)
+        assert node._labels.ooi is None
+        relay.lets_in = True
+        wait_until(lambda: node._labels.ooi == "hat")
+    finally:
+        stop.set()
+        thread.join(PATIENCE_S)
+        client.close()
+        sender.close()
+        token.undeclare()
+        relay.close()
 
 
 def test_further_objects_of_interest_are_asked_for_as_labels(wired, caplog):
