@@ -34,7 +34,7 @@ class UnfoundGoals:
 
     def __init__(self) -> None:
         self.latest: UnfoundGoal | None = None
-        """None once the object is searched for again."""
+        """None once it is searched for again or dismissed, or a later find is confirmed."""
         self._known: set[int] | None = None
 
     def follow(self, status: Status, candidates: Callable[[], tuple[Candidate, ...]]) -> None:
@@ -56,7 +56,12 @@ class UnfoundGoals:
         if news:
             self.latest = _told(news, status, candidates)
         self._known |= {goal.goal_id for goal in ended}
-        if self.latest is not None and _is_again(self.latest.goal, present):
+        if self.latest is not None and _is_past(self.latest.goal, [*status.history, *present]):
+            self.latest = None
+
+    def dismiss(self, goal_id: int) -> None:
+        """Forget a goal that somebody has read about."""
+        if self.latest is not None and self.latest.goal.goal_id == goal_id:
             self.latest = None
 
 
@@ -76,5 +81,6 @@ def _told(
     )
 
 
-def _is_again(lost: GoalStatus, present: list[GoalStatus]) -> bool:
-    return any(one.object == lost.object and one.goal_id != lost.goal_id for one in present)
+def _is_past(lost: GoalStatus, goals: list[GoalStatus]) -> bool:
+    later = [one for one in goals if one.goal_id > lost.goal_id]
+    return any(one.object == lost.object or one.confirmed for one in later)

@@ -56,8 +56,15 @@ class CallDetection:
             for one, key, after_s in self._conditions(status, recordings, silence_s, now_s)
         }
         self._began_s = {key: self._began_s.get(key, now_s) for key in present}
-        # A find that waits while another one is judged has been called for.
-        self._told = {key for key in self._told if key in present or key[0] in _FINDS}
+        # A find that waits while another one is judged has been called for; so has the end of a
+        # search, also while images are missing or somebody drives.
+        goal = None if status is None else status.goal
+        ended = None if goal is None or goal.outcome != "exhausted" else goal.goal_id
+        self._told = {
+            key
+            for key in self._told
+            if key in present or key[0] in _FINDS or key == ("not_found", ended)
+        }
         due: list[_Key] = [
             key
             for key, (_, after_s) in present.items()

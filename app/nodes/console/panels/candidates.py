@@ -46,9 +46,9 @@ class CandidatesPanel:
 
     def show(self, model: SceneModel) -> None:
         """List the places of what was not found last, also while the next search runs."""
+        if self._closed is not None:
+            model.unfound.dismiss(self._closed)
         lost = model.unfound.latest
-        if lost is not None and lost.goal.goal_id == self._closed:
-            lost = None
         if lost is self._shown:
             return
         self._shown = lost

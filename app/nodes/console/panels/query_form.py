@@ -12,6 +12,7 @@ from app.messages.control import SearchRequest
 from app.nodes.console.panels.last_question import Question
 from app.view.drawing.viser_private import ignore_disconnect, uuid_of
 from app.view.words import Words
+from ippon.guidance.language.requests.sentence import is_name
 
 USUAL_SCENARIO: Final = SearchRequest(object="hat").scenario
 
@@ -37,6 +38,8 @@ class QueryForm:
             keep: Told what stands in them, as it is typed.
         """
         self._client = client
+        self._proposed = ("", "", "")
+        """Object and context of a doubtful reading, and the context that stood there before."""
         gui = client.gui
         wanted, context, scenario = draft or ("", "", USUAL_SCENARIO)
         with gui.add_form(None) as form:
@@ -65,6 +68,24 @@ class QueryForm:
         """What stands in the fields, without blanks around it."""
         wanted, context, scenario = self.typed
         return wanted.strip(), context.strip(), scenario.strip()
+
+    def asked(self) -> Question:
+        """Return what is asked for, without the context of another sentence.
+
+        A doubtful reading is written into the fields. Whoever corrects the object keeps its
+        context; whoever writes another sentence does not.
+        """
+        wanted, context, scenario = self.question
+        proposed, of_reading, own = self._proposed
+        if context and context == of_reading and wanted != proposed and not is_name(wanted):
+            self.write(wanted, own)
+            context = own
+        return wanted, context, scenario
+
+    def propose(self, wanted: str, context: str) -> None:
+        """Write a doubtful reading into the fields, to be corrected."""
+        self._proposed = wanted.strip(), context.strip(), self.question[1]
+        self.write(wanted, context)
 
     def field_uuids(self) -> set[str]:
         """Return the identifiers of the fields in messages."""

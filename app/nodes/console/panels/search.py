@@ -30,7 +30,8 @@ from ippon.guidance.language.requests.sentence import MAX_OBJECT_CHARS, is_name,
 MAX_CONTEXT: Final = 2000
 MAX_SCENARIO: Final = 200
 MAX_TYPED: Final = 2100
-_ENDS: Final = ("found", "exhausted")
+_OUTDATES: Final = ("found", "exhausted", "stopped", "manual")
+"""States in which the answer to what was pressed before is no news."""
 _GOING: Final = ("pause", "end")
 _HELD: Final = ("resume", "end")
 _STOPPED: Final = ("end",)
@@ -138,7 +139,7 @@ class SearchPanel:
         reject.on_click(lambda _: self._try(lambda: self._actions.reject_find(*self._judged)))
 
     def _ask(self, form: QueryForm) -> None:
-        question = typed, context, self._scenario = form.question
+        question = typed, context, self._scenario = form.asked()
         if len(typed) > MAX_TYPED:
             self._say(self._words("panel.search.long", most=MAX_TYPED, n=len(typed)), ok=False)
             return
@@ -179,7 +180,7 @@ class SearchPanel:
             replace(goal, context=_both(goal.context, context)) for goal in reading.goals
         ]
         if len(self._ready) == 1:
-            form.write(search_name(self._ready[0]), self._ready[0].context)
+            form.propose(search_name(self._ready[0]), self._ready[0].context)
         self._proposed = (form, *form.question[:2])
         return self._words("panel.search.read_by", provider=reading.provider)
 
@@ -261,7 +262,7 @@ class SearchPanel:
         is_steered = has_search and not self._actions.recorded
         for words, group in self._steer.items():
             group.visible = is_steered and words == _steering(status.state)
-        if status.state != self._state and status.state in _ENDS and self._fades:
+        if status.state != self._state and status.state in _OUTDATES and self._fades:
             self._answer.content = ""
         self._state = status.state
         self._candidates.show(model)

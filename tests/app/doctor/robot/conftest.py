@@ -34,8 +34,11 @@ class Wire:
 
         return Publisher()
 
-    def declare_subscriber(self, *_):
+    def declare_subscriber(self, *_, **__):
         return None
+
+    def liveliness(self):
+        return self
 
     def declare_queryable(self, *_):
         return None

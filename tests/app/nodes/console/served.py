@@ -64,7 +64,7 @@ class Served:
         self.origin = f"http://{self.host}"
         # There is no TLS: to read the certificates of all authorities takes longer than most tests.
         headers = {"Origin": self.origin}
-        self.http = httpx.Client(base_url=self.origin, headers=headers, verify=False)
+        self.http = httpx.Client(base_url=self.origin, headers=headers, verify=False, timeout=60.0)
         self.get, self.post = self.http.get, self.http.post
 
     def socket(self, path, *, origin=None, subprotocols=None, cookie=None):

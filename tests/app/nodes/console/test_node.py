@@ -174,7 +174,7 @@ def test_broken_messages_neither_end_the_console_nor_reach_the_scene(home, shell
     home.put("status", json.dumps({"robot": "<b>"}).encode())
     time.sleep(0.5)
     deadline = time.monotonic() + 10.0
-    while httpx.get(f"{console.url}/health").json()["state"]["robot"] != "ippon":
+    while httpx.get(f"{console.url}/health", timeout=60.0).json()["state"]["robot"] != "ippon":
         assert time.monotonic() < deadline, "the next whole status is shown"
         shell.hear(_live)
     shell.hear(_live)

@@ -24,6 +24,23 @@ def test_what_was_not_found_is_kept_with_its_places_while_the_next_goal_runs():
     assert _followed(status_of(goal=HAT), over, status_of(goal=again, history=[GONE])) is None
 
 
+def test_what_was_not_found_is_past_once_it_is_dismissed_or_a_later_find_is_confirmed():
+    over = status_of("exhausted", goal=GONE)
+    found = GoalStatus(goal_id=2, object="mug", outcome="found")
+    confirmed = GoalStatus(goal_id=2, object="mug", outcome="found", confirmed=True)
+    assert _followed(status_of(goal=HAT), over, status_of("found", goal=found, history=[GONE]))
+    last = status_of("found", goal=confirmed, history=[GONE])
+    assert _followed(status_of(goal=HAT), over, last) is None
+    unfound = UnfoundGoals()
+    unfound.follow(status_of(goal=HAT), lambda: PLACES)
+    unfound.follow(over, lambda: PLACES)
+    unfound.dismiss(2)
+    assert unfound.latest is not None
+    unfound.dismiss(GONE.goal_id)
+    unfound.follow(over, lambda: PLACES)
+    assert unfound.latest is None
+
+
 def test_an_end_that_was_missed_is_told_without_places_of_the_next_goal():
     latest = _followed(status_of(goal=HAT), status_of(goal=MUG, history=[GONE]))
     assert (latest.goal, latest.places) == (GONE, None)

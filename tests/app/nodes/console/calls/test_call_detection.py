@@ -57,6 +57,17 @@ def test_a_doubtful_find_one_out_of_reach_and_none_have_their_own_words(watch):
     ]
 
 
+def test_a_search_that_ended_in_vain_calls_once_whatever_else_happens(watch):
+    gone = GoalStatus(goal_id=2, object="hat", outcome="exhausted")
+    assert watch(status_of("exhausted", goal=gone))
+    for state in ("lost", "exhausted", "manual", "exhausted"):
+        assert watch(status_of(state, goal=gone)) == []
+    mug = GoalStatus(goal_id=3, object="mug", outcome="active")
+    assert watch(status_of(goal=mug, history=[gone])) == []
+    mug_gone = GoalStatus(goal_id=3, object="mug", outcome="exhausted")
+    assert watch(status_of("exhausted", goal=mug_gone))
+
+
 def test_a_german_call_says_the_name_and_programs_get_the_label():
     (call,) = CallDetection(Words("de")).step(found(), (), 0.0, 0.0)
     assert (call.text, call.object) == ("Hut: bestätigen oder verwerfen", "hat")

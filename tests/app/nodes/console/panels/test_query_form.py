@@ -79,6 +79,24 @@ def test_a_draft_stands_in_the_fields(panel, actions):
     assert actions.search.call_args.args == ("mug", "in the kitchen", "an office")
 
 
+@pytest.mark.parametrize(
+    ("typed", "asked"),
+    [
+        ("mug", ("mug", "in the flat, on the sofa")),
+        ("my keys, they are in the bedroom", ("my keys, they are in the bedroom", "in the flat")),
+    ],
+)
+def test_the_context_of_a_doubtful_reading_stays_with_its_object(panel, typed, asked):
+    client = Client()
+    form = panel.open_form(
+        client, ("my thing on the sofa", "in the flat", "a home"), lambda _: None
+    )
+    form.propose("thing", "in the flat, on the sofa")
+    client.type("field.find", typed)
+    assert form.asked() == (*asked, "a home")
+    assert form.question == form.asked()
+
+
 def test_a_doubtful_reading_waits_for_the_browser_that_asked(panel, actions):
     one, other = Client(), Client()
     for client in one, other:

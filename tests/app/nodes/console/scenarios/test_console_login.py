@@ -62,7 +62,9 @@ def test_login_over_tls(launch, users, tmp_path):
     context = ssl.create_default_context()
     authority.configure_trust(context)
     url = f"https://127.0.0.1:{port}"
-    with httpx.Client(base_url=url, verify=context, headers={"Origin": url}) as client:
+    with httpx.Client(
+        base_url=url, verify=context, headers={"Origin": url}, timeout=60.0
+    ) as client:
         page = client.get("/login")
         assert page.headers["strict-transport-security"] == "max-age=31536000"
         form = re.search(r'name="form" value="([^"]+)"', page.text)[1]
@@ -80,4 +82,4 @@ def test_login_over_tls(launch, users, tmp_path):
         ) as shell:
             assert any('"you"' in message for message in shell)
     with pytest.raises(httpx.TransportError):
-        httpx.get(f"http://127.0.0.1:{port}/login")
+        httpx.get(f"http://127.0.0.1:{port}/login", timeout=60.0)

@@ -158,7 +158,9 @@ def test_what_is_no_form_is_refused(client, body):
 
 def test_after_a_logout_the_pass_is_worth_nothing(client):
     cookie = log_in(client, "anna")
-    other = httpx.Client(base_url=client.origin, headers={"Cookie": cookie}, verify=False)
+    other = httpx.Client(
+        base_url=client.origin, headers={"Cookie": cookie}, verify=False, timeout=60.0
+    )
     assert other.get("/health").status_code == 200
     with client.socket("/api/ws", cookie=cookie) as shell:
         shell.recv(timeout=10)

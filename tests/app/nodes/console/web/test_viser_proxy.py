@@ -124,7 +124,7 @@ def test_viser_refuses_whoever_lacks_the_secret(viser_server, headers):
             viser_server.url, additional_headers=headers, subprotocols=[PROTOCOL]
         )
     assert refused.value.response.status_code == 403
-    plain = httpx.get(viser_server.url.replace("ws:", "http:"), headers=headers)
+    plain = httpx.get(viser_server.url.replace("ws:", "http:"), headers=headers, timeout=60.0)
     assert plain.status_code == 403
 
 
