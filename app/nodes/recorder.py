@@ -129,7 +129,7 @@ class Recorder:
             return
         folder = str(self._session.writer.folder)
         self._status = RecordingStatus(state="recording", text="recording", session=folder)
-        logger.info("recording to %s", folder)
+        logger.info("recording %s to %s", config.robot, folder)
         self._network.catch_up()
 
     def _write_waiting(self, timeout_s: float) -> None:

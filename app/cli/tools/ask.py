@@ -71,6 +71,8 @@ def run_ask(command: Ask) -> int:
     if command.nearest:
         check_options(command)
     endpoint, robot = find_navigator(command.connect, command.robot, any_of=command.nearest)
+    if command.robot is None and not command.nearest:
+        print(f"asking the robot {robot} at {endpoint}", file=sys.stderr, flush=True)
     try:
         with open_client(endpoint, command.timeout_s) as session:
             if command.nearest:

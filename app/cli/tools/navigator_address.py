@@ -3,7 +3,7 @@
 import math
 
 from app.errors import UsageError
-from app.links.network.registry import running_navigators
+from app.links.network.registry import resolve_address, running_navigators
 
 
 def check_timeout(timeout_s: float) -> None:
@@ -25,7 +25,7 @@ def find_navigator(
         UsageError: No navigator runs on this machine, or several do and none is named.
     """
     if connect is not None:
-        return connect, robot or "ippon"
+        return resolve_address(connect, robot)
     on_machine = running_navigators()
     running = [n for n in on_machine if robot is None or n.robot == robot]
     if len(running) == 1 or (running and any_of):

@@ -46,7 +46,7 @@ def check_frames(samples: Samples, optical: str | None, stamps_ns: list[int]) ->
     if not findings:
         findings = [
             replace(one, detail="; ".join([one.detail, *_refused(samples, problem, fixed_problem)]))
-            for one in _chain(parents, optical)
+            for one in _chain(parents, {t.child for _, ts in fixed for t in ts}, optical)
         ]
     if findings:
         return findings
@@ -101,13 +101,14 @@ def _shape_of(parents: dict[str, set[str]]) -> list[Finding]:
     return findings
 
 
-def _chain(parents: dict[str, set[str]], optical: str | None) -> list[Finding]:
+def _chain(parents: dict[str, set[str]], fixed: set[str], optical: str | None) -> list[Finding]:
     """Return what is missing between `map`, `base_link` and the camera."""
+    body = _body(parents, fixed)
     known = parents.keys() | {p for several in parents.values() for p in several}
     wanted = [name for name in (BASE_FRAME, optical) if name]
     for name in wanted:
         way = _up(parents, name)
-        if WORLD_FRAME in way and (name == BASE_FRAME or BASE_FRAME in way):
+        if WORLD_FRAME in way and (name == BASE_FRAME or body & set(way)):
             continue
         detail = f"no way from {WORLD_FRAME!r} to {name!r}"
         if name not in known:
@@ -128,6 +129,18 @@ def _chain(parents: dict[str, set[str]], optical: str | None) -> list[Finding]:
             do += "; a robot without a map frame publishes a fixed one from 'map' to 'odom'"
         return [Finding(what="tf", verdict="failed", detail=detail, do=do)]
     return []
+
+
+def _body(parents: dict[str, set[str]], fixed: set[str]) -> set[str]:
+    """Return `base_link` and the frames above that it is fixed to, such as `base_footprint`."""
+    body = {BASE_FRAME}
+    for name in _up(parents, BASE_FRAME):
+        if name == WORLD_FRAME:
+            break
+        body.add(name)
+        if name not in fixed:
+            break
+    return body
 
 
 def _up(parents: dict[str, set[str]], name: str) -> list[str]:

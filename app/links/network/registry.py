@@ -3,6 +3,7 @@
 import contextlib
 import logging
 import os
+import re
 from pathlib import Path
 from typing import Final
 
@@ -14,6 +15,8 @@ from ippon.atomic_file import replace_file
 
 logger = logging.getLogger(__name__)
 
+_ANY_ADDRESS: Final = re.compile(r"/(localhost|127\.0\.0\.1|0\.0\.0\.0|\[::1?\])(?=:)")
+"""Of this machine, whichever way it is written."""
 _START_TICKS: Final = 19
 """Place of a process's start, in ticks since that of the machine, after its name in /proc."""
 
@@ -97,15 +100,29 @@ def resolve_address(connect: str | None, robot: str | None) -> tuple[str, str]:
     Args:
         connect: zenoh endpoint; None for that of the navigator started last on this machine, else
             the standard one.
-        robot: Key prefix; None likewise.
+        robot: Key prefix; None for that of the navigator at the endpoint.
 
     Returns:
         Endpoint and prefix.
     """
     running = running_navigators() if connect is None or robot is None else []
-    if running:
-        connect, robot = connect or running[-1].endpoint, robot or running[-1].robot
+    fitting = [
+        one
+        for one in running
+        if robot in (None, one.robot) and (connect is None or listens_at(one, connect))
+    ]
+    if fitting:
+        connect, robot = connect or fitting[-1].endpoint, robot or fitting[-1].robot
+    elif running and connect is None:
+        # A robot may have its messages carried by the navigator of another one.
+        connect = running[-1].endpoint
     return connect or "tcp/127.0.0.1:7447", robot or "ippon"
+
+
+def listens_at(navigator: RunningNavigator, endpoint: str) -> bool:
+    """Return whether a navigator of this machine is reached at an endpoint."""
+    listens, asked = _ANY_ADDRESS.sub("//", navigator.endpoint), _ANY_ADDRESS.sub("//", endpoint)
+    return listens == asked
 
 
 def _files(folder: Path) -> list[Path]:

@@ -56,6 +56,7 @@ class ProfileCheck:
         self._profile = profile
         self._report_event = report_event
         self._mismatches: tuple[str, ...] = ()
+        self._reported: set[str] = set()
         self._checked_at = -math.inf
         self._upright = UprightCheck()
         self._unit = DepthUnitCheck()
@@ -66,8 +67,6 @@ class ProfileCheck:
         if now - self._checked_at < CHECK_EVERY_S:
             return
         self._checked_at = now
-        # A measured value varies a little: texts that differ in digits alone are the same.
-        reported = {_DIGITS.sub("", text) for text in self._mismatches}
         self._mismatches = profile_mismatches(self._profile, frame, self._unit.mismatch)
         # A camera that looks up sees ceilings in place of floor.
         if frame.T_world_camera[2, 2] < _LOOKS_UP:
@@ -75,7 +74,10 @@ class ProfileCheck:
         if self._upright.is_upside_down:
             self._mismatches = (*self._mismatches, UPSIDE_DOWN)
         for text in self._mismatches:
-            if _DIGITS.sub("", text) not in reported:
+            # A measured value varies: texts that differ in digits alone are the same.
+            kind = _DIGITS.sub("", text)
+            if kind not in self._reported:
+                self._reported.add(kind)
                 logger.warning("profile %s: %s", self._profile.name, text)
                 self._report_event("error", f"robot profile {self._profile.name}: {text}")
 

@@ -203,6 +203,7 @@ def run_replay(config: ReplayConfig) -> None:
             ).put
         puts[key](payload)
 
+    logger.info("%s: played as robot %s at %s", config.path, config.robot, config.connect)
     try:
         while not stop.is_set():
             images = play(config, put, stop, time.time_ns(), poses, aligned)

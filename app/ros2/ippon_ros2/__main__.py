@@ -36,6 +36,7 @@ LAST_SPINS = 4
 END_S = 10.0
 """A middleware whose shutdown hangs for so long is left behind: its traces go to the log."""
 LEASE_MS = 1000
+NAVIGATOR_S = 5.0
 """Silence after which the navigator counts as gone."""
 ZENOH_PROFILE = "IPPON_ZENOH_PROFILE"
 EPILOG = """
@@ -180,7 +181,9 @@ def _run(options: argparse.Namespace, settings: Settings, stop: StopFlag) -> int
             _watch_navigator(session, options.robot)
             _spin(node, stop)
         finally:
-            node.stop()
+            # A look at the robot's topics stops nobody who drives it.
+            if not options.check:
+                node.stop()
             faulthandler.dump_traceback_later(END_S, exit=True)
             _send_the_last(node)
             node.destroy_node()
@@ -245,12 +248,23 @@ def _open(settings: dict[str, Any]) -> zenoh.Session:
 
 
 def _watch_navigator(session: zenoh.Session, robot: str) -> None:
+    there = threading.Event()
+
     def receive(sample: zenoh.Sample) -> None:
         here = sample.kind == zenoh.SampleKind.PUT
+        if here:
+            there.set()
         logger.info("the navigator is %s", "there" if here else "gone: the robot stops")
+
+    def wait() -> None:
+        if not there.wait(NAVIGATOR_S):
+            logger.warning(
+                "no navigator of %s is there yet: is --robot that of `ippon navigate`?", robot
+            )
 
     handler = zenoh.handlers.Callback(receive, indirect=False)
     session.liveliness().declare_subscriber(f"{robot}/alive/navigator", handler, history=True)
+    threading.Thread(target=wait, name="navigator", daemon=True).start()
 
 
 def _spin(node: Any, stop: StopFlag) -> None:

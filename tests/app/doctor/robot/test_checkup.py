@@ -262,21 +262,35 @@ def test_a_frame_of_another_name_is_said_and_a_silent_navigator_is_no_news_then(
     assert "commands" not in lines
 
 
-def test_a_base_of_another_name_is_told_to_publish_ours(samples, change):
-    def renamed(payload):
-        return encode_transforms(
-            dataclasses.replace(
-                t,
-                parent=t.parent.replace("base_link", "base_footprint"),
-                child=t.child.replace("base_link", "base_footprint"),
-            )
-            for t in decode_transforms(payload)
+def base_footprint(payload):
+    """Return the transforms of a robot whose base is called like that."""
+    return encode_transforms(
+        dataclasses.replace(
+            t,
+            parent=t.parent.replace("base_link", "base_footprint"),
+            child=t.child.replace("base_link", "base_footprint"),
         )
+        for t in decode_transforms(payload)
+    )
 
-    change(keys.TF, renamed)
+
+def test_a_base_of_another_name_is_told_to_publish_ours(samples, change):
+    change(keys.TF, base_footprint)
     line = found(samples)["tf"]
     assert "nothing names 'base_link'; there is base_footprint" in line.detail
     assert line.do.startswith("the base must be called 'base_link': publish a fixed transform")
+
+
+def test_a_base_of_another_name_that_carries_ours_is_well(samples, change):
+    """As the guide says: a fixed transform from the robot's base to `base_link`."""
+
+    at_ns = samples.arrivals[keys.TF][0].at_ns
+    change(keys.TF, base_footprint)
+    ours = StampedTransform(
+        stamp_ns=0, parent="base_footprint", child="base_link", T_parent_child=np.eye(4)
+    )
+    samples.add(keys.TF_STATIC, encode_transforms([ours]), at_ns)
+    assert found(samples)["pose"].verdict == "ok"
 
 
 def test_odometry_takes_the_place_of_tf(samples):

@@ -6,7 +6,12 @@ import sys
 import pytest
 
 from app.links.network import registry
-from app.links.network.registry import RunningNavigator, register, running_navigators
+from app.links.network.registry import (
+    RunningNavigator,
+    register,
+    resolve_address,
+    running_navigators,
+)
 
 
 @pytest.fixture(autouse=True)
@@ -110,3 +115,25 @@ def test_a_navigator_runs_where_it_cannot_be_noted(caplog):
     assert register(navigator(os.getpid(), "ippon/one")) is None
     assert "--connect tcp/127.0.0.1:7447 --robot ippon/one" in caplog.text
     assert running_navigators() == []
+
+
+@pytest.mark.parametrize(
+    ("connect", "robot", "address"),
+    [
+        (None, None, ("tcp/0.0.0.0:7448", "husky")),
+        ("tcp/127.0.0.1:7447", None, ("tcp/127.0.0.1:7447", "ippon")),
+        ("tcp/localhost:7447", None, ("tcp/localhost:7447", "ippon")),
+        ("tcp/127.0.0.1:7448", None, ("tcp/127.0.0.1:7448", "husky")),
+        (None, "ippon", ("tcp/127.0.0.1:7447", "ippon")),
+        (None, "third", ("tcp/0.0.0.0:7448", "third")),
+        ("tcp/elsewhere:7448", None, ("tcp/elsewhere:7448", "ippon")),
+        ("tcp/127.0.0.1:7448", "third", ("tcp/127.0.0.1:7448", "third")),
+    ],
+)
+def test_endpoint_and_prefix_are_those_of_one_navigator(monkeypatch, connect, robot, address):
+    there = [
+        RunningNavigator(pid=1, robot="ippon", endpoint="tcp/127.0.0.1:7447"),
+        RunningNavigator(pid=2, robot="husky", endpoint="tcp/0.0.0.0:7448"),
+    ]
+    monkeypatch.setattr(registry, "running_navigators", lambda: there)
+    assert resolve_address(connect, robot) == address
