@@ -1,10 +1,10 @@
 // The help dialog, and the light and dark themes; the system's setting is the default.
 
 import { onSceneElement } from "./scene_frame.js";
+import { chooseTheme, chosenTheme, light } from "./theme.js";
 import { say } from "./words.js";
 
 const at = (id) => document.getElementById(id);
-const THEME = "ippon-theme";
 
 export function installHelp(isTyping) {
   const dialog = at("help");
@@ -23,23 +23,21 @@ export function installHelp(isTyping) {
 // The scene's client has the same origin, so its colours can be switched in place.
 // tell: told the theme; returns what tells it again.
 export function installTheme(view, tell) {
-  const light = matchMedia("(prefers-color-scheme: light)");
-  const chosen = () => localStorage.getItem(THEME) ?? (light.matches ? "light" : "dark");
   // viser's panels follow an attribute that viser sets; this sets it back to the chosen theme.
   const paint = () => {
     const marks = view.contentDocument?.documentElement?.dataset ?? {};
-    if (marks.mantineColorScheme !== chosen()) marks.mantineColorScheme = chosen();
-    marks.ipTheme = chosen();
+    if (marks.mantineColorScheme !== chosenTheme()) marks.mantineColorScheme = chosenTheme();
+    marks.ipTheme = chosenTheme();
   };
   const show = () => {
-    const theme = chosen();
+    const theme = chosenTheme();
     document.documentElement.dataset.theme = theme;
     at("theme").title = say(theme === "dark" ? "theme.light" : "theme.dark");
     paint();
     tell(theme);
   };
   at("theme").addEventListener("click", () => {
-    localStorage.setItem(THEME, chosen() === "dark" ? "light" : "dark");
+    chooseTheme(chosenTheme() === "dark" ? "light" : "dark");
     show();
   });
   light.addEventListener("change", show);
@@ -50,5 +48,5 @@ export function installTheme(view, tell) {
       attributes: true, attributeFilter: ["data-mantine-color-scheme"],
     });
   });
-  return () => tell(chosen());
+  return () => tell(chosenTheme());
 }

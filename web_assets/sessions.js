@@ -1,5 +1,6 @@
 // The list of sessions: filter, open one, compare two.
 
+import { chosenTheme, light } from "/assets/theme.js";
 import { decimal, say } from "/assets/words.js";
 import { outcomeOf, sumOf } from "/review/outcomes.js";
 
@@ -7,6 +8,13 @@ const at = (id) => document.getElementById(id);
 const SHOWN = 120;
 const chosen = new Set();
 let all = [];
+
+const paint = () => {
+  document.documentElement.dataset.theme = chosenTheme();
+};
+light.addEventListener("change", paint);
+addEventListener("storage", paint);
+paint();
 
 const make = (tag, name, text) => {
   const node = document.createElement(tag);

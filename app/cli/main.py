@@ -46,7 +46,8 @@ def run(arguments: Sequence[str]) -> int:
         print(f"ippon {importlib.metadata.version('ippon')}")
         return 0
     try:
-        command = parse(arguments)
+        # Without a command, its list.
+        command = parse(arguments or ["--help"])
         prepare_process()
         _warn_of_role(command)
         return _dispatch(_with_config_file(command, arguments))

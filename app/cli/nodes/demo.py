@@ -54,6 +54,8 @@ def run_demo(command: Demo) -> int:
             _start_recorder(processes, command.record_to, screen)
         updates = processes.status_updates() if command.exit_when_done else None
         goal_id = processes.search(command.object, context) if command.search else None
+        told = f"  searching for {command.object}" if command.search else "  waiting for a search"
+        screen.print(Text(f"{told}; Ctrl-C ends the demo\n"))
         processes.start_robot(robot_arguments(command))
         if updates is not None and goal_id is not None:
             return _report_result(processes, command.object, updates, goal_id, profile, scene)
@@ -62,7 +64,7 @@ def run_demo(command: Demo) -> int:
         screen.print(Text(f"ippon demo: {error}", style="red"))
         return EXIT_FAILED
     except KeyboardInterrupt:
-        screen.print("ending")
+        screen.print(f"ending{'; `ippon review` shows what happened' if command.record else ''}")
         # With --exit-when-done, status 0 would mean that the object was found.
         return EXIT_INTERRUPTED if command.exit_when_done else 0
     finally:

@@ -267,3 +267,8 @@ def test_output_to_a_full_disk_fails_in_a_sentence(arguments):
         )
     said = b"ippon: no space is left on the disk that it writes to\n"
     assert (process.returncode, process.stderr) == (3, said)
+
+
+def test_without_a_command_the_commands_are_listed(capsys):
+    assert run([]) == 0
+    assert "{demo,sim,navigate," in capsys.readouterr().out

@@ -20,8 +20,8 @@ _NAMES: Final = (
     "hover.js", "introduction.css", "introduction.js", "lease.css", "lease.js", "login.css",
     "map_first.js", "notice.js", "one_layout.js", "panel_names.js", "panel_tabs.js", "plan.css",
     "plan.js", "plan_drawing.js", "plan_layout.js", "robots.js", "scene_area.js", "scene_frame.js",
-    "side.css", "side.js", "stop.js", "text.js", "things.js", "waiting.js", "walk.css", "walk.js",
-    "words.js",
+    "side.css", "side.js", "stop.js", "text.js", "theme.js", "things.js", "waiting.js", "walk.css",
+    "walk.js", "words.js",
 )  # fmt: skip
 _TYPES: Final = {
     "css": "text/css",

@@ -46,6 +46,9 @@ def _keep(page, name):
 def test_a_session_opens_at_its_find_and_a_moment_by_its_link(page):
     expect(page.locator(".card-of-session")).to_have_count(2)
     _keep(page, "review-list")
+    for scheme in ("light", "dark"):
+        page.emulate_media(color_scheme=scheme)
+        expect(page.locator("html")).to_have_css("color-scheme", scheme)
     page.locator("#words").fill("first hat")
     page.locator(".card-of-session").click()
     clock, said = page.locator(".timeline .clock"), page.locator(".timeline .said")
