@@ -270,5 +270,7 @@ def test_output_to_a_full_disk_fails_in_a_sentence(arguments):
 
 
 def test_without_a_command_the_commands_are_listed(capsys):
-    assert run([]) == 0
+    with pytest.raises(SystemExit) as end:
+        run([])
+    assert end.value.code == 0
     assert "{demo,sim,navigate," in capsys.readouterr().out
