@@ -28,7 +28,8 @@ export class Plan {
     this.scale = 60;
     this.points = [];
     this.pointed = null;
-    // The rooms on the plan, and the button of each.
+    // The list of rooms that came last; those on the plan, and the button of each.
+    this.rooms = null;
     this.placed = [];
     this.fetchedAt = 0;
     this.isFetching = false;
@@ -403,6 +404,9 @@ export class Plan {
 
   // A room that grows keeps its button: it may be pressed just now.
   takeRooms(rooms) {
+    // The plan is drawn far more often than its rooms come.
+    if (rooms === this.rooms) return;
+    this.rooms = rooms;
     const before = [...this.placed];
     const held = before.some(({ button }) => button === document.activeElement);
     this.placed = rooms.map((room) => {

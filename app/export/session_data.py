@@ -94,8 +94,8 @@ def read_session_data(
 
 
 def _trajectory(recording: Recording, base: str) -> Trajectory:
-    trajectory = _follow(recording, TF_ALONE)
-    if trajectory is None or base != BASE_FRAME:
+    trajectory = _follow(recording, TF_ALONE) if base == BASE_FRAME else None
+    if trajectory is None:
         poses = _other_poses(recording, base)
         logger.warning("%s", poses.note(recording.path))
         trajectory = _follow(recording, poses)

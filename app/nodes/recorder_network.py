@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import zenoh
 
-from app.links.network.latched_topic import LatchedReceiver
+from app.links.network.latched_topic import LatchedReceiver, request_all
 from app.links.network.requests import last_message, serve
 from app.links.network.session import open_client
 from app.links.network.subscription import on_token_lost, subscribe
@@ -140,19 +140,16 @@ class RecorderNetwork:
         ).start()
 
     def _request_last_messages(self, session: zenoh.Session) -> None:
+        def last(topic: str) -> bytes | None:
+            return last_message(session, self._key(topic), _LAST_S)
+
         deadline = time.monotonic() + _CATCH_UP_S
         try:
             # Nobody answers until a broken link is open again.
-            while not self._has_requested(session) and time.monotonic() < deadline:
+            while not request_all(self._latched, last) and time.monotonic() < deadline:
                 time.sleep(_AGAIN_S)
         except zenoh.ZError as error:
             logger.debug("last messages: %s", error)
-
-    def _has_requested(self, session: zenoh.Session) -> bool:
-        answers = 0
-        for topic, latched in self._latched.items():
-            answers += latched.request(partial(last_message, session, self._key(topic), _LAST_S))
-        return answers > 0
 
     def _answer_status(self, query: zenoh.Query) -> None:
         with query:

@@ -109,7 +109,7 @@ def resolve_address(connect: str | None, robot: str | None) -> tuple[str, str]:
     fitting = [
         one
         for one in running
-        if robot in (None, one.robot) and (connect is None or listens_at(one, connect))
+        if robot in (None, one.robot) and (connect is None or _listens_at(one, connect))
     ]
     if fitting:
         connect, robot = connect or fitting[-1].endpoint, robot or fitting[-1].robot
@@ -119,7 +119,7 @@ def resolve_address(connect: str | None, robot: str | None) -> tuple[str, str]:
     return connect or "tcp/127.0.0.1:7447", robot or "ippon"
 
 
-def listens_at(navigator: RunningNavigator, endpoint: str) -> bool:
+def _listens_at(navigator: RunningNavigator, endpoint: str) -> bool:
     """Return whether a navigator of this machine is reached at an endpoint."""
     listens, asked = _ANY_ADDRESS.sub("//", navigator.endpoint), _ANY_ADDRESS.sub("//", endpoint)
     return listens == asked

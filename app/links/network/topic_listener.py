@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import zenoh
 
-from app.links.network.latched_topic import LatchedReceiver
+from app.links.network.latched_topic import LatchedReceiver, request_all
 from app.links.network.requests import last_message
 from app.links.network.session import open_client
 from app.links.network.subscription import on_token_lost, subscribe
@@ -160,10 +160,7 @@ class TopicListener:
 
     def _fetch_latched(self) -> bool:
         """Fetch the last message of each latched topic; return False without an answer."""
-        answers = 0
-        for topic, receiver in self._latched.items():
-            answers += receiver.request(partial(self.query, topic, 1.0))
-        return answers > 0
+        return request_all(self._latched, lambda topic: self.query(topic, 1.0))
 
     def _receiver(self, topic: str) -> Callable[[bytes], None]:
         latched = self._latched.get(topic)
