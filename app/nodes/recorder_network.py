@@ -1,18 +1,17 @@
 """The recorder's link to the navigator: every message in, requests in, its state out."""
 
 import logging
-import threading
-import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any, Final
 
 import zenoh
 
-from app.links.network.latched_topic import LatchedReceiver, request_all
-from app.links.network.requests import last_message, serve
+from app.links.network.last_messages import request_after_breaks
+from app.links.network.latched_topic import LatchedReceiver
+from app.links.network.requests import serve
 from app.links.network.session import open_client
-from app.links.network.subscription import on_token_lost, subscribe
+from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.control import encode
 from app.messages.recording import RecordingStatus, RecordRequest
@@ -27,10 +26,6 @@ LATCHED_TOPICS: Final = (
 _LEFT_OUT: Final = (keys.COLOR_RAW, keys.RECORDING, *keys.KEPT)
 """Not received with all others: kept topics, which `catch_up` subscribes to, raw colour, which is
 also published as JPEG, and a recorder's own status, which would break every silence."""
-_LAST_S: Final = 2.0
-_AGAIN_S: Final = 0.5
-_CATCH_UP_S: Final = 60.0
-"""Time in which a broken link is open again, or a new navigator sends everything anyway."""
 
 
 class RecorderNetwork:
@@ -62,6 +57,7 @@ class RecorderNetwork:
         self._session: zenoh.Session | None = None
         self._publishers: dict[str, zenoh.Publisher] = {}
         self._latched = {topic: LatchedReceiver(partial(take, topic)) for topic in LATCHED_TOPICS}
+        self._request_latched: Callable[[], None] = lambda: None
         self._kept: list[Callable[[], None]] = []
         """Ends of the subscriptions to topics that are sent once."""
 
@@ -88,9 +84,7 @@ class RecorderNetwork:
         session.declare_subscriber(self._key("**"), handler)
         serve(session, self._key(keys.RECORD), RecordRequest, self._handle)
         session.declare_queryable(self._key(keys.RECORDING), self._answer_status)
-        on_token_lost(
-            session, self._key(keys.NAVIGATOR_ALIVE), partial(self._catch_up_latched, session)
-        )
+        self._request_latched = request_after_breaks(session, self._robot, self._latched)
         # The status is repeated; an event is not, and must not be dropped on a busy link.
         self._publishers = {
             keys.RECORDING: session.declare_publisher(self._key(keys.RECORDING)),
@@ -116,7 +110,7 @@ class RecorderNetwork:
             subscribe(session, self._key(topic), partial(self._take, topic), kept=True)
             for topic in keys.KEPT
         ]
-        self._catch_up_latched(session)
+        self._request_latched()
 
     def end_kept(self) -> None:
         """Unsubscribe from kept topics, so that the next recording gets them again."""
@@ -132,24 +126,6 @@ class RecorderNetwork:
             publisher.put(payload)
         except zenoh.ZError as error:
             logger.debug("%s: %s", topic, error)
-
-    def _catch_up_latched(self, session: zenoh.Session) -> None:
-        """Request what may have been sent before, or while the link was broken."""
-        threading.Thread(
-            target=self._request_last_messages, args=(session,), name="last messages", daemon=True
-        ).start()
-
-    def _request_last_messages(self, session: zenoh.Session) -> None:
-        def last(topic: str) -> bytes | None:
-            return last_message(session, self._key(topic), _LAST_S)
-
-        deadline = time.monotonic() + _CATCH_UP_S
-        try:
-            # Nobody answers until a broken link is open again.
-            while not request_all(self._latched, last) and time.monotonic() < deadline:
-                time.sleep(_AGAIN_S)
-        except zenoh.ZError as error:
-            logger.debug("last messages: %s", error)
 
     def _answer_status(self, query: zenoh.Query) -> None:
         with query:

@@ -5,17 +5,17 @@ import queue
 import threading
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final, Literal
 
 import msgspec
 import zenoh
 
+from app.links.network.last_messages import request_after_breaks
 from app.links.network.latched_topic import LatchedReceiver
 from app.links.network.requests import last_message
 from app.links.network.session import open_client
-from app.links.network.subscription import on_token_lost, subscribe
+from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import decode as decode_json
@@ -130,9 +130,9 @@ class RobotSim:
         if profile.follows_goals:
             self._subscribe(keys.NAVIGATION_GOAL, self._goals.take_goal)
             self._subscribe(keys.NAVIGATION_ACTIVE, self._goals.take_active)
-        self._latched = LatchedReceiver(self._take_labels)
-        self._subscribe(keys.LABELS, self._latched.receive)
-        on_token_lost(session, self._key(keys.NAVIGATOR_ALIVE), self._note_break)
+        self._latched = LatchedReceiver(_skipping_malformed(keys.LABELS, self._take_labels))
+        subscribe(session, self._key(keys.LABELS), self._latched.receive)
+        request_after_breaks(session, config.robot, {keys.LABELS: self._latched})
         self._truth = session.declare_queryable(self._key(keys.SIM_TRUTH), self._answer_truth)
 
     def await_labels(self, timeout_s: float = LABELS_WAIT_S) -> None:
@@ -160,15 +160,6 @@ class RobotSim:
 
     def _last_labels(self) -> bytes | None:
         return last_message(self._session, self._key(keys.LABELS), 1.0)
-
-    def _note_break(self) -> None:
-        """Request the labels, in case that they changed while the link was broken."""
-        threading.Thread(target=self._catch_up, name="labels", daemon=True).start()
-
-    def _catch_up(self) -> None:
-        # The time that a navigator needs to start again.
-        with suppress(SimulatedRobotError, msgspec.DecodeError, zenoh.ZError):
-            self.await_labels()
 
     def run_real_time(self, stop: StopSignal) -> None:
         """Step the physics in real time and publish frames at the camera's rate until stopped."""
@@ -299,13 +290,7 @@ class RobotSim:
             query.reply(self._key(keys.SIM_TRUTH), msgspec.json.encode(truth))
 
     def _subscribe(self, topic: str, take: Callable[[bytes], None]) -> None:
-        def receive(payload: bytes) -> None:
-            try:
-                take(payload)
-            except (MessageError, msgspec.DecodeError) as error:
-                logger.warning("%s: message skipped: %s", topic, error)
-
-        subscribe(self._session, self._key(topic), receive)
+        subscribe(self._session, self._key(topic), _skipping_malformed(topic, take))
 
     def _put(self, topic: str, payload: bytes) -> None:
         publisher = self._publishers.get(topic)
@@ -324,6 +309,16 @@ class RobotSim:
 
     def _key(self, topic: str) -> str:
         return f"{self._config.robot}/{topic}"
+
+
+def _skipping_malformed(topic: str, take: Callable[[bytes], None]) -> Callable[[bytes], None]:
+    def receive(payload: bytes) -> None:
+        try:
+            take(payload)
+        except (MessageError, msgspec.DecodeError) as error:
+            logger.warning("%s: message skipped: %s", topic, error)
+
+    return receive
 
 
 def run_robot_sim(config: RobotSimConfig, scene: Scene, start: StartPose) -> None:

@@ -9,10 +9,10 @@ from typing import Final
 import msgspec
 import zenoh
 
+from app.links.network.last_messages import request_after_breaks
 from app.links.network.latched_topic import LatchedReceiver
-from app.links.network.requests import last_message
 from app.links.network.session import LinkError, open_client
-from app.links.network.subscription import on_token_lost, subscribe
+from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import decode
@@ -30,7 +30,6 @@ from ippon.segmentation.segmenter import Segmenter
 
 logger = logging.getLogger(__name__)
 
-ASK_EVERY_S: Final = 1.0
 IDLE_S: Final = 0.2
 
 
@@ -63,7 +62,6 @@ class SegmentNode:
         self.failed = 0
         """Images and messages that could not be used."""
         self._config = config
-        self._session = session
         self._segmenter = segmenter
         self._changed = threading.Condition()
         self._image: bytes | None = None
@@ -84,24 +82,14 @@ class SegmentNode:
             for key in (keys.LABEL_NAMES, keys.DETECTOR_NAME)
         }  # fmt: skip
         self._told: tuple[str, tuple[str, ...]] = ("", ())
-        self._latched = LatchedReceiver(self._take_labels)
-        subscribe(session, f"{config.robot}/{keys.LABELS}", self._latched.receive)
-        self._missed = threading.Event()
-        """Labels may have been sent that were not received: before the start, or while the link was
-        broken."""
-        self._missed.set()
-        on_token_lost(session, f"{config.robot}/{keys.NAVIGATOR_ALIVE}", self._missed.set)
+        latched = LatchedReceiver(self._take_labels)
+        subscribe(session, f"{config.robot}/{keys.LABELS}", latched.receive)
+        request_after_breaks(session, config.robot, {keys.LABELS: latched})()
         subscribe(session, f"{config.robot}/{keys.COLOR}", self._take_image)
 
     def run(self, stop: StopSignal) -> None:
         """Segment until stopped."""
-        asked_at = 0.0
         while not stop.is_set():
-            if self._missed.is_set() and time.monotonic() - asked_at > ASK_EVERY_S:
-                asked_at = time.monotonic()
-                self._missed.clear()
-                if not self._latched.request(self._last_labels):
-                    self._missed.set()
             with self._changed:
                 if self._image is None or self._labels is None:
                     self._changed.wait(IDLE_S)
@@ -153,9 +141,6 @@ class SegmentNode:
         if problem != self._problem:
             logger.error("an image was not segmented: %s", problem)
             self._problem = problem
-
-    def _last_labels(self) -> bytes | None:
-        return last_message(self._session, f"{self._config.robot}/{keys.LABELS}", ASK_EVERY_S)
 
     def _take_labels(self, payload: bytes) -> None:
         try:

@@ -1,7 +1,7 @@
 """A topic that answers late joiners with its last message: its sender and its receiver."""
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 
 import zenoh
@@ -80,18 +80,3 @@ class LatchedReceiver:
             if self._received == before:
                 self._take(payload)
         return True
-
-
-def request_all(
-    receivers: Mapping[str, LatchedReceiver], last_message: Callable[[str], bytes | None]
-) -> bool:
-    """Request the last message of each topic; return whether anybody replied.
-
-    Args:
-        receivers: By topic.
-        last_message: Requests the last message of a topic; None without a reply.
-    """
-    answers = [
-        receiver.request(partial(last_message, topic)) for topic, receiver in receivers.items()
-    ]
-    return any(answers)

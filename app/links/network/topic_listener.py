@@ -8,7 +8,8 @@ from typing import Any, Final
 
 import zenoh
 
-from app.links.network.latched_topic import LatchedReceiver, request_all
+from app.links.network.last_messages import request_after_breaks
+from app.links.network.latched_topic import LatchedReceiver
 from app.links.network.requests import last_message
 from app.links.network.session import open_client
 from app.links.network.subscription import on_token_lost, subscribe
@@ -55,15 +56,13 @@ class TopicListener:
             topics: Keys to subscribe to. The whole map is not heard, because it is published for
                 recordings, every few seconds: who needs it queries it.
             put: Called with each message in zenoh's network thread, and with fetched ones in the
-                thread of `check`: it must return at once.
+                thread that requests: it must return at once.
         """
         self.endpoint = endpoint
         self.robot = robot
         self.openings = 0
         """How often the link was opened or broke; each time, messages may have been missed."""
         self.session: zenoh.Session | None = None
-        self._missed = False
-        """The link broke, and what was published meanwhile has not been fetched yet."""
         self._topics = tuple(topic for topic in topics if topic != keys.MAP_KEYFRAME)
         self._put = put
         self._latched = {topic: LatchedReceiver(partial(put, topic)) for topic in LATCHED}
@@ -108,7 +107,7 @@ class TopicListener:
             return None
 
     def check(self) -> None:
-        """Open the session, open it again after silence, and fetch what was missed.
+        """Open the session, and open it again after silence.
 
         Raises:
             LinkError: No router answers.
@@ -128,10 +127,6 @@ class TopicListener:
             self.close()
         if self.session is None:
             self._open()
-        elif self._missed:
-            self._missed = False
-            if not self._fetch_latched():
-                self._missed = True
 
     def close(self) -> None:
         """Close the session."""
@@ -146,21 +141,17 @@ class TopicListener:
                 kept = topic == keys.TF_STATIC
                 subscribe(session, self._key(topic), self._receiver(topic), kept=kept)
             on_token_lost(session, self._key(keys.NAVIGATOR_ALIVE), self._note_break)
+            request = request_after_breaks(session, self.robot, self._latched)
         except zenoh.ZError:
             session.close()  # pyright: ignore[reportUnknownMemberType]
             raise
         self.session = session
         self._opened_at = time.monotonic()
         self.openings += 1
-        self._fetch_latched()
+        request()
 
     def _note_break(self) -> None:
         self.openings += 1
-        self._missed = True
-
-    def _fetch_latched(self) -> bool:
-        """Fetch the last message of each latched topic; return False without an answer."""
-        return request_all(self._latched, lambda topic: self.query(topic, 1.0))
 
     def _receiver(self, topic: str) -> Callable[[bytes], None]:
         latched = self._latched.get(topic)

@@ -56,7 +56,7 @@ def test_a_first_start_is_no_reconnection(monkeypatch, caplog):
 
     monkeypatch.setattr(topic_listener, "subscribe", subscribe)
     monkeypatch.setattr(topic_listener, "on_token_lost", lambda *_: None)
-    monkeypatch.setattr(topic_listener, "last_message", lambda *_: None)
+    monkeypatch.setattr(topic_listener, "request_after_breaks", lambda *_: lambda: None)
     caplog.set_level(logging.INFO, logger=topic_listener.__name__)
     listener = TopicListener("tcp/robot:7447", "r", (keys.STATUS,), lambda *_: None)
 
