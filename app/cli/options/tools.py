@@ -236,7 +236,8 @@ class Doctor:
 
     `ippon doctor --robot scout --profile scout.yaml` listens to the streams of a robot for five
     seconds: rate, delay, clocks, size and unit of the images, depth on colour, tf, commands; each
-    line says what to do. Exit status 1 where something is missing or wrong.
+    line says what to do. `ippon doctor BAG` says the same of a bag, after what its file lacks. Exit
+    status 1 where something is missing or wrong.
     """
 
     recording: Positional[Path | None] = None

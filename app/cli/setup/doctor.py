@@ -18,6 +18,8 @@ from app.cli.tools.navigator_address import find_navigator
 from app.doctor.checks import check_machine, check_segmentation
 from app.doctor.finding import Finding, Verdict
 from app.doctor.robot.checkup import check_robot
+from app.doctor.robot.recorded import SECONDS as CHECKED_S
+from app.doctor.robot.recorded import check_bag
 from app.doctor.robot.ros_graph import RosGraph
 from app.doctor.robot.samples import SECONDS, listen
 from app.errors import UsageError
@@ -65,7 +67,7 @@ def _report(findings: Sequence[Finding], *, as_json: bool) -> int:
     if as_json:
         print(json.dumps([asdict(finding) for finding in findings]))
     else:
-        _print_table(findings)
+        _print_table(findings, "ippon doctor")
     return EXIT_UNWELL if any(f.verdict in ("missing", "failed") for f in findings) else 0
 
 
@@ -99,8 +101,8 @@ def _robot_findings(command: Doctor) -> list[Finding]:
         session.close()  # pyright: ignore[reportUnknownMemberType]
 
 
-def _print_table(findings: Sequence[Finding]) -> None:
-    table = Table(title="ippon doctor", title_justify="left", title_style="bold")
+def _print_table(findings: Sequence[Finding], title: str) -> None:
+    table = Table(title=title, title_justify="left", title_style="bold")
     for column in ("", "what", "found"):
         table.add_column(column)
     for finding in findings:
@@ -131,13 +133,18 @@ def _run_file_doctor(command: Doctor) -> int:
             clock_offset_s=robot.clock_offset_s,
             base=robot.base,
         )
+        profile = None if command.profile is None else read_robot(command.profile).profile
     except (RecordingError, RobotFileError) as error:
         raise UsageError(str(error)) from error
+    streams = check_bag(path, robot, profile, checkup.duration_s)
     if command.json:
-        print(json.dumps(asdict(checkup)))
+        print(json.dumps(asdict(checkup) | {"streams": [asdict(one) for one in streams]}))
     else:
         _print_checkup(path, checkup)
-    return EXIT_UNWELL if checkup.problems and not checkup.repaired else 0
+        if streams:
+            _print_table(streams, f"Streams, at most {CHECKED_S:g} s from the middle")
+    is_unwell = checkup.problems and not checkup.repaired
+    return EXIT_UNWELL if is_unwell or any(one.verdict == "failed" for one in streams) else 0
 
 
 def _print_checkup(path: Path, checkup: RecordingCheck) -> None:

@@ -1,11 +1,12 @@
 """All checks of a live robot, in the order in which they are to be read."""
 
 import math
+from collections.abc import Sequence
 from typing import Final
 
 from app.doctor.finding import Finding
 from app.doctor.robot.clock_offset import check_offset
-from app.doctor.robot.clocks import check_clocks
+from app.doctor.robot.clocks import check_clocks, check_delay
 from app.doctor.robot.command_loop import check_commands
 from app.doctor.robot.frames import check_frames
 from app.doctor.robot.images import CameraCheck, check_camera
@@ -35,8 +36,28 @@ def check_robot(
         profile: Compared with its camera; None for no comparison.
         clock_offset_s: What the profile says about the camera's clock.
     """
+    findings = check_streams(samples, profile, clock_offset_s, check_delay(samples))
+    heard = not any(finding.verdict == "failed" for finding in findings)
+    return [*findings, *check_commands(samples, profile, expects_commands=heard)]
+
+
+def check_streams(
+    samples: Samples,
+    profile: RobotProfile | None = None,
+    clock_offset_s: float = 0.0,
+    delay: Sequence[Finding] = (),
+) -> list[Finding]:
+    """Return a line for each stream and for the frames.
+
+    Args:
+        samples: What the robot sent.
+        profile: Compared with its camera; None for no comparison.
+        clock_offset_s: What the profile says about the camera's clock.
+        delay: Lines about the time that messages take, to go behind those about clocks.
+    """
     camera = check_camera(samples)
-    findings = [*camera.findings, *check_clocks(samples, clock_offset_s)]
+    clocks = check_clocks(samples, clock_offset_s)
+    findings = [*camera.findings, *clocks, *delay]
     optical = None if camera.camera is None else camera.camera.frame_id
     offset_ns = round(1e9 * clock_offset_s)
     findings += check_frames(samples, optical, sorted(s + offset_ns for s in camera.colors))
@@ -46,8 +67,7 @@ def check_robot(
         findings += _check_profile(samples, camera, profile, clock_offset_s)
     elif not any(f.what == "depth" and f.verdict == "failed" for f in findings):
         findings += _check_depth_unit(samples, camera, clock_offset_s)
-    heard = not any(finding.verdict == "failed" for finding in findings)
-    return [*findings, *check_commands(samples, profile, expects_commands=heard)]
+    return findings
 
 
 def _check_depth_unit(

@@ -25,8 +25,8 @@ def check_offset(
     if estimate is None:
         return Finding(
             what=what, verdict="ok",
-            detail="not compared: that takes a robot that turns to and fro while this listens, and "
-            f"clocks less than {WIDEST_S:g} s apart",
+            detail="not compared: that takes a robot that turns to and fro meanwhile, and clocks "
+            f"less than {WIDEST_S:g} s apart",
         )  # fmt: skip
     offset_ms, error_ms = 1e3 * estimate.offset_s, 1e3 * estimate.error_s
     detail = f"offset {offset_ms:+.0f} ms, within {max(2.0 * error_ms, 1.0):.0f} ms"

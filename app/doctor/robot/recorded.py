@@ -1,0 +1,67 @@
+"""What a robot sent in a few seconds of a bag, as `listen` returns it of a live one."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+from app.doctor.finding import Finding
+from app.doctor.robot.checkup import check_streams
+from app.doctor.robot.samples import Samples
+from app.nodes.replay.bag_robot import BagRobot
+from app.nodes.replay.datasets import DatasetError
+from app.nodes.replay.messages import bag_messages, bag_poses
+from ippon.frame import NANOSECONDS
+from ippon.robot import RobotProfile
+
+SECONDS: Final = 10.0
+"""Part of a bag that is checked, from its middle: at its ends robots stand and clocks start."""
+
+
+def check_bag(
+    path: Path, robot: BagRobot, profile: RobotProfile | None, duration_s: float
+) -> list[Finding]:
+    """Return a line for each stream of a bag and for its frames, as of a live robot.
+
+    Args:
+        path: The bag.
+        robot: Its topics, frames and clock.
+        profile: Compared with its camera; None for no comparison.
+        duration_s: Of the bag.
+
+    Returns:
+        Empty for a recording without the topics of a camera.
+    """
+    start_s = max(0.0, 0.5 * (duration_s - SECONDS))
+    try:
+        samples = read_samples(path, robot, start_s)
+    except DatasetError:
+        return []
+    findings = check_streams(samples, profile, robot.clock_offset_s)
+    # A bag is replayed whatever its profile says of the body; a navigator relies on that.
+    return [
+        replace(one, verdict="warning") if (one.what, one.verdict) == ("profile", "failed") else one
+        for one in findings
+    ]
+
+
+def read_samples(path: Path, robot: BagRobot, start_s: float) -> Samples:
+    """Return what a bag holds of `SECONDS`.
+
+    Args:
+        path: The bag.
+        robot: Its topics, frames and clock.
+        start_s: Time in the bag.
+
+    Raises:
+        DatasetError: It lacks a topic or its transforms, or holds messages that cannot be read.
+    """
+    poses = bag_poses(path, robot.names, robot.T_base_camera, robot.clock_offset_s, robot.base)
+    samples = Samples(seconds=SECONDS)
+    messages = bag_messages(
+        path, start_s, heatmaps=False, poses=poses, names=robot.names, told=False
+    )
+    for message in messages:
+        if message.at_s > SECONDS:
+            break
+        samples.add(message.key, message.payload, round(NANOSECONDS * message.at_s))
+    return samples

@@ -1,0 +1,82 @@
+"""The streams of a bag get the same lines as those of a live robot."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from rosbags.rosbag2 import StoragePlugin, Writer
+
+from app.cli.main import run
+from app.doctor.robot.recorded import check_bag
+from app.messages import keys
+from app.messages.cdr import typestore
+from app.messages.motion import encode_transforms
+from app.nodes.replay.bag_robot import BagRobot
+from app.robot_file import template
+from tests.app.doctor.robot.test_checkup import depth_image
+
+STREAMS = (keys.COLOR, keys.DEPTH, keys.DEPTH_RAW, keys.CAMERA_INFO, keys.TF)
+LINES = [
+    "colour", "depth", "intrinsics", "depth with colour", "pose", "camera and pose clock",
+    "profile",
+]  # fmt: skip
+
+
+def _bag(folder, samples):
+    with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        for key in STREAMS:
+            arrivals = samples.arrivals.get(key)
+            if arrivals:
+                kind = keys.ROS_TYPES[key]
+                to = writer.add_connection(f"/scout/{key}", kind, typestore=typestore())
+                for one in arrivals:
+                    writer.write(to, one.at_ns, one.payload)
+    return folder
+
+
+def test_a_good_bag_is_well_and_compared_with_its_profile(samples, profile, tmp_path):
+    bag = _bag(tmp_path / "bag", samples)
+    findings = check_bag(bag, BagRobot(), profile, 3.0)
+    assert [(one.what, one.verdict) for one in findings] == [(what, "ok") for what in LINES]
+    other = dataclasses.replace(profile, camera_height_m=profile.camera_height_m + 0.3)
+    *_, last = check_bag(bag, BagRobot(), other, 3.0)
+    assert (last.what, last.verdict) == ("profile", "warning"), "a bag is replayed all the same"
+    assert "m above the base, the profile says" in last.detail
+
+
+def test_depth_in_a_wrong_unit_is_told(samples, change, profile, tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def in_millimetres(payload):
+        return depth_image(payload, "32FC1", lambda depth: (1000.0 * depth).astype(np.float32))
+
+    change(keys.DEPTH, in_millimetres, keys.DEPTH_RAW)
+    bag = _bag(tmp_path / "bag", samples)
+    (tmp_path / "scout.yaml").write_text(template(profile))
+    words = ["doctor", str(bag), "--profile", str(tmp_path / "scout.yaml")]
+    assert run([*words, "--json"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert told["problems"] == []
+    (depth,) = [one for one in told["streams"] if one["what"] == "depth"]
+    assert depth["verdict"] == "failed"
+    assert "millimetres in an image that must hold metres" in depth["detail"]
+    assert run(words) == 1
+    out = capsys.readouterr().out
+    assert "Streams, at most 10 s from the middle" in out
+    assert "publish 32FC1 in metres, or the same numbers as 16UC1" in out
+
+
+@pytest.mark.parametrize("without", [keys.DEPTH, keys.TF])
+def test_without_a_stream_the_file_alone_is_checked(samples, without, tmp_path, capsys):
+    if without == keys.TF:
+        samples.arrivals[without] = samples.arrivals[without][:1]
+        samples.arrivals[without][0].payload = encode_transforms([])
+    else:
+        del samples.arrivals[without]
+    bag = _bag(tmp_path / "bag", samples)
+    assert check_bag(bag, BagRobot(), None, 3.0) == []
+    assert run(["doctor", str(bag)]) == 1
+    out = capsys.readouterr().out
+    assert "whole" not in out
+    assert "Streams" not in out
