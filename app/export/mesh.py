@@ -1,5 +1,6 @@
 """The surface as triangles, computed from the recorded depth images."""
 
+import logging
 from pathlib import Path
 from typing import Any
 
@@ -7,14 +8,17 @@ import trimesh
 
 from app.export.session_data import OnProgress, SessionData, no_progress
 from app.nodes.navigator.config import NavigatorConfig
-from app.nodes.review.frames import geometry_frames
+from app.nodes.replay.datasets import DatasetError
 from app.nodes.review.settings import read_settings
+from app.recognition.frames import FrameSource, open_source
+from app.recording.camera_topics import COLORS
 from app.recording.errors import RecordingError
-from app.recording.reading.recording import Recording
 from app.recording.writing.session import CONFIGURATION
 from ippon.errors import FrameRejectedError
 from ippon.mapping.mesh import copy_signed_distances, extract_mesh
 from ippon.mapping.voxel_map import VoxelMap
+
+logger = logging.getLogger(__name__)
 
 
 def write_mesh(session: SessionData, path: Path, on_progress: OnProgress = no_progress) -> None:
@@ -26,7 +30,7 @@ def write_mesh(session: SessionData, path: Path, on_progress: OnProgress = no_pr
     Raises:
         RecordingError: There are no depth images with poses, or they show no surface.
     """
-    mesh = extract_mesh(copy_signed_distances(_map_of(session.recording, on_progress)))
+    mesh = extract_mesh(copy_signed_distances(_map_of(session, on_progress)))
     if not len(mesh.faces):
         raise RecordingError(f"{session.recording.path} shows no surface to make a mesh of")
     triangles: Any = trimesh.Trimesh(
@@ -35,27 +39,48 @@ def write_mesh(session: SessionData, path: Path, on_progress: OnProgress = no_pr
     path.write_bytes(triangles.export(file_type="ply"))
 
 
-def _map_of(recording: Recording, on_progress: OnProgress) -> VoxelMap:
-    config = _config_of(recording)
+def _map_of(session: SessionData, on_progress: OnProgress) -> VoxelMap:
+    recording = session.recording
+    is_ours = recording.attachment(CONFIGURATION) is not None
+    config = read_settings(recording, ()).navigator if is_ours else NavigatorConfig()
     voxel_map = VoxelMap(config.mission.map, config.labels)
-    frames = refused = 0
-    for time_ns, frame in geometry_frames(recording):
-        try:
-            voxel_map.integrate(frame)
-            frames += 1
-        except FrameRejectedError:
-            refused += 1
-        on_progress((time_ns - recording.start_ns) * 1e-9 / max(recording.duration_s, 1e-9))
-    if not frames:
-        raise RecordingError(
-            f"{recording.path} has no depth image with colour and pose to make a mesh of"
-            + (f" ({refused} are inconsistent)" if refused else "; `ippon doctor FILE` says why")
-        )
+    source = _source_of(session)
+    images = max(len(recording.times_ns(key)) for key in COLORS)
+    used = refused = 0
+    try:
+        for frame in source.frames():
+            try:
+                voxel_map.integrate(frame)
+                used += 1
+            except FrameRejectedError:
+                refused += 1
+            on_progress(source.tally.images / images)
+    except DatasetError as error:
+        raise _no_frame(error) from error
+    if not used:
+        raise RecordingError(f"{recording.path}: its {refused} images are inconsistent")
     return voxel_map
 
 
-def _config_of(recording: Recording) -> NavigatorConfig:
-    """Return the session's configuration; the default for bags of other programs."""
-    if recording.attachment(CONFIGURATION) is None:
-        return NavigatorConfig()
-    return read_settings(recording, ()).navigator
+def _source_of(session: SessionData) -> FrameSource:
+    robot = session.robot
+    try:
+        source = open_source(
+            session.path,
+            names=robot.names,
+            mount=robot.T_base_camera,
+            clock_offset_s=robot.clock_offset_s,
+            base=robot.base,
+        )
+    except DatasetError as error:
+        raise _no_frame(error) from error
+    if source.note:
+        logger.warning("%s", source.note)
+    return source
+
+
+def _no_frame(error: DatasetError) -> RecordingError:
+    return RecordingError(
+        f"no depth image with colour and pose to make a mesh of: {error}; `ippon doctor FILE` says "
+        "what is missing"
+    )

@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from app.messages.cdr import MessageError
 from app.messages.keys import BASE_FRAME, WORLD_FRAME
 from app.messages.motion import decode_transforms
 from app.nodes.replay.bag_poses import BagPoses, poses_of
+from app.nodes.replay.bag_robot import BagRobot
 from app.nodes.replay.datasets import DatasetError
 from app.nodes.replay.messages import TF_ALONE
 from app.nodes.review.player import Player
@@ -49,12 +50,14 @@ class Trajectory:
 class SessionData:
     """Input of the exports."""
 
+    path: Path
+    """As it was named: a file, or a folder with all parts of a bag."""
     recording: Recording
     timeline: SessionTimeline
     scene: SceneModel
     """Scene at the end of the recording."""
-    base: str = BASE_FRAME
-    """Frame of the base, of a bag that has no frame `base_link`."""
+    robot: BagRobot = field(default_factory=BagRobot)
+    """What is told of the robot of a bag of another program."""
 
     @property
     def name(self) -> str:
@@ -70,41 +73,44 @@ class SessionData:
         Raises:
             RecordingError: There is none.
         """
-        return _trajectory(self.recording, self.base)
+        return _trajectory(self.recording, self.robot)
 
 
 def read_session_data(
-    path: Path, on_progress: OnProgress = no_progress, base: str = BASE_FRAME
+    path: Path, on_progress: OnProgress = no_progress, robot: BagRobot | None = None
 ) -> SessionData:
     """Open a recording and go to its end.
 
     Args:
         path: The file, or a session's folder.
         on_progress: Called with the fraction that is read.
-        base: Frame of the base, of a bag that has no frame `base_link`.
+        robot: What is told of the robot of a bag; None for nothing.
 
     Raises:
         RecordingError: It cannot be read.
     """
-    recording = Recording(path, on_progress)
+    robot = robot or BagRobot()
+    recording = Recording(path, on_progress, robot.names)
     scene = SceneModel()
     player = Player(recording, SceneReader(scene).feed)
     player.seek(recording.duration_s)
-    return SessionData(recording=recording, timeline=player.timeline, scene=scene, base=base)
+    return SessionData(
+        path=path, recording=recording, timeline=player.timeline, scene=scene, robot=robot
+    )
 
 
-def _trajectory(recording: Recording, base: str) -> Trajectory:
-    trajectory = _follow(recording, TF_ALONE) if base == BASE_FRAME else None
+def _trajectory(recording: Recording, robot: BagRobot) -> Trajectory:
+    trajectory = _follow(recording, TF_ALONE) if robot.base == BASE_FRAME else None
     if trajectory is None:
-        poses = _other_poses(recording, base)
+        poses = _other_poses(recording, robot)
         logger.warning("%s", poses.note(recording.path))
         trajectory = _follow(recording, poses)
     if trajectory is None:
-        raise RecordingError(_no_pose(recording.path, base))
+        raise RecordingError(_no_pose(recording.path, robot.base))
     return trajectory
 
 
-def _other_poses(recording: Recording, base: str) -> BagPoses:
+def _other_poses(recording: Recording, robot: BagRobot) -> BagPoses:
     """Return where poses come from that are not those of `base_link` in a frame `map`.
 
     Raises:
@@ -113,10 +119,11 @@ def _other_poses(recording: Recording, base: str) -> BagPoses:
     messages = recording.all_messages((*TF_ALONE.keys, keys.ODOM))
     told = ((one.key, one.payload) for one in messages)
     try:
-        return poses_of(recording.path, told, None, base=base)
+        return poses_of(recording.path, told, robot.T_base_camera, robot.clock_offset_s, robot.base)
     except DatasetError as error:
-        known = base == BASE_FRAME
-        raise RecordingError(_no_pose(recording.path, base) if known else str(error)) from error
+        known = robot.base == BASE_FRAME
+        text = _no_pose(recording.path, robot.base) if known else str(error)
+        raise RecordingError(text) from error
 
 
 def _follow(recording: Recording, source: BagPoses) -> Trajectory | None:

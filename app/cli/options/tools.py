@@ -50,8 +50,11 @@ class Export:
     color: Literal["camera", "ooi", "proximity", "height"] = "camera"
     """Colours of ply and glb, as on the page."""
     base_frame: str = "base_link"
-    """For the trajectory of a bag that has no frame `base_link`: the frame of its base, such as
-    `base_footprint`."""
+    """For the trajectory and mesh of a bag that has no frame `base_link`: the frame of its base,
+    such as `base_footprint`."""
+    profile: str | None = None
+    """For a bag whose topics have names of their own: built-in profile or YAML file whose section
+    `ros2` names them, as in `ippon replay`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -21,9 +21,10 @@ from app.export.scene_file import write_scene
 from app.export.session_data import OnProgress, SessionData, read_session_data
 from app.export.tables import write_csv, write_finds, write_tum
 from app.export.video import NEEDS, can_write, write_camera_video, write_scene_video
-from app.nodes.replay.bag_robot import read_bag_robot
+from app.nodes.replay.bag_robot import BagRobot, read_bag_robot
 from app.recording.catalogue import is_folder_of_recordings, recordings_in
 from app.recording.errors import RecordingError
+from app.robot_file import RobotFileError
 from app.view.words import ENGLISH, Words
 from ippon import extensions
 
@@ -51,7 +52,10 @@ def run_export(command: Export) -> int:
     """Write the requested files; report those that cannot be written and continue."""
     say = Words(command.language)
     recordings, command = _recordings_of(command)
-    command = replace(command, base_frame=read_bag_robot(None, command.base_frame).base)
+    try:
+        robot = read_bag_robot(command.profile, command.base_frame)
+    except RobotFileError as error:
+        raise UsageError(str(error)) from error
     writers = _writers(command, say)
     screen = Console(highlight=False, soft_wrap=True)
     bar = Progress(
@@ -60,9 +64,9 @@ def run_export(command: Export) -> int:
     )  # fmt: skip
     with bar:
         if len(recordings) > 1:
-            return _report_all(command, recordings, say, bar)
+            return _report_all(command, recordings, robot, say, bar)
         try:
-            session = _read(recordings[0], bar, command.base_frame)
+            session = _read(recordings[0], bar, robot)
         except RecordingError as error:
             raise UsageError(str(error)) from error
         out = command.out or session.recording.path.parent / "export"
@@ -94,12 +98,14 @@ def _recordings_of(command: Export) -> tuple[list[Path], Export]:
     return recordings, replace(command, what=what)
 
 
-def _report_all(command: Export, recordings: list[Path], say: Words, bar: Progress) -> int:
+def _report_all(
+    command: Export, recordings: list[Path], robot: BagRobot, say: Words, bar: Progress
+) -> int:
     """Write one report of several recordings; skip those that cannot be read, and say so."""
     parts: list[ReportPart] = []
     for path in recordings:
         try:
-            session = _read(path, bar, command.base_frame)
+            session = _read(path, bar, robot)
         except RecordingError as error:
             bar.console.print(f"skipped: {error}", style="yellow", markup=False)
             continue
@@ -122,7 +128,7 @@ def _report_all(command: Export, recordings: list[Path], say: Words, bar: Progre
     return 0 if len(parts) == len(recordings) else 1
 
 
-def _read(path: Path, bar: Progress, base: str) -> SessionData:
+def _read(path: Path, bar: Progress, robot: BagRobot) -> SessionData:
     """Read a recording with a progress bar.
 
     Raises:
@@ -130,7 +136,7 @@ def _read(path: Path, bar: Progress, base: str) -> SessionData:
     """
     reading = bar.add_task(f"reading {path.name}", total=1.0)
     try:
-        return read_session_data(path, lambda share: bar.update(reading, completed=share), base)
+        return read_session_data(path, lambda share: bar.update(reading, completed=share), robot)
     finally:
         bar.remove_task(reading)
 

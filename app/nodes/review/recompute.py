@@ -18,7 +18,6 @@ from app.messages.scene import encode_voxels
 from app.messages.status import Event, LevelRow, LevelTable, Status, Timings
 from app.nodes.navigator.map_publisher import cloud_of, plan_messages
 from app.nodes.navigator.status_report import find_report
-from app.nodes.review.frames import FUSED
 from app.nodes.review.settings import Settings
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import RecordedMessage, Recording
@@ -35,6 +34,10 @@ from ippon.mission.snapshot import Snapshot
 from ippon.observation_model import ObservationModels
 from ippon.vocabulary import in_words
 
+FUSED: Final = (
+    keys.COLOR, keys.CAMERA_INFO, keys.TF, keys.TF_STATIC, keys.DEPTH, keys.DEPTH_RAW, *keys.SEEN,
+    keys.CONTACT,
+)  # fmt: skip
 KEYFRAME_NS: Final = 10_000_000_000
 COPIED: Final = (keys.COLOR, keys.CAMERA_INFO, keys.TF, keys.TF_STATIC)
 TOLD: Final = (keys.LEVELS, keys.EVENT, keys.STATUS)

@@ -9,6 +9,7 @@ import pytest
 from app.export.session_data import SessionData
 from app.messages import keys
 from app.messages.motion import StampedTransform, encode_transforms
+from app.nodes.replay.bag_robot import BagRobot
 from app.recording.errors import RecordingError
 from ippon.geometry import base_pose
 from tests.app.messages.robot_messages import odometry
@@ -21,7 +22,9 @@ def session_of(messages, **options):
         return (one for one in messages if one.key in wanted)
 
     recording = SimpleNamespace(path=Path("a"), all_messages=all_messages)
-    return SessionData(recording=recording, timeline=None, scene=None, **options)
+    return SessionData(
+        path=recording.path, recording=recording, timeline=None, scene=None, **options
+    )
 
 
 def tf(stamp_ns, parent, child, x=0.0):
@@ -59,14 +62,14 @@ def test_a_base_that_is_called_something_else_is_named(root):
     messages = [tf(t, root, "base_footprint", float(k)) for k, t in enumerate(STAMPS)]
     with pytest.raises(RecordingError, match="--base-frame names a base"):
         _ = session_of(messages).trajectory
-    trajectory = session_of(messages, base="base_footprint").trajectory
+    trajectory = session_of(messages, robot=BagRobot(base="base_footprint")).trajectory
     assert tuple(trajectory.time_ns) == STAMPS
     np.testing.assert_allclose(trajectory.T_world_base[:, 0, 3], (0.0, 1.0))
 
 
 def test_a_bag_that_has_a_base_link_keeps_it():
     with pytest.raises(RecordingError, match="has a frame 'base_link' already"):
-        _ = session_of(ROOTED, base="base_footprint").trajectory
+        _ = session_of(ROOTED, robot=BagRobot(base="base_footprint")).trajectory
 
 
 def test_a_bag_without_poses_is_refused():
@@ -81,7 +84,7 @@ def test_a_session_is_named_by_its_folder_and_a_file_among_others_by_itself(tmp_
 
     def name_of(path):
         recording = SimpleNamespace(path=path)
-        return SessionData(recording=recording, timeline=None, scene=None).name
+        return SessionData(path=path, recording=recording, timeline=None, scene=None).name
 
     assert name_of(folder / "session_0.mcap") == "morning"
     monkeypatch.chdir(folder)

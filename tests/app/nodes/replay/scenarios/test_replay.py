@@ -8,6 +8,7 @@ import threading
 
 import numpy as np
 import pytest
+import trimesh
 from PIL import Image
 from rosbags.rosbag2 import StoragePlugin, Writer
 from scipy.spatial.transform import Rotation
@@ -563,6 +564,18 @@ def _raw(key, payload):
             width=width, encoding="rgb8", is_bigendian=0, step=3 * width, data=pixels.reshape(-1),
         )  # fmt: skip
     return payload
+
+
+def test_the_mesh_of_a_bag_is_made_with_the_names_of_its_robot(own_bag, tmp_path, capsys):
+    bag, profile = own_bag
+    words = ["export", str(bag), "mesh", "--out", str(tmp_path / "out")]
+    assert run(words) == 1
+    assert "--profile FILE with a section `ros2` that names them" in capsys.readouterr().out
+    assert run([*words, "--profile", str(profile)]) == 0
+    mesh = trimesh.load(tmp_path / "out" / "mesh.ply", process=False)
+    assert len(mesh.faces) > 100
+    assert run([*words, "--profile", "nobody"]) == 2
+    assert "no robot profile 'nobody'" in capsys.readouterr().err
 
 
 def test_a_bag_is_read_with_the_names_of_its_robot(own_bag):
