@@ -12,7 +12,7 @@ import tyro
 from app.cli.exit_status import EXIT_INTERRUPTED, EXIT_USAGE
 from app.cli.options import nodes, tools
 from app.cli.options.certificates import Certificates
-from app.cli.options.commands import Command
+from app.cli.options.commands import BY_NAME, Command
 from app.cli.options.evaluation import Eval, EvalRun
 from app.cli.options.recognition import Calibrate, Recognise
 from app.cli.options.ros2 import Ros2
@@ -75,17 +75,24 @@ def _warn_of_role(command: Command) -> None:
 
 def parse(arguments: Sequence[str], default: Command | None = None) -> Command:
     """Return the command that the arguments name, with their values over those of a default."""
+    initial = tyro.MISSING_NONPROP if default is None else default
+    config = (tyro.conf.OmitSubcommandPrefixes,)
+    kind = BY_NAME.get(arguments[0])
+    if kind is not None:
+        # The parser of one command, and not of all, finds what was meant among its own options.
+        rest, program = list(arguments[1:]), f"ippon {arguments[0]}"
+        return tyro.cli(kind, args=rest, default=initial, prog=program, config=config)
     return tyro.cli(
         Command,  # pyright: ignore[reportArgumentType]
         args=list(arguments),
-        default=tyro.MISSING if default is None else default,
+        default=initial,
         prog="ippon",
         description=(
             "Search for objects with a robot: a live 3D map of object probabilities, common "
             "sense, and informative path planning, operated from the browser. "
             "`ippon --version` prints the version."
         ),
-        config=(tyro.conf.OmitSubcommandPrefixes,),
+        config=config,
     )  # pyright: ignore[reportReturnType]
 
 

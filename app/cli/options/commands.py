@@ -1,6 +1,6 @@
 """All commands of `ippon` by name."""
 
-from typing import Annotated
+from typing import Annotated, Any, Final, get_args
 
 from tyro.conf import subcommand
 
@@ -59,3 +59,8 @@ Command = (
     | Annotated[Config, subcommand("config")]
     | Annotated[Doctor, subcommand("doctor")]
 )
+
+BY_NAME: Final[dict[str, Any]] = {
+    one.__metadata__[0].name: one.__origin__ for one in get_args(Command)
+}
+"""The options of each command."""

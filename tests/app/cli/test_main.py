@@ -274,3 +274,12 @@ def test_without_a_command_the_commands_are_listed(capsys):
         run([])
     assert end.value.code == 0
     assert "{demo,sim,navigate," in capsys.readouterr().out
+
+
+def test_a_misspelt_option_is_explained_by_those_of_its_command(capsys):
+    with pytest.raises(SystemExit):
+        run(["sim", "--hom", "3"])
+    said = " ".join(capsys.readouterr().err.split())
+    assert "--home STR" in said
+    assert "--homes" not in said, "an option of `ippon eval run`"
+    assert "run ippon sim --help" in said
