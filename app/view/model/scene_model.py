@@ -106,7 +106,8 @@ class SceneModel:
         """Whether the map may lack voxels, so that a keyframe must be requested."""
         self._changed: set[Part] = set()
         self._held: deque[VoxelCloud] = deque(maxlen=_MAX_HELD)
-        self._transforms: dict[str, StampedTransform] = {}
+        self._moving: dict[str, StampedTransform] = {}
+        self._fixed: dict[str, StampedTransform] = {}
         self._T_map_world: Float64Array = np.eye(4)
         self._camera_frame: str | None = None
         self._last_find: FindReport | None = None
@@ -168,14 +169,15 @@ class SceneModel:
         self.path_world = path.points_world
         self._changed.add("path")
 
-    def on_transforms(self, transforms: Iterable[StampedTransform]) -> None:
+    def on_transforms(self, transforms: Iterable[StampedTransform], *, fixed: bool = False) -> None:
         """Update coordinate frames, and with them the poses of base and camera."""
+        table = self._fixed if fixed else self._moving
         for transform in transforms:
-            known = self._transforms.get(transform.child)
-            if known is None and len(self._transforms) >= _MAX_FRAMES:
+            known = table.get(transform.child)
+            if known is None and len(table) >= _MAX_FRAMES:
                 continue
-            if known is None or transform.stamp_ns >= known.stamp_ns - _RESTART_NS:
-                self._transforms[transform.child] = transform
+            if fixed or known is None or transform.stamp_ns >= known.stamp_ns - _RESTART_NS:
+                table[transform.child] = transform
         self.T_world_base = self._chain(BASE_FRAME)
         if self._camera_frame is not None:
             self.T_world_camera = self._chain(self._camera_frame)
@@ -270,6 +272,7 @@ class SceneModel:
     def restore(self, past: SeekHistory) -> None:
         """Reset everything except this history; the messages of the moment follow."""
         self._forget_session()
+        self._fixed.clear()
         self.history = History()
         self.status = self.proximity = self.image = self.T_world_base = self.T_world_camera = None
         self.trail_world = list(past.trail)
@@ -283,7 +286,8 @@ class SceneModel:
         self.voxel_size_m = None
         self.needs_keyframe = True
         self._held.clear()
-        self._transforms.clear()
+        # Fixed transforms stay: a robot sends them only once.
+        self._moving.clear()
         self.camera_poses.clear()
         self.trail_world.clear()
         self.history.clear()
@@ -299,13 +303,9 @@ class SceneModel:
         if self.voxel_size_m is None:
             return
         columns = (cloud.ooi, cloud.proximity, cloud.level, cloud.label, cloud.confidence)
-        self.voxels.apply(
-            VoxelUpdate(
-                indices=cloud.indices(self.voxel_size_m).astype(np.int64),
-                attributes=np.column_stack([cloud.color, *columns]),
-                surface=~cloud.removed,
-            )
-        )
+        indices = cloud.indices(self.voxel_size_m).astype(np.int64)
+        values = np.column_stack([cloud.color, *columns])
+        self.voxels.apply(VoxelUpdate(indices=indices, attributes=values, surface=~cloud.removed))
         self._changed.add("voxels")
 
     def _chain(self, frame: str) -> Float64Array | None:
@@ -313,7 +313,7 @@ class SceneModel:
         for _ in range(16):
             if frame == WORLD_FRAME:
                 return self._T_map_world @ T_world_frame
-            link = self._transforms.get(frame)
+            link = self._moving.get(frame) or self._fixed.get(frame)
             if link is None:
                 return None
             T_world_frame = link.T_parent_child @ T_world_frame
@@ -321,7 +321,7 @@ class SceneModel:
         return None
 
     def _keep_camera_pose(self) -> None:
-        base = self._transforms.get(BASE_FRAME)
+        base = self._moving.get(BASE_FRAME) or self._fixed.get(BASE_FRAME)
         if base is not None and self.T_world_camera is not None:
             self.camera_poses.append((base.stamp_ns, self.T_world_camera))
 

@@ -56,7 +56,7 @@ class SceneReader:
             keys.MAP_ALIGNMENT: lambda p: model.on_alignment(self._json(p, MapAlignment)),
             keys.CONFIGURATION: lambda p: model.on_configuration(self._json(p, BodyConfiguration)),
             keys.TF: lambda p: model.on_transforms(decode_transforms(p)),
-            keys.TF_STATIC: lambda p: model.on_transforms(decode_transforms(p)),
+            keys.TF_STATIC: lambda p: model.on_transforms(decode_transforms(p), fixed=True),
             keys.CAMERA_INFO: lambda p: model.on_camera(decode_camera(p)),
             keys.COLOR: lambda p: model.on_image(decode_color(p)),
             keys.RECORDING: lambda p: model.on_recording(self._json(p, RecordingStatus)),

@@ -5,10 +5,14 @@ from hypothesis import strategies as st
 
 from app.messages import keys
 from app.messages.control import encode
-from app.messages.motion import StampedPath, encode_path
+from app.messages.images import encode_camera
+from app.messages.motion import StampedPath, encode_path, encode_transforms, robot_transforms
 from app.messages.scene import encode_voxels
 from app.view.model.scene_model import SceneModel
 from app.view.model.scene_reader import SceneReader
+from app.view.model.seek_history import SEEK_HISTORY, SeekHistory
+from ippon.camera import PinholeCamera
+from ippon.geometry import base_pose, make_transform
 
 
 def test_reads_what_travels(make):
@@ -20,6 +24,36 @@ def test_reads_what_travels(make):
     assert reader.feed(keys.PLAN_PATH, encode_path(path))
     assert model.voxels.all_voxels()[0].tolist() == [[1, 2, 3]]
     assert model.path_world.tolist() == [[0, 0, 0], [1, 2, 0]]
+    assert not reader.rejected
+
+
+def test_fixed_transforms_outlive_a_restart_of_the_navigator_and_no_recording(make):
+    model = SceneModel()
+    reader = SceneReader(model)
+    camera = PinholeCamera.from_horizontal_fov(64, 40, 1.2)
+    late_ns, early_ns = 90_000_000_000, 10_000_000_000
+    T_base_camera = make_transform(np.eye(3), (0.1, 0.0, 1.2))
+
+    def robot(stamp_ns, mount=T_base_camera):
+        base, fixed = robot_transforms(stamp_ns, base_pose(2.0, 1.0, 0.0, 0.0), mount, "optical")
+        return encode_transforms([base]), encode_transforms([fixed])
+
+    reader.feed(keys.CAMERA_INFO, encode_camera(camera, late_ns, "optical"))
+    moving, fixed = robot(late_ns)
+    reader.feed(keys.TF_STATIC, fixed)
+    reader.feed(keys.TF, moving)
+    reader.feed(keys.STATUS, encode(make.status(stamp_ns=late_ns)))
+    # The next round of a replay: tf_static comes first, then a status of an earlier time.
+    reader.feed(keys.STATUS, encode(make.status(stamp_ns=early_ns)))
+    reader.feed(keys.TF, robot(early_ns)[0])
+    assert model.T_world_camera is not None
+    assert model.T_world_camera[:3, 3] == pytest.approx((2.1, 1.0, 1.2))
+    # A robot that was built differently and whose clock begins again sends its own.
+    reader.feed(keys.TF_STATIC, robot(early_ns, make_transform(np.eye(3), (0.3, 0.0, 0.5)))[1])
+    assert model.T_world_camera[:3, 3] == pytest.approx((2.3, 1.0, 0.5))
+    reader.feed(SEEK_HISTORY, encode(SeekHistory(statuses=[], events=[])))
+    reader.feed(keys.TF, robot(early_ns)[0])
+    assert model.T_world_camera is None
     assert not reader.rejected
 
 
