@@ -7,9 +7,10 @@ from typing import Final
 from app.doctor.finding import Finding
 from app.doctor.robot.checkup import check_streams
 from app.doctor.robot.samples import Samples
+from app.nodes.replay.bag_poses import BagPoses
 from app.nodes.replay.bag_robot import BagRobot
 from app.nodes.replay.datasets import DatasetError
-from app.nodes.replay.messages import bag_messages, bag_poses
+from app.nodes.replay.messages import Unreadable, bag_messages, bag_poses
 from ippon.frame import NANOSECONDS
 from ippon.robot import RobotProfile
 
@@ -29,14 +30,23 @@ def check_bag(
         duration_s: Of the bag.
 
     Returns:
-        Empty for a recording without the topics of a camera.
+        Empty for a recording without the topics of a camera, or without poses: `check` says so.
     """
     start_s = max(0.0, 0.5 * (duration_s - SECONDS))
     try:
-        samples = read_samples(path, robot, start_s)
+        poses = bag_poses(path, robot.names, robot.T_base_camera, robot.clock_offset_s, robot.base)
     except DatasetError:
         return []
+    unreadable = Unreadable()
+    try:
+        samples = read_samples(path, robot, poses, start_s, unreadable)
+    except DatasetError as error:
+        return [Finding(what="streams", verdict="failed", detail=str(error))]
     findings = check_streams(samples, profile, robot.clock_offset_s)
+    findings += [
+        Finding(what=key.rpartition("/")[2], verdict="warning", detail=text)
+        for key, text in unreadable.texts().items()
+    ]
     # A bag is replayed whatever its profile says of the body; a navigator relies on that.
     return [
         replace(one, verdict="warning") if (one.what, one.verdict) == ("profile", "failed") else one
@@ -44,21 +54,30 @@ def check_bag(
     ]
 
 
-def read_samples(path: Path, robot: BagRobot, start_s: float) -> Samples:
+def read_samples(
+    path: Path, robot: BagRobot, poses: BagPoses, start_s: float, unreadable: Unreadable
+) -> Samples:
     """Return what a bag holds of `SECONDS`.
 
     Args:
         path: The bag.
         robot: Its topics, frames and clock.
+        poses: Where its poses come from.
         start_s: Time in the bag.
+        unreadable: Counts what is skipped.
 
     Raises:
-        DatasetError: It lacks a topic or its transforms, or holds messages that cannot be read.
+        DatasetError: It lacks a topic, or none of its colour images can be read.
     """
-    poses = bag_poses(path, robot.names, robot.T_base_camera, robot.clock_offset_s, robot.base)
     samples = Samples(seconds=SECONDS)
     messages = bag_messages(
-        path, start_s, heatmaps=False, poses=poses, names=robot.names, told=False
+        path,
+        start_s,
+        heatmaps=False,
+        poses=poses,
+        names=robot.names,
+        told=False,
+        unreadable=unreadable,
     )
     for message in messages:
         if message.at_s > SECONDS:

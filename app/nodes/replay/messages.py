@@ -1,8 +1,9 @@
 """The messages of a robot, from a dataset or a bag, in order and with their times."""
 
 import logging
+from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
@@ -43,6 +44,28 @@ class RobotMessage:
     """Time since the first message."""
     key: str
     payload: bytes
+
+
+@dataclass(slots=True)
+class Unreadable:
+    """Messages of a bag that are skipped."""
+
+    counts: Counter[str] = field(default_factory=Counter[str])
+    """Their number by key."""
+    reasons: dict[str, str] = field(default_factory=dict[str, str])
+    """What is wrong with the first one of each key."""
+
+    def add(self, key: str, reason: str) -> None:
+        """Count a message."""
+        self.counts[key] += 1
+        self.reasons.setdefault(key, reason)
+
+    def texts(self) -> dict[str, str]:
+        """Return by key how many there are, and why."""
+        return {
+            key: f"{key}: {count} skipped as unreadable; the first: {self.reasons[key]}"
+            for key, count in self.counts.items()
+        }
 
 
 def dataset_messages(
@@ -118,8 +141,11 @@ def bag_messages(
     poses: BagPoses | None = TF_ALONE,
     names: Names = USUAL,
     told: bool = True,
+    unreadable: Unreadable | None = None,
 ) -> Iterator[RobotMessage]:
     """Yield the recorded messages of the robot of a bag.
+
+    Raw colour and odometry that cannot be read are skipped.
 
     Args:
         path: An MCAP file, a session's folder, or a rosbag2 folder.
@@ -128,26 +154,41 @@ def bag_messages(
         poses: Which of them are sent (`bag_poses`); None for none, and a bag needs none.
         names: Topics of a robot that has names of its own.
         told: Whether to log what is wrong with its files, and how many images are not mapped.
+        unreadable: Counts what is skipped; None logs it at the end.
 
     Raises:
-        DatasetError: It is not a bag, lacks a topic of a frame, or has those of two cameras.
+        DatasetError: It is not a bag, lacks a topic of a frame, has those of two cameras, or none
+            of its raw colour images can be read.
     """
     seen = keys.SEEN if heatmaps else ()
     wanted = [*FROM_CAMERA, *seen, *(poses.keys if poses is not None else ())]
     if poses is not None and (fixed := poses.fixed()) is not None:
         yield RobotMessage(0.0, keys.TF_STATIC, fixed)
-    known = poses is not None
-    for message in _bag_messages(path, start_s, wanted, names, poses=known, told=told):
+    known, skipped = poses is not None, unreadable or Unreadable()
+    messages = _bag_messages(path, start_s, wanted, names, poses=known, colors=True, told=told)
+    for message in messages:
         try:
-            if message.key == keys.COLOR_RAW:
-                color = encode_color(*decode_color_raw(message.payload))
-                yield RobotMessage(message.at_s, keys.COLOR, color)
-            elif message.key == keys.ODOM and poses is not None:
-                yield RobotMessage(message.at_s, keys.TF, poses.converted(message.payload))
-            else:
-                yield message
+            sent = _converted(message, poses)
         except MessageError as error:
-            raise DatasetError(f"{path}: {error}") from error
+            skipped.add(message.key, str(error))
+            continue
+        yield sent
+    for text in skipped.texts().values() if unreadable is None else ():
+        logger.warning("%s: %s", path, text)
+
+
+def _converted(message: RobotMessage, poses: BagPoses | None) -> RobotMessage:
+    """Return raw colour compressed, odometry as tf, and others as they are.
+
+    Raises:
+        MessageError: It cannot be read.
+    """
+    if message.key == keys.COLOR_RAW:
+        color = encode_color(*decode_color_raw(message.payload))
+        return RobotMessage(message.at_s, keys.COLOR, color)
+    if message.key == keys.ODOM and poses is not None:
+        return RobotMessage(message.at_s, keys.TF, poses.converted(message.payload))
+    return message
 
 
 def _bag_messages(
@@ -157,6 +198,7 @@ def _bag_messages(
     names: Names,
     *,
     poses: bool = True,
+    colors: bool = False,
     told: bool = False,
 ) -> Iterator[RobotMessage]:
     try:
@@ -167,6 +209,8 @@ def _bag_messages(
         for problem in recording.index.problems if told else ():
             logger.warning("%s: %s; what can be read is used", path, problem)
         if problem := topic_problem(recording, poses=poses):
+            raise DatasetError(f"{path}: {problem}")
+        if colors and (problem := _color_problem(recording)):
             raise DatasetError(f"{path}: {problem}")
         if told and (note := _thinning_note(recording)):
             logger.warning("%s %s", path, note)
@@ -192,6 +236,19 @@ def _thinning_note(recording: Recording) -> str:
     if left_out != "0":
         text += f" (recorded with --sensor-hz {left_out}; 0 keeps all depth images)"
     return text
+
+
+def _color_problem(recording: Recording) -> str:
+    """Return why no raw colour image can be read; empty where one can, or none is used."""
+    problem = ""
+    for message in recording.all_messages(_used((keys.COLOR_RAW,), recording.keys)):
+        try:
+            decode_color_raw(message.payload)
+        except MessageError as error:
+            problem = problem or str(error)
+        else:
+            return ""
+    return problem and f"no message of {keys.COLOR_RAW} can be read: {problem}"
 
 
 def _used(wanted: Sequence[str], found: Collection[str]) -> tuple[str, ...]:

@@ -12,14 +12,13 @@ STAMP = 12_345_678_901
 FRAME = "camera_color_optical_frame"
 
 
-def odometry(stamp_ns, x, y, yaw):
-    """Return a serialized nav_msgs/Odometry."""
+def odometry(stamp_ns, x, y, yaw, child="base_link", *, lost=False):
+    """Return a serialized nav_msgs/Odometry; with a null quaternion if `lost`."""
+    z, w = (0.0, 0.0) if lost else (math.sin(yaw / 2), math.cos(yaw / 2))
     pose = make(
         "geometry_msgs/msg/Pose",
         position=make("geometry_msgs/msg/Point", x=x, y=y, z=0.0),
-        orientation=make(
-            "geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=math.sin(yaw / 2), w=math.cos(yaw / 2)
-        ),
+        orientation=make("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=z, w=w),
     )
     still = make("geometry_msgs/msg/Vector3", x=0.0, y=0.0, z=0.0)
     twist = make("geometry_msgs/msg/Twist", linear=still, angular=still)
@@ -27,7 +26,7 @@ def odometry(stamp_ns, x, y, yaw):
     return encode(
         "nav_msgs/msg/Odometry",
         header=header(stamp_ns, "odom"),
-        child_frame_id="base_link",
+        child_frame_id=child,
         pose=make("geometry_msgs/msg/PoseWithCovariance", pose=pose, covariance=covariance),
         twist=make("geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=covariance),
     )

@@ -11,12 +11,17 @@ from app.cli.main import run
 from app.doctor.robot.recorded import check_bag
 from app.messages import keys
 from app.messages.cdr import typestore
-from app.messages.motion import encode_transforms
+from app.messages.images import decode_color, decompress_color
+from app.messages.motion import decode_transforms, encode_transforms
 from app.nodes.replay.bag_robot import BagRobot
 from app.robot_file import template
 from tests.app.doctor.robot.test_checkup import depth_image
+from tests.app.messages.robot_messages import odometry, raw_color
 
-STREAMS = (keys.COLOR, keys.DEPTH, keys.DEPTH_RAW, keys.CAMERA_INFO, keys.TF)
+STREAMS = (
+    keys.COLOR, keys.COLOR_RAW, keys.DEPTH, keys.DEPTH_RAW, keys.CAMERA_INFO, keys.TF,
+    keys.TF_STATIC, keys.ODOM,
+)  # fmt: skip
 LINES = [
     "colour", "depth", "intrinsics", "depth with colour", "pose", "camera and pose clock",
     "profile",
@@ -80,3 +85,34 @@ def test_without_a_stream_the_file_alone_is_checked(samples, without, tmp_path, 
     out = capsys.readouterr().out
     assert "whole" not in out
     assert "Streams" not in out
+
+
+def test_odometry_of_a_moment_when_it_was_lost_is_skipped_and_told(samples, tmp_path):
+    poses = samples.arrivals.pop(keys.TF)
+    mount = encode_transforms(
+        one for one in decode_transforms(poses[0].payload) if one.child != "base_link"
+    )
+    samples.add(keys.TF_STATIC, mount, poses[0].at_ns)
+    for n, one in enumerate(poses):
+        base = decode_transforms(one.payload)[0]
+        x, y = base.T_parent_child[:2, 3]
+        samples.add(keys.ODOM, odometry(base.stamp_ns, x, y, 0.0, lost=n == 5), one.at_ns)
+    bag = _bag(tmp_path / "bag", samples)
+    findings = check_bag(bag, BagRobot(), None, 3.0)
+    assert {"colour", "depth", "pose"} <= {one.what for one in findings}
+    (lost,) = [one for one in findings if "unreadable" in one.detail]
+    assert (lost.what, lost.verdict) == ("odom", "warning")
+    assert lost.detail.startswith("odom: 1 skipped as unreadable; the first: tf 'odom' -> ")
+
+
+def test_a_bag_without_a_readable_colour_image_is_told_so(samples, tmp_path, capsys):
+    for one in samples.arrivals.pop(keys.COLOR):
+        color = decode_color(one.payload)
+        pixels = decompress_color(color.encoded)
+        samples.add(keys.COLOR_RAW, raw_color(pixels, color.stamp_ns, "yuv422"), one.at_ns)
+    bag = _bag(tmp_path / "bag", samples)
+    (finding,) = check_bag(bag, BagRobot(), None, 3.0)
+    assert (finding.what, finding.verdict) == ("streams", "failed")
+    assert "no message of camera/color/image_raw can be read: " in finding.detail
+    assert run(["doctor", str(bag)]) == 1
+    assert "can be read" in capsys.readouterr().out

@@ -1,11 +1,19 @@
-"""Messages of a bag whose file was cut off."""
+"""Messages of a bag whose file was cut off, or some of whose messages cannot be read."""
 
 import logging
 
+import numpy as np
 import pytest
 
+from app.messages import keys
+from app.nodes.replay.bag_poses import BagPoses
+from app.nodes.replay.datasets import DatasetError
 from app.nodes.replay.messages import bag_messages
+from app.recording.writing.writer import SessionWriter
+from tests.app.messages.robot_messages import odometry, raw_color
 from tests.app.recording.conftest import all_messages, write_session
+
+ODOMETRY = BagPoses(odometry_child="base_link")
 
 
 @pytest.mark.parametrize("told", [True, False])
@@ -18,3 +26,46 @@ def test_what_is_wrong_with_the_file_is_said_once_and_the_rest_is_read(tmp_path,
     assert 0 < len(read) < len(all_messages())
     warned = [text for text in caplog.messages if "the file was not ended" in text]
     assert len(warned) == told
+
+
+def _raw_bag(folder, lost=(), encoding="rgb8"):
+    """Write a bag of raw colour and odometry, and the odometry of a camera that is lost."""
+    writer = SessionWriter(folder, "r")
+    n = 0
+    for time_ns, key, payload in all_messages():
+        if key == keys.COLOR:
+            one = "yuv422" if n in lost else encoding
+            image = raw_color(np.zeros((10, 16, 3), np.uint8), time_ns, one)
+            writer.add(keys.COLOR_RAW, image, time_ns, 0.0)
+            pose = odometry(time_ns, 1.0, 2.0, 0.0, lost=n in lost)
+            writer.add(keys.ODOM, pose, time_ns, 0.0)
+            n += 1
+        elif key in (keys.DEPTH, keys.CAMERA_INFO):
+            writer.add(key, payload, time_ns, 0.0)
+    writer.close()
+    return folder, n
+
+
+def test_messages_that_cannot_be_read_are_skipped_and_counted(tmp_path, caplog):
+    bag, images = _raw_bag(tmp_path / "bag", lost=(3, 4, 7))
+    with caplog.at_level(logging.WARNING):
+        read = [m.key for m in bag_messages(bag, 0.0, heatmaps=False, poses=ODOMETRY)]
+    assert read.count(keys.COLOR) == read.count(keys.TF) == images - 3
+    color, pose = [text for text in caplog.messages if "unreadable" in text]
+    assert color == (
+        f"{bag}: camera/color/image_raw: 3 skipped as unreadable; the first: an uncompressed "
+        "colour image is rgb8, bgr8, rgba8, bgra8, mono8; got encoding 'yuv422'"
+    )
+    assert pose == (
+        f"{bag}: odom: 3 skipped as unreadable; the first: tf 'odom' -> 'base_link': rotation is "
+        "not a unit quaternion, its norm is 0"
+    )
+
+
+def test_a_bag_without_a_readable_colour_image_is_refused_at_once(tmp_path):
+    bag, _ = _raw_bag(tmp_path / "bag", encoding="yuv422")
+    messages = bag_messages(bag, 0.0, heatmaps=False, poses=None)
+    with pytest.raises(
+        DatasetError, match=r"no message of camera/color/image_raw can be read: .*'yuv422'"
+    ):
+        next(messages)
