@@ -22,6 +22,7 @@ from app.errors import UsageError
 from app.links.language_model.interface import LanguageModelInterface
 from app.links.network.session import LinkError
 from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.navigator.localization.alignment import NoFrameError
 from app.nodes.navigator.run import run_navigator
 from app.nodes.navigator.state.persistence import SavedState, read_saved_state
 from app.process.children import Child
@@ -77,7 +78,7 @@ def run_navigate(command: Navigate) -> int:
                     progress.stop()
 
             run_navigator(config, show, model, saved, align=command.align, ros2=ros2)
-    except LinkError as error:
+    except (LinkError, NoFrameError) as error:
         raise UsageError(str(error)) from error
     except KeyboardInterrupt:
         logger.info("stopped before it was ready")

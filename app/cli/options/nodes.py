@@ -119,7 +119,7 @@ class Navigate:
     align: bool = False
     """The robot may stand anywhere in the map of --map, with a frame of its own: it turns once in
     place, and what it sees is registered on the map. If no place is certain, the map is renamed and
-    a new one begins."""
+    a new one begins; where no image comes at all, the navigator ends and the map stays."""
     map: Path | None = None
     """File that stores map and goals, and beside it what is remembered (`ippon memory`): read at
     the start if it exists, written every ten seconds and at the end. Unfinished goals are restored,

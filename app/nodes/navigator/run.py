@@ -53,6 +53,7 @@ def run_navigator(
 
     Raises:
         LinkError: The endpoint is taken.
+        NoFrameError: No image came to align; the kept map stays as it is.
         OSError: A kept map cannot be put aside.
         KeyboardInterrupt: It was stopped while it compiled.
     """
@@ -124,6 +125,9 @@ def _align(
     Returns:
         The state to go on with; from the robot's frame to the map's, None for the same; and what
         to tell the operator.
+
+    Raises:
+        NoFrameError: No image came.
     """
     assert saved.voxel_map is not None
     alignment, registration, problem = Alignment(session, config, saved.voxel_map), None, ""

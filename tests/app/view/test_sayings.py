@@ -99,6 +99,11 @@ UNSAID = {
     "guidance speaks of {} labels, the map of {}, or in another order",
     "memory begins searches for one goal; {} belongs to a tour",
     "{} holds no goals: {}; remove it",
+    (
+        "{} stays as it is: no image came with its pose within {} s{}. With a navigator without "
+        "--map and --align, `ippon doctor --robot {}` says what the robot sends"
+    ),
+    "what is missing: {}", "; {}",
     # Formats of the log, and a type.
     "%s: %s; the embedded prior answers", "%s: no answer to the reminder: %s", "dict[str, Any]",
     # What a server said.

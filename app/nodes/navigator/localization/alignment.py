@@ -19,6 +19,7 @@ from app.messages.control import ControlReply, ControlRequest
 from app.nodes.navigator.command.command_stream import CommandStream
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.frame_intake import FrameIntake
+from app.nodes.navigator.stream_conversion import StreamConverter
 from app.process.stop_signal import StopSignal
 from ippon.command import Command
 from ippon.errors import FrameRejectedError
@@ -49,6 +50,10 @@ _REACH_M: Final = 6.0
 _IDLE_S: Final = 0.05
 
 
+class NoFrameError(Exception):
+    """Nothing was seen that a place could be found by."""
+
+
 class Alignment:
     """Turns the robot once and registers what it sees on a map.
 
@@ -67,6 +72,7 @@ class Alignment:
             session, robot, logger.warning, RobotDetector(config.detector),
             config.camera_clock_offset_s,
         )  # fmt: skip
+        self._converter = StreamConverter(session, robot, config.profile, self._intake)
         self._stream = CommandStream(
             session, robot, config.command_hz, config.stale_s,
             velocities=config.profile.takes_velocities,
@@ -90,12 +96,14 @@ class Alignment:
 
         Raises:
             RegistrationError: The robot has no certain place in the map.
+            NoFrameError: Not one usable image came with its pose.
         """
         spent_s, before = 0.0, time.monotonic()
         try:
             while self._turned_rad < _WHOLE_TURN_RAD:
                 if stop.is_set():
                     return None
+                self._converter.check()
                 frame = self._intake.take(_IDLE_S)
                 if frame is not None:
                     self._step(frame)
@@ -105,6 +113,7 @@ class Alignment:
                 self._check_progress(spent_s, patience_s)
         finally:
             self._stream.close()
+            self._converter.close()
         assert self._last is not None, "it has turned"
         floor_z_m = float(self._last.T_world_base[2, 3])
         surface = surface_points(self._map)
@@ -119,10 +128,26 @@ class Alignment:
                 "where it can turn"
             )
         if spent_s > patience_s:
-            text = f"the robot has turned by {turned:.0f} degrees within {patience_s:.0f} s"
             if self._last is None:
-                text = f"{text}: no image came with its pose"
-            raise RegistrationError(text)
+                raise NoFrameError(
+                    f"{self._config.keep_map} stays as it is: no image came with its pose within "
+                    f"{patience_s:.0f} s{self._lacks()}. With a navigator without --map and "
+                    f"--align, `ippon doctor --robot {self._config.robot}` says what the robot "
+                    "sends"
+                )
+            raise RegistrationError(
+                f"the robot has turned by {turned:.0f} degrees within {patience_s:.0f} s"
+            )
+
+    def _lacks(self) -> str:
+        """Return which streams never came or what else an image lacks, and what was refused."""
+        intake = self._intake
+        silent = ", ".join(name for name, _ in intake.lost(math.inf))
+        missing = silent or intake.assembler.missing()
+        problems = [intake.refused, *(one.last_problem for one in intake.monitors.values())]
+        told = [f"what is missing: {missing}"] if missing else []
+        told += [text for text in dict.fromkeys(problems) if text]
+        return "".join(f"; {text}" for text in told)
 
     def _step(self, frame: Frame) -> None:
         hold = Command(tilt_rad=frame.tilt_rad)

@@ -1,6 +1,7 @@
 """A robot that starts anew, in a home that it knows."""
 
 import dataclasses
+import functools
 import math
 import threading
 from types import SimpleNamespace
@@ -13,9 +14,11 @@ from app.links.network.requests import RequestRefusedError, ask
 from app.messages import keys
 from app.messages.control import ControlReply, ControlRequest
 from app.nodes.navigator import run as navigator_run
+from app.nodes.navigator import stream_conversion
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.localization.alignment import (
     Alignment,
+    NoFrameError,
     in_map_frame,
     said_registration,
 )
@@ -32,6 +35,7 @@ from ippon.simulation.robot.mobile_base import camera_of
 from ippon.simulation.scene import StartPose
 from ippon.simulation.world import SimulatedWorld, WorldConfig
 from ippon.vocabulary import MATTERPORT_40
+from tests.app.nodes.navigator.test_stream_conversion import FIXED, PERIOD, send
 from tests.boxes import boxes_scene
 
 MAP = MapConfig(memory_limit_mb=128.0)
@@ -62,12 +66,10 @@ def world_at(x, y, yaw, boxes=HOME):
 class Robot:
     """Takes the place of the frames from the network: a robot with a frame of its own."""
 
-    def __init__(self, world, sent, blind=False):
-        self._world, self._sent, self._blind = world, sent, blind
+    def __init__(self, world, sent):
+        self._world, self._sent = world, sent
 
     def take(self, _):
-        if self._blind:
-            return None
         self._world.step(self._sent(), 0.2)
         return in_map_frame(self._world.observe(), invert_transform(T_MAP_WORLD))
 
@@ -93,9 +95,9 @@ def yesterday():
 
 @pytest.fixture
 def align(sessions, yesterday):
-    def make(world, blind=False):
+    def make(world):
         alignment = Alignment(sessions[0], CONFIG, yesterday)
-        alignment._intake = Robot(world, lambda: alignment._stream.sent, blind=blind)
+        alignment._intake = Robot(world, lambda: alignment._stream.sent)
         return alignment
 
     return make
@@ -140,13 +142,67 @@ def test_a_robot_without_space_to_turn_says_so(align):
         alignment.run(threading.Event())
 
 
-def test_without_images_or_at_the_end_of_the_process_it_ends(align):
-    alignment = align(world_at(2.2, 1.6, 0.4), blind=True)
-    with pytest.raises(RegistrationError, match="no image came with its pose"):
-        alignment.run(threading.Event(), patience_s=0.05)
+def test_at_the_end_of_the_process_it_ends(align):
     stop = threading.Event()
     stop.set()
     assert align(world_at(2.2, 1.6, 0.4)).run(stop) is None
+
+
+def test_raw_colour_and_odometry_are_converted_meanwhile(sessions, yesterday, monkeypatch):
+    monkeypatch.setattr(stream_conversion, "SILENT_S", 0.3)
+    config = dataclasses.replace(CONFIG, profile=FIXED)
+    alignment, stop = Alignment(sessions[0], config, yesterday), threading.Event()
+
+    def robot():
+        for n in range(1, 150):
+            send(sessions[1], n * PERIOD)
+            if alignment._last is not None:
+                break
+            stop.wait(0.1)
+        stop.set()
+
+    thread = threading.Thread(target=robot)
+    thread.start()
+    assert alignment.run(stop) is None
+    thread.join()
+    assert alignment._last is not None, "a frame came"
+    assert alignment._last.T_world_base[:2, 3] == pytest.approx((1.5, 0.5))
+
+
+@pytest.mark.parametrize(
+    ("sends", "lacks"),
+    [
+        (False, "what is missing: colour, depth, pose"),
+        (True, "what is missing: colour, pose; odom: odometry without tf does not tell"),
+    ],
+)
+def test_without_an_image_the_map_stays_as_it_is(
+    sends, lacks, sessions, yesterday, monkeypatch, tmp_path
+):
+    kept = tmp_path / "home.map"
+    kept.write_bytes(b"yesterday")
+    run = functools.partialmethod(Alignment.run, patience_s=2.0 if sends else 0.1)
+    monkeypatch.setattr(Alignment, "run", run)
+    config = dataclasses.replace(CONFIG, keep_map=str(kept))
+    saved = SavedState(voxel_map=yesterday, requests=(), interrupted=None)
+    stop = threading.Event()
+
+    def robot():
+        for n in range(1, 100):
+            send(sessions[1], n * PERIOD)
+            if stop.wait(0.1):
+                break
+
+    thread = threading.Thread(target=robot if sends else lambda: None)
+    thread.start()
+    try:
+        with pytest.raises(NoFrameError, match=r"home\.map stays as it is") as raised:
+            navigator_run._align(sessions[0], config, saved, stop)
+    finally:
+        stop.set()
+        thread.join()
+    assert lacks in str(raised.value)
+    assert [one.name for one in tmp_path.iterdir()] == ["home.map"]
 
 
 def test_a_stop_is_obeyed_and_nothing_else_is_taken(align, sessions):
