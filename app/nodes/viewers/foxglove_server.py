@@ -16,6 +16,12 @@ from app.messages.cdr import MessageError
 from app.messages.control import decode
 from app.messages.keys import BASE_FRAME
 from app.messages.memory import MapAlignment
+from app.messages.motion import (
+    MAX_TRANSFORMS,
+    StampedTransform,
+    decode_transforms,
+    encode_transforms,
+)
 from app.messages.scene import FoundObject
 from app.messages.status import Event, FindReport
 from app.nodes.viewers.errors import ViewerError
@@ -101,6 +107,8 @@ class FoxgloveServer(ServerListener):
         self._keys = {name: key for key, name in names.items()}
         self._ceiling_m = config.ceiling_m
         self._kept: dict[str, bytes] = {}
+        self._fixed: dict[str, StampedTransform] = {}
+        """Fixed transforms by child; robots send them in several messages, and only once."""
         self._asked: deque[str] = deque()
         """Keys that clients subscribed to, from the server's threads."""
         self._stale = set(CLOUDS)
@@ -145,7 +153,13 @@ class FoxgloveServer(ServerListener):
             self._send(key, payload)
         elif key == keys.MAP_ALIGNMENT:
             self._T_map_world = alignment_of(decode(payload, MapAlignment))
-        elif key in (keys.TF, keys.TF_STATIC) and self._T_map_world is not None:
+            self._send_fixed()
+        elif key == keys.TF_STATIC:
+            for link in decode_transforms(payload):
+                if link.child in self._fixed or len(self._fixed) < MAX_TRANSFORMS:
+                    self._fixed[link.child] = link
+            self._send_fixed()
+        elif key == keys.TF and self._T_map_world is not None:
             self._send(key, aligned_transforms(payload, self._T_map_world))
         elif key in FORWARDED or key == keys.DEPTH_RAW:
             self._send(key, payload)
@@ -179,7 +193,8 @@ class FoxgloveServer(ServerListener):
 
     def _set_clock(self, scene: SceneModel) -> None:
         now_ns = clock_ns(scene)
-        if now_ns < self._now_ns - _BACK_NS:
+        begins_again = now_ns < self._now_ns - _BACK_NS
+        if begins_again:
             logger.info("the robot's clock began again: clients forget what they have")
             self._kept.clear()
             self._server.clear_session()
@@ -187,6 +202,8 @@ class FoxgloveServer(ServerListener):
         if now_ns != self._now_ns:
             self._now_ns = now_ns
             self._server.broadcast_time(now_ns)
+        if begins_again:
+            self._send_fixed()
 
     def _send_again(self) -> None:
         """Send to a new client what is published on change alone."""
@@ -211,6 +228,15 @@ class FoxgloveServer(ServerListener):
         for key, cloud in clouds.items():
             self._stale.discard(key)
             self._send(key, cloud)
+
+    def _send_fixed(self) -> None:
+        """Send all fixed transforms in one message: clients get the last message alone."""
+        if not self._fixed:
+            return
+        payload = encode_transforms(self._fixed.values())
+        if self._T_map_world is not None:
+            payload = aligned_transforms(payload, self._T_map_world)
+        self._send(keys.TF_STATIC, payload)
 
     def _send_depth(self, payload: bytes) -> None:
         try:

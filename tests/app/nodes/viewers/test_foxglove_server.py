@@ -13,7 +13,12 @@ from app.messages.control import encode
 from app.messages.depth.depth_images import decode_depth_raw, encode_depth
 from app.messages.images import decode_color
 from app.messages.memory import MapAlignment
-from app.messages.motion import decode_path, decode_transforms
+from app.messages.motion import (
+    StampedTransform,
+    decode_path,
+    decode_transforms,
+    encode_transforms,
+)
 from app.messages.scene import decode_tree, decode_voxels
 from app.messages.status import Event
 from app.nodes.viewers.errors import ViewerError
@@ -21,6 +26,7 @@ from app.nodes.viewers.foxglove_server import FoxgloveConfig, FoxgloveServer
 from app.nodes.viewers.foxglove_topics import CLOUDS
 from app.recording.channels import MARKERS_TYPE
 from app.view.colors import ooi_colors
+from ippon.geometry import make_transform
 from tests.app.nodes.viewers.foxglove_client import FoxgloveClient
 from tests.app.relay import Relay
 
@@ -165,6 +171,44 @@ def test_transforms_of_another_day_are_moved_into_the_frame_of_the_map(
         base, camera = decode_transforms(client.messages["/tf"][-1])
     assert (base.parent, camera.parent) == ("map", "base_link")
     assert abs(camera.T_parent_child[0, 3]) < 1.0, "only links from the world move"
+
+
+def test_fixed_transforms_of_several_messages_come_together_and_outlive_a_restart(
+    server, connect, start_home, show
+):
+    def fixed(parent, child, x):
+        link = StampedTransform(
+            stamp_ns=5,
+            parent=parent,
+            child=child,
+            T_parent_child=make_transform(np.eye(3), (x, 0, 0)),
+        )
+        return encode_transforms([link])
+
+    def links(client):
+        payloads = client.messages.get("/tf_static", [b""])
+        read = decode_transforms(payloads[-1]) if payloads[-1] else ()
+        return {link.child: (link.parent, link.T_parent_child[0, 3]) for link in read}
+
+    home = start_home()
+    with show(server):
+        client = connect("/tf_static", STATUS)
+        client.wait(lambda c: STATUS in c.messages)
+        home.put(keys.TF_STATIC, fixed("base_link", "mast", 1.0))
+        home.put(keys.TF_STATIC, fixed("mast", "lidar", 2.0))
+        home.put(keys.TF_STATIC, fixed("base_link", "mast", 3.0))
+        home.put(keys.TF_STATIC, fixed("map", "dock", 4.0))
+        both = {"mast": ("base_link", 3.0), "lidar": ("mast", 2.0), "dock": ("map", 4.0)}
+        client.wait(lambda c: links(c) == both)
+        late = connect("/tf_static")
+        late.wait(lambda c: links(c) == both)
+        late.messages.clear()
+        home.stamp_ns = 1_000_000_000
+        late.wait(lambda c: len(c.sessions) > 1 and links(c) == both)
+        later = connect("/tf_static")
+        later.wait(lambda c: links(c) == both)
+        home.put(keys.MAP_ALIGNMENT, encode(MapAlignment(position_map=(50, 0, 0), yaw_rad=0.0)))
+        later.wait(lambda c: links(c) == both | {"dock": ("map", 54.0)})
 
 
 def _x(client):
