@@ -1,7 +1,7 @@
 """Which coordinate frame hangs on which, when, and what is missing on the way to the camera."""
 
 import struct
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from itertools import takewhile
 from typing import Final
@@ -47,6 +47,24 @@ def image_stamp_ns(payload: bytes) -> int | None:
         return None
     seconds, nanoseconds = _HEADER.unpack_from(payload, 4)
     return seconds * NANOSECONDS + nanoseconds
+
+
+def odometry_child(
+    child: str, names: Collection[str], camera: str | None, base: str = BASE_FRAME
+) -> str:
+    """Return the frame whose pose odometry is: the base, or another that it names.
+
+    Args:
+        child: Child frame of its messages.
+        names: The frames of tf.
+        camera: The camera's frame; None while it is unknown.
+        base: Frame of the base.
+
+    Returns:
+        The base where the messages name no frame, or one that tf does not know either.
+    """
+    unknown = child not in names and base not in names and child != camera
+    return base if not child or unknown else child
 
 
 class FrameTree:
@@ -128,14 +146,9 @@ class FrameTree:
 
     @property
     def odometry_child(self) -> str:
-        """Frame whose pose the odometry is: that of its messages, or the base.
-
-        It is the base where the messages name no frame, or one that tf does not know either.
-        """
+        """Frame whose pose the odometry is: that of its messages, or the base."""
         child = "" if self._odometry is None else self._odometry[1]
-        base, names = self.base, self.names
-        unknown = child not in names and base not in names and child != self._camera
-        return base if not child or unknown else child
+        return odometry_child(child, self.names, self._camera, self.base)
 
     @property
     def lacks_mount(self) -> bool:

@@ -11,6 +11,7 @@ from app.doctor.robot.images import read_all, unreadable
 from app.doctor.robot.samples import Samples
 from app.links.robot_streams.transforms import TransformBuffer
 from app.messages import keys
+from app.messages.cdr import MessageError
 from app.messages.keys import BASE_FRAME, WORLD_FRAME
 from app.messages.motion import (
     StampedTransform,
@@ -18,6 +19,7 @@ from app.messages.motion import (
     decode_transforms,
     read_transforms,
 )
+from app.nodes.navigator.localization.odometry_frame import OdometryFrame
 
 JUMP_M: Final = 0.5
 """Step of the pose between two messages that no robot makes."""
@@ -34,9 +36,10 @@ def check_frames(samples: Samples, optical: str | None, stamps_ns: list[int]) ->
     """
     moving, problem = read_all(samples.arrivals.get(keys.TF, []), decode_transforms)
     fixed, fixed_problem = read_all(samples.arrivals.get(keys.TF_STATIC, []), decode_transforms)
+    # As the navigator does: odometry counts where no tf comes.
+    if not samples.arrivals.get(keys.TF) and samples.arrivals.get(keys.ODOM):
+        return _check_odometry(samples, [t for _, ts in fixed for t in ts], optical)
     if not moving and not fixed:
-        if samples.arrivals.get(keys.ODOM):
-            return _check_odometry(samples)
         return [unreadable("tf", keys.TF, samples.arrivals.get(keys.TF, []), problem)]
     parents: dict[str, set[str]] = {}
     for _, transforms in (*moving, *fixed):
@@ -179,10 +182,19 @@ def _judge_motion(poses: list[StampedTransform], detail: str, hz: float) -> Find
     return Finding(what="pose", verdict="ok", detail=detail)
 
 
-def _check_odometry(samples: Samples) -> list[Finding]:
+def _check_odometry(
+    samples: Samples, fixed: list[StampedTransform], optical: str | None
+) -> list[Finding]:
     arrivals = samples.arrivals[keys.ODOM]
     read, problem = read_all(arrivals, decode_odometry)
     if not read:
         return [unreadable("odometry", keys.ODOM, arrivals, problem)]
+    frame = OdometryFrame()
+    try:
+        frame.add_fixed(fixed)
+        for _, pose in read:
+            frame.base_in(pose.child, optical)
+    except MessageError as error:
+        return [Finding(what="odometry", verdict="failed", detail=str(error))]
     hz = rate_hz(arrivals)
     return [_judge_motion([pose for _, pose in read], f"odometry, {hz:.0f} Hz", hz)]

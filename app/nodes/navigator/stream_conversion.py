@@ -4,6 +4,7 @@ Raw images become JPEG and odometry becomes tf. The result goes to the navigator
 the network, so that console, recorder and segmentation receive the usual topics.
 """
 
+import contextlib
 import logging
 import threading
 import time
@@ -18,8 +19,14 @@ from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_color_raw, encode_color
-from app.messages.motion import decode_odometry, encode_transforms, robot_transforms
+from app.messages.motion import (
+    decode_odometry,
+    decode_transforms,
+    encode_transforms,
+    robot_transforms,
+)
 from app.nodes.navigator.frame_intake import FrameIntake
+from app.nodes.navigator.localization.odometry_frame import OdometryFrame
 from ippon.robot import RobotProfile
 
 logger = logging.getLogger(__name__)
@@ -54,6 +61,8 @@ class StreamConverter:
         self._profile, self._intake = profile, intake
         self._changed = threading.Condition()
         self._poses: deque[bytes] = deque(maxlen=100)
+        self._fixed: deque[bytes] = deque(maxlen=100)
+        self._odometry = OdometryFrame()
         self._image: bytes | None = None
         self._started = time.monotonic()
         self._closed = False
@@ -69,6 +78,9 @@ class StreamConverter:
             ).put
             for topic in (keys.COLOR, keys.TF)
         }
+        # Fixed transforms first: they say which frame the odometry is of.
+        fixed = partial(self._take, keys.TF_STATIC)
+        subscribe(session, f"{robot}/{keys.TF_STATIC}", fixed, kept=True)
         subscribe(session, f"{robot}/{keys.ODOM}", partial(self._take, keys.ODOM))
         threading.Thread(target=self._run, name="stream conversion", daemon=True).start()
 
@@ -101,6 +113,8 @@ class StreamConverter:
         with self._changed:
             if topic == keys.ODOM:
                 self._poses.append(payload)
+            elif topic == keys.TF_STATIC:
+                self._fixed.append(payload)
             else:
                 self._image = payload
             self._changed.notify()
@@ -108,13 +122,18 @@ class StreamConverter:
     def _run(self) -> None:
         while True:
             with self._changed:
-                while not (self._poses or self._image is not None or self._closed):
+                while not (self._fixed or self._poses or self._image is not None or self._closed):
                     self._changed.wait()
                 if self._closed:
                     return
-                poses, image = tuple(self._poses), self._image
+                fixed, poses, image = tuple(self._fixed), tuple(self._poses), self._image
+                self._fixed.clear()
                 self._poses.clear()
                 self._image = None
+            for payload in fixed:
+                # The intake reports those that cannot be decoded.
+                with contextlib.suppress(MessageError):
+                    self._odometry.add_fixed(decode_transforms(payload))
             for pose in poses:
                 self._try(keys.ODOM, partial(self._convert_pose, pose))
             if image is not None:
@@ -139,9 +158,10 @@ class StreamConverter:
         if self._profile.can_tilt:
             raise MessageError(NO_MOUNT)
         pose = decode_odometry(payload)
+        T_child_base = self._odometry.base_in(pose.child, camera_frame)
         T_base_camera = self._profile.T_base_camera(self._profile.min_tilt_rad)
         transforms = robot_transforms(
-            pose.stamp_ns, pose.T_parent_child, T_base_camera, camera_frame
+            pose.stamp_ns, pose.T_parent_child @ T_child_base, T_base_camera, camera_frame
         )
         self._send(keys.TF, encode_transforms(transforms))
 

@@ -301,6 +301,25 @@ def test_odometry_takes_the_place_of_tf(samples):
     assert (line.verdict, line.detail.startswith("odometry")) == ("ok", True)
 
 
+@pytest.mark.parametrize(
+    ("child", "verdict"),
+    [("base_link", "ok"), ("base_footprint", "ok"), ("wheel", "failed"), ("mast", "failed")],
+)
+def test_odometry_of_another_frame_than_the_base_fails(samples, child, verdict):
+    stamps = [a.at_ns for a in samples.arrivals.pop(keys.TF)]
+    links = [
+        StampedTransform(stamp_ns=0, parent=parent, child=name, T_parent_child=np.eye(4))
+        for parent, name in (("base_footprint", "base_link"), ("base_link", "mast"))
+    ]
+    samples.add(keys.TF_STATIC, encode_transforms(links), stamps[0])
+    for at_ns in stamps:
+        samples.add(keys.ODOM, odometry(at_ns, 0.0, 0.0, 0.0, child), at_ns)
+    line = found(samples)["pose" if verdict == "ok" else "odometry"]
+    assert line.verdict == verdict
+    if verdict == "failed":
+        assert f"odometry is the pose of '{child}', and not of 'base_link'" in line.detail
+
+
 def extra(samples, parent, child):
     first = samples.arrivals[keys.TF][0]
     one = StampedTransform(

@@ -7,12 +7,12 @@ import pytest
 from app.messages import keys
 from app.messages.depth.depth_images import encode_depth
 from app.messages.images import encode_camera, encode_color
-from app.messages.motion import decode_transforms, encode_transforms
+from app.messages.motion import StampedTransform, decode_transforms, encode_transforms
 from app.nodes.navigator import stream_conversion
 from app.nodes.navigator.frame_intake import FrameIntake
 from app.nodes.navigator.stream_conversion import StreamConverter
 from ippon.camera import PinholeCamera
-from ippon.geometry import base_pose
+from ippon.geometry import base_pose, make_transform
 from ippon.robot import ZED
 from tests.app.messages.robot_messages import odometry, raw_color
 
@@ -57,9 +57,9 @@ def take(intake, streams, timeout_s=8.0):
     return None
 
 
-def send(robot, stamp_ns, color=None):
+def send(robot, stamp_ns, color=None, child="base_link"):
     robot.put(f"r/{keys.CAMERA_INFO}", encode_camera(CAMERA, stamp_ns, "optical"))
-    robot.put(f"r/{keys.ODOM}", odometry(stamp_ns, 1.5, 0.5, 0.3))
+    robot.put(f"r/{keys.ODOM}", odometry(stamp_ns, 1.5, 0.5, 0.3, child))
     depth = np.ones((10, 16), np.float32)
     robot.put(f"r/{keys.DEPTH}", encode_depth(depth, stamp_ns, "optical"))
     pixels = np.full((10, 16, 3), (200, 100, 50), np.uint8) if color is None else color
@@ -150,6 +150,68 @@ def test_a_camera_that_tilts_needs_tf_and_the_operator_reads_so(make, sessions, 
         take(intake, streams, 0.05)
     [text] = events
     assert text.startswith("pose: odom: odometry without tf does not tell the tilt")
+
+
+def _fixed(parent, child, z):
+    """Return a message of tf_static with one transform along z."""
+    T = make_transform(np.eye(3), (0.0, 0.0, z))
+    link = StampedTransform(stamp_ns=1, parent=parent, child=child, T_parent_child=T)
+    return encode_transforms([link])
+
+
+@pytest.mark.usefixtures("impatient")
+@pytest.mark.parametrize(
+    ("child", "fixed", "height_m"),
+    [
+        ("", None, 0.0),
+        ("base_footprint", None, 0.0),
+        ("base_footprint", ("base_footprint", "base_link", 0.1), 0.1),
+    ],
+)
+def test_odometry_of_a_frame_that_is_the_base_is_honoured(
+    make, sessions, events, child, fixed, height_m
+):
+    _, robot = sessions
+    intake, streams = make()
+    frame, stamp, deadline = None, PERIOD, time.monotonic() + 15.0
+    while frame is None and time.monotonic() < deadline:
+        if fixed is not None:
+            robot.put(f"r/{keys.TF_STATIC}", _fixed(*fixed))
+        send(robot, stamp, child=child)
+        stamp += PERIOD
+        frame = take(intake, streams, 0.2)
+    assert frame is not None
+    assert frame.T_world_base[:3, 3] == pytest.approx((1.5, 0.5, height_m))
+    assert events == []
+
+
+@pytest.mark.parametrize(
+    ("child", "fixed"),
+    [("optical", None), ("chassis", ("base_link", "lidar", 0.5)),
+     ("camera_link", ("base_link", "camera_link", 0.5))],
+)  # fmt: skip
+def test_odometry_of_another_frame_is_refused_and_the_operator_reads_so_once(
+    make, sessions, events, child, fixed
+):
+    _, robot = sessions
+    intake, streams = make()
+    if fixed is not None:
+        kept = robot.declare_publisher(f"r/{keys.TF_STATIC}")
+        deadline = time.monotonic() + 10.0
+        while not kept.matching_status.matching and time.monotonic() < deadline:
+            time.sleep(0.01)
+        kept.put(_fixed(*fixed))
+    time.sleep(0.2)
+    for n in range(1, 20):
+        send(robot, n * PERIOD, child=child)
+        assert take(intake, streams, 0.05) is None
+    [text] = events
+    assert text == (
+        f"pose: odom: odometry is the pose of '{child}', and not of 'base_link': give it the "
+        "child frame 'base_link', or publish tf, or a fixed transform from that frame to "
+        "'base_link'"
+    )
+    assert intake.monitors["pose"].age_s() is None
 
 
 def test_a_damaged_message_is_reported_once_and_the_next_one_counts(make, sessions, events):
