@@ -20,6 +20,7 @@ from app.nodes.replay.messages import TF_ALONE
 from app.nodes.review.player import Player
 from app.recording.base_pose import BasePose
 from app.recording.errors import RecordingError
+from app.recording.map_alignment import MapAlignments
 from app.recording.reading.recording import Recording
 from app.recording.timeline import SessionTimeline
 from app.view.model.scene_model import SceneModel
@@ -127,8 +128,8 @@ def _other_poses(recording: Recording, robot: BagRobot) -> BagPoses:
 
 
 def _follow(recording: Recording, source: BagPoses) -> Trajectory | None:
-    """Return the poses of the base in the world of a source; None where there is none."""
-    base = BasePose(source.world, source.base)
+    """Return the poses of the base in the map, else in the world of a source; None without any."""
+    base, alignments = BasePose(source.world, source.base), MapAlignments(recording)
     stamps: list[int] = []
     poses: list[Float64Array] = []
     for message in recording.all_messages(source.keys):
@@ -139,6 +140,7 @@ def _follow(recording: Recording, source: BagPoses) -> Trajectory | None:
         except MessageError:
             # Undecodable messages are skipped.
             continue
+        base.T_map_world = alignments.at(message.time_ns)
         base.take(came, fixed=message.key == keys.TF_STATIC)
         stamp_ns, pose = base.stamp_ns(), base.pose()
         if stamp_ns is None or pose is None or stamp_ns <= (stamps[-1] if stamps else -1):

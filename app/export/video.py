@@ -16,6 +16,7 @@ from app.messages.cdr import MessageError
 from app.messages.images import decode_color, decompress_color
 from app.messages.scene import decode_voxels
 from app.recording.errors import RecordingError
+from app.recording.map_alignment import alignment_message
 from app.recording.reading.recording import RecordedMessage
 from app.view.model.scene_model import SceneModel
 from app.view.model.scene_reader import SceneReader
@@ -67,6 +68,9 @@ def _scene_pictures(session: SessionData) -> Pictures:
     above = MapFromAbove(indices, voxel_m, frame)
     scene = SceneModel()
     reader = SceneReader(scene)
+    aligned = alignment_message(recording, recording.start_ns)
+    if aligned is not None:
+        reader.feed(aligned.key, aligned.payload)
     for message in recording.all_messages((keys.TF_STATIC,)):
         reader.feed(message.key, message.payload)
     # The number of pictures is bounded, because drawing one costs more than storing it.
@@ -75,6 +79,8 @@ def _scene_pictures(session: SessionData) -> Pictures:
     while True:
         for message in recording.between(before_ns, now_ns, (keys.MAP_VOXELS, keys.MAP_KEYFRAME)):
             _grow(above, message, voxel_m)
+        for message in recording.between(before_ns, now_ns, (keys.MAP_ALIGNMENT,)):
+            reader.feed(message.key, message.payload)
         for message in recording.between(now_ns - POSE_NS, now_ns, (keys.TF,)):
             reader.feed(message.key, message.payload)
         for key in (keys.STATUS, keys.DETECTIONS):

@@ -18,10 +18,7 @@ from app.messages.recording import RecordingStatus, RecordRequest
 
 logger = logging.getLogger(__name__)
 
-LATCHED_TOPICS: Final = (
-    keys.CONFIGURATION, keys.STATUS, keys.LABELS, keys.LEVELS, keys.CAMERA_INFO, keys.DETECTIONS,
-    keys.MAP_KEYFRAME, keys.PLAN_TREE, keys.PLAN_PATH, keys.FAR_EVIDENCE,
-)  # fmt: skip
+REQUESTED: Final = (*keys.LATCHED, keys.MAP_KEYFRAME)
 """Topics whose last message is requested when a recording begins."""
 _LEFT_OUT: Final = (keys.COLOR_RAW, keys.RECORDING, *keys.KEPT)
 """Not received with all others: kept topics, which `catch_up` subscribes to, raw colour, which is
@@ -56,7 +53,7 @@ class RecorderNetwork:
         self._status = status
         self._session: zenoh.Session | None = None
         self._publishers: dict[str, zenoh.Publisher] = {}
-        self._latched = {topic: LatchedReceiver(partial(take, topic)) for topic in LATCHED_TOPICS}
+        self._latched = {topic: LatchedReceiver(partial(take, topic)) for topic in REQUESTED}
         self._request_latched: Callable[[], None] = lambda: None
         self._kept: list[Callable[[], None]] = []
         """Ends of the subscriptions to topics that are sent once."""

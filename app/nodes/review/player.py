@@ -11,6 +11,7 @@ from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.motion import StampedTransform, decode_transforms, encode_transforms
 from app.messages.scene import VoxelCloud, encode_voxels
+from app.recording.map_alignment import alignment_message
 from app.recording.reading.recording import Recording
 from app.recording.timeline import TIMELINE_KEYS, SessionTimeline, timeline_of
 from app.view.model.seek_history import SEEK_HISTORY, SeekHistory
@@ -20,12 +21,15 @@ TRAIL_POINTS: Final = 4000
 SHOWN_EVENTS: Final = 500
 TF_NS: Final = 1_000_000_000
 """Time before a moment in which every coordinate frame of a robot has a pose."""
-LATEST: Final = (
-    keys.CAMERA_INFO, keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS, keys.LEVELS,
-    keys.FAR_EVIDENCE,
-)  # fmt: skip
+_APART: Final = {
+    keys.STATUS, keys.MAP_ALIGNMENT, keys.CONFIGURATION, keys.LABELS, keys.SEARCHES_SAVED,
+}  # fmt: skip
+"""Latched topics that are emitted before, or that a review does not show."""
+LATEST: Final = (keys.CAMERA_INFO, *(key for key in keys.LATCHED if key not in _APART))
+"""Topics whose last message is emitted after a jump."""
 PLAYED: Final = (
-    keys.COLOR, keys.STATUS, keys.EVENT, keys.MAP_VOXELS, keys.TF, keys.TF_STATIC, *LATEST,
+    keys.COLOR, keys.STATUS, keys.EVENT, keys.MAP_VOXELS, keys.MAP_ALIGNMENT, keys.TF,
+    keys.TF_STATIC, *LATEST,
 )  # fmt: skip
 
 Emit = Callable[[str, bytes], object]
@@ -94,6 +98,9 @@ class Player:
             if last is not None:
                 self._emit(key, last.payload)
         self._show_map()
+        aligned = alignment_message(recording, self.time_ns)
+        if aligned is not None:
+            self._emit(aligned.key, aligned.payload)
         for message in recording.between(0, self.time_ns, (keys.TF_STATIC,)):
             self._emit(message.key, message.payload)
         self._emit(keys.TF, encode_transforms(self._poses()))

@@ -29,7 +29,6 @@ from app.nodes.viewers.foxglove_topics import (
     LOG_KEY,
     ROS_TYPES,
     aligned_transforms,
-    alignment_of,
     depth_image,
     whole_maps,
 )
@@ -144,7 +143,7 @@ class FoxgloveServer(ServerListener):
         if key in JSON_TYPES:
             self._send(key, payload)
         elif key == keys.MAP_ALIGNMENT:
-            self._T_map_world = alignment_of(decode(payload, MapAlignment))
+            self._T_map_world = decode(payload, MapAlignment).as_transform()
         elif key in (keys.TF, keys.TF_STATIC) and self._T_map_world is not None:
             self._send(key, aligned_transforms(payload, self._T_map_world))
         elif key in FORWARDED or key == keys.DEPTH_RAW:

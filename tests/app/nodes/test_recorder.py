@@ -127,6 +127,22 @@ def test_what_was_sent_once_before_the_recording_is_in_it(sessions, record, wait
     recording.close()
 
 
+def test_what_the_navigator_told_before_the_recording_is_in_it(sessions, record):
+    router, _ = sessions
+    sender = Sender()
+    latched = {key: LatchedTopic(router, f"{ROBOT}/{key}", sender) for key in keys.LATCHED}
+    for key, topic in latched.items():
+        topic.put(key.encode())
+    finish = record(limits=RecordingLimits(min_free_gb=0.0))
+    for key in latched:
+        record.wait_for(key, key.encode())
+    (recording,) = finish()
+    for key in latched:
+        assert [m.payload for m in recording.all_messages((key,))] == [key.encode()]
+    recording.close()
+    sender.close()
+
+
 def test_after_a_silence_what_was_missed_is_requested_again(sessions, record, monkeypatch):
     monkeypatch.setattr(recorder, "SILENT_S", 1.0)
     router, _ = sessions

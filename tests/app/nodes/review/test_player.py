@@ -6,6 +6,8 @@ import pytest
 from app.links.network.inbox import Inbox
 from app.messages import keys
 from app.messages.control import encode
+from app.messages.driving import PaintedRegions, PaintedStroke
+from app.messages.memory import MapAlignment
 from app.nodes.console.link.commands import CommandError
 from app.nodes.review.link import RecordedLink
 from app.nodes.review.player import Player
@@ -95,6 +97,32 @@ def test_a_robot_that_fell_silent_is_shown_where_it_was(made_up, tmp_path):
     np.testing.assert_allclose(model.T_world_base[:2, 3], [0.08, 0.5], atol=1e-9)
     assert model.T_world_camera is not None
     recording.close()
+
+
+def test_a_review_of_an_aligned_session_shows_poses_and_painted_floor_in_the_map(made_up, tmp_path):
+    regions = [PaintedStroke(kind="look_here", radius_m=0.5, strokes=[(1.0, 2.0)])]
+    painted = made_up.START_NS + 3 * 10**9, keys.PAINTED, encode(PaintedRegions(regions=regions))
+    more = [made_up.alignment_at(2, (10.0, -3.0, 0.0)), painted]
+    recording = Recording(made_up.write_session(tmp_path, more=more).writer.folder)
+    models = []
+    for _ in range(2):
+        models.append(SceneModel())
+        models[-1].on_alignment(MapAlignment(position_map=(99.0, 0.0, 0.0), yaw_rad=0.0))
+    played, jumped = models
+    player, jumping = (Player(recording, SceneReader(model).feed) for model in models)
+    for position_s in (0.2, 2.0, 5.0):
+        player.advance(position_s - player.position_s)
+        jumping.seek(position_s)
+        x = 10.0 + 0.02 * round(position_s * 5)
+        for model in models:
+            np.testing.assert_allclose(model.T_world_base[:2, 3], [x, -2.5], atol=1e-9)
+        np.testing.assert_allclose(played.trail_world, jumped.trail_world, atol=1e-3)
+        assert len(played.painted) == len(jumped.painted) == (position_s > 3.0)
+    recording.close()
+    plain = Recording(made_up.write_session(tmp_path / "plain").writer.folder)
+    Player(plain, SceneReader(jumped).feed)
+    np.testing.assert_allclose(jumped.T_world_base[:2, 3], [0.0, 0.5], atol=1e-9)
+    plain.close()
 
 
 def test_steps_go_from_picture_to_picture(stage, recording):
