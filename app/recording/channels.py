@@ -19,6 +19,8 @@ from app.recording.errors import RecordingError
 STRING: Final = "std_msgs/msg/String"
 MARKERS_KEY: Final = "plan/markers"
 """Tree and finds as markers, for viewers that lack our message types."""
+GAP_KEY: Final = "recording/gap"
+"""Messages are missing here (`RecordingGap`), in recordings alone."""
 MARKERS_TYPE: Final = "visualization_msgs/msg/MarkerArray"
 KEY: Final = "ippon_key"
 """Metadata of a channel: the key under the robot's prefix."""

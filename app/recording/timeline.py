@@ -19,8 +19,10 @@ from app.messages.cdr import MessageError
 from app.messages.control import decode
 from app.messages.memory import MapAlignment
 from app.messages.motion import StampedTransform, decode_transforms
+from app.messages.recording import RecordingGap
 from app.messages.status import Event, LevelTable, Status
 from app.recording.base_pose import BasePose
+from app.recording.channels import GAP_KEY
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
 from ippon.decompression import unpack_zstd
@@ -30,6 +32,7 @@ from ippon.vocabulary import in_words
 TIMELINE_ATTACHMENT: Final = "ippon/digest.json.zst"
 TIMELINE_KEYS: Final = (
     keys.STATUS, keys.EVENT, keys.TF, keys.TF_STATIC, keys.LEVELS, keys.MAP_ALIGNMENT,
+    GAP_KEY,
 )  # fmt: skip
 STATUS_EVERY_NS: Final = 500_000_000
 TRAIL_STEP_M: Final = 0.05
@@ -101,7 +104,7 @@ class Transforms:
     are_fixed: bool
 
 
-TimelineMessage = Status | Event | LevelTable | MapAlignment | Transforms
+TimelineMessage = Status | Event | LevelTable | MapAlignment | RecordingGap | Transforms
 
 
 def decoded(key: str, payload: bytes) -> TimelineMessage | None:
@@ -115,6 +118,8 @@ def decoded(key: str, payload: bytes) -> TimelineMessage | None:
             return Transforms(decode_transforms(payload), are_fixed=key == keys.TF_STATIC)
         if key == keys.MAP_ALIGNMENT:
             return decode(payload, MapAlignment)
+        if key == GAP_KEY:
+            return decode(payload, RecordingGap)
         return decode(payload, LevelTable) if key == keys.LEVELS else None
     except (MessageError, msgspec.DecodeError):
         # The reader of the file counts broken messages.
@@ -134,6 +139,8 @@ class SessionTimeline(msgspec.Struct, kw_only=True, dict=True):
     """When the last find was announced."""
     levels_of: int | None = None
     """Goal of the last table of levels."""
+    dropped: int = 0
+    """Messages that arrived faster than they were written, and are missing."""
 
     @cached_property
     def _base(self) -> BasePose:
@@ -156,6 +163,8 @@ class SessionTimeline(msgspec.Struct, kw_only=True, dict=True):
             self._add_levels(message, time_ns)
         elif isinstance(message, MapAlignment):
             self._align(message.as_transform())
+        elif isinstance(message, RecordingGap):
+            self.dropped += message.dropped
 
     def driven_m(self) -> float:
         """Return the length of the way over the floor, metres."""
@@ -250,7 +259,7 @@ def sampled_timeline(recording: Recording) -> SessionTimeline:
     before_ns = recording.start_ns - 1
     now_ns = min(recording.start_ns + _POSES_NS, recording.end_ns)
     while before_ns < recording.end_ns:
-        for message in recording.between(before_ns, now_ns, (keys.MAP_ALIGNMENT,)):
+        for message in recording.between(before_ns, now_ns, (keys.MAP_ALIGNMENT, GAP_KEY)):
             timeline.take(message.key, message.payload, message.time_ns)
         for message in recording.between(now_ns - _POSES_NS, now_ns, (keys.TF,)):
             timeline.take(message.key, message.payload, message.time_ns)

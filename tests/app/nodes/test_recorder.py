@@ -14,12 +14,13 @@ from app.links.network.latched_topic import LatchedTopic
 from app.links.network.requests import RequestRefusedError, ask, last_message, serve
 from app.links.network.sender import Sender
 from app.messages import keys
-from app.messages.control import ControlReply, ControlRequest
-from app.messages.recording import RecordingStatus, RecordRequest
+from app.messages.control import ControlReply, ControlRequest, encode
+from app.messages.recording import RecordingGap, RecordingStatus, RecordRequest
 from app.messages.status import Event
 from app.nodes import recorder
 from app.nodes.recorder import Recorder, RecorderConfig
 from app.nodes.recorder_network import RecorderNetwork
+from app.recording.channels import GAP_KEY
 from app.recording.notes import read_notes
 from app.recording.reading.recording import Recording
 from app.recording.writing.limits import RecordingLimits
@@ -220,6 +221,8 @@ def test_what_changed_while_the_line_was_cut_is_recorded(sessions, free_endpoint
         assert (keys.LEVELS, b"meanwhile") not in took
         relay.lets_in = True
         _await(lambda: (keys.LEVELS, b"meanwhile") in took)
+        gap = GAP_KEY, encode(RecordingGap())
+        assert gap in took[: took.index((keys.LEVELS, b"meanwhile"))]
     finally:
         network.close()
         sender.close()
@@ -262,10 +265,16 @@ def test_a_folder_that_is_removed_ends_the_recording_once_and_another_can_begin(
 
 def test_what_finds_no_room_is_counted():
     backlog = WriteQueue(limit_bytes=10)
-    for _ in range(3):
-        backlog.put("k", b"12345")
-    assert len(backlog.take(0.0)) == 2
-    assert backlog.dropped == 1
+    for payload in (b"12345", b"23456", b"34567", b"45678"):
+        backlog.put("k", payload)
+    gap = GAP_KEY, encode(RecordingGap(dropped=2))
+    came = [("k", b"12345"), ("k", b"23456"), gap]
+    assert [(one.key, one.payload) for one in backlog.take(0.0)] == came
+    backlog.put("k", b"long" * 9)
+    backlog.put("k", b"56789")
+    gap = GAP_KEY, encode(RecordingGap(dropped=1))
+    assert [(one.key, one.payload) for one in backlog.take(0.0)] == [gap, ("k", b"56789")]
+    assert backlog.take(0.0) == []
 
 
 def _while_it_writes(recorder, monkeypatch, act):

@@ -8,9 +8,11 @@ from app.messages import keys
 from app.messages.control import encode
 from app.messages.driving import PaintedRegions, PaintedStroke
 from app.messages.memory import MapAlignment
+from app.messages.recording import RecordingGap
 from app.nodes.console.link.commands import CommandError
 from app.nodes.review.link import RecordedLink
 from app.nodes.review.player import Player
+from app.recording.channels import GAP_KEY
 from app.recording.reading.recording import Recording
 from app.view.model.scene_model import SceneModel
 from app.view.model.scene_reader import SceneReader
@@ -83,6 +85,60 @@ def test_after_a_jump_playing_goes_on_as_if_there_had_been_none(stage, recording
     player.seek(4.0)
     player.advance(1.0)
     _assert_same(model, _live(made_up, player.time_ns))
+
+
+@pytest.fixture
+def lossy(made_up, tmp_path):
+    """A session that lacks what came from the third second to the fourth."""
+    session = made_up.write_session(tmp_path, 2.0, end=False)
+    gap = made_up.START_NS + 3 * 10**9, GAP_KEY, encode(RecordingGap(dropped=7))
+    for time_ns, key, payload in sorted([gap, *made_up.all_messages()], key=lambda one: one[0]):
+        at_s = (time_ns - made_up.START_NS) * 1e-9
+        if at_s >= 3.0:
+            session.add(key, payload, time_ns, at_s)
+    session.close()
+    recording = Recording(session.writer.folder)
+    yield recording
+    recording.close()
+
+
+def _assert_played_as_jumped(recording, position_s, whole_maps):
+    """Play in steps, and compare the map with that after a jump."""
+    came, (played, jumped) = [], (SceneModel(), SceneModel())
+    reader = SceneReader(played)
+    player = Player(recording, lambda key, payload: came.append(key) or reader.feed(key, payload))
+    while player.position_s < position_s - 1e-3:
+        player.advance(0.25)
+    Player(recording, SceneReader(jumped).feed).seek(player.position_s)
+    pairs = zip(played.voxels.all_voxels(), jumped.voxels.all_voxels(), strict=True)
+    assert all(np.array_equal(a, b) for a, b in pairs)
+    assert came.count(keys.MAP_KEYFRAME) == whole_maps
+
+
+@pytest.mark.parametrize("position_s", [3.5, 4.5, 5.75])
+def test_after_a_gap_the_next_whole_map_is_shown_and_no_further_one(lossy, position_s):
+    _assert_played_as_jumped(lossy, position_s, 2 if position_s < 3.75 else 3)
+
+
+def test_a_whole_map_is_not_even_read_without_a_gap(recording, monkeypatch):
+    read, between = [], recording.between
+    monkeypatch.setattr(recording, "between", lambda *span: read.append(span[2]) or between(*span))
+    _assert_played_as_jumped(recording, 5.75, 2)
+    assert sum(keys.MAP_KEYFRAME in wanted for wanted in read) == 8, "until the first has come"
+
+
+def test_after_damage_the_next_whole_map_is_shown(recording, made_up, monkeypatch):
+    read = recording._read
+
+    def damaged(key, source, row):
+        at_s = (source.entries.time_ns[row] - made_up.START_NS) * 1e-9
+        if key == keys.MAP_VOXELS and 2.3 < at_s < 2.9:
+            recording.damaged["the chunk is damaged"] += 1
+            return None
+        return read(key, source, row)
+
+    monkeypatch.setattr(recording, "_read", damaged)
+    _assert_played_as_jumped(recording, 5.75, 3)
 
 
 def test_a_robot_that_fell_silent_is_shown_where_it_was(made_up, tmp_path):
