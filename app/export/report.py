@@ -305,7 +305,8 @@ def _provenance(session: SessionData, say: Words) -> str:
     versions = session.recording.index.metadata.get("ippon/versions", {})
     words = ", ".join(f"{escape(k)} {escape(v)}" for k, v in versions.items())
     problems = "".join(
-        f"<p>{escape(say.said(text))}</p>" for text in session.recording.index.problems
+        f"<p>{escape(say.said(text))}</p>"
+        for text in (*session.recording.index.problems, *session.timeline.problems())
     )
     return f"<h2>{escape(say('report.versions'))}</h2><p class=when>{words}</p>{problems}"
 

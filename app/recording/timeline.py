@@ -171,6 +171,12 @@ class SessionTimeline(msgspec.Struct, kw_only=True, dict=True):
         points = [(p.x, p.y) for p in self.trail]
         return sum(math.dist(a, b) for a, b in itertools.pairwise(points))
 
+    def problems(self) -> tuple[str, ...]:
+        """Return what a user should know of the recording."""
+        if not self.dropped:
+            return ()
+        return (f"messages are missing because the disk was too slow: {self.dropped}",)
+
     def _add_status(self, status: Status, time_ns: int) -> None:
         before = self.last
         self.last = status

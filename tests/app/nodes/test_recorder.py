@@ -20,12 +20,17 @@ from app.messages.status import Event
 from app.nodes import recorder
 from app.nodes.recorder import Recorder, RecorderConfig
 from app.nodes.recorder_network import RecorderNetwork
+from app.nodes.review.player import Player
+from app.nodes.review.session_figures import review_session
 from app.recording.channels import GAP_KEY
 from app.recording.notes import read_notes
 from app.recording.reading.recording import Recording
+from app.recording.reading.repair import check
 from app.recording.writing.limits import RecordingLimits
+from app.recording.writing.session import SUMMARY
 from app.recording.writing.write_queue import WriteQueue
 from app.ros2.ippon_ros2.zenoh_side import stream_publisher
+from app.view.words import Words
 from tests.app.relay import Relay
 
 ROBOT = "test/robot-1"
@@ -275,6 +280,30 @@ def test_what_finds_no_room_is_counted():
     gap = GAP_KEY, encode(RecordingGap(dropped=1))
     assert [(one.key, one.payload) for one in backlog.take(0.0)] == [gap, ("k", b"56789")]
     assert backlog.take(0.0) == []
+
+
+def test_messages_that_are_missing_are_counted_for_their_session_and_told_with_it(tmp_path):
+    slow = Recorder(RecorderConfig(robot=ROBOT, root=tmp_path))
+    slow._queue = WriteQueue(limit_bytes=10)
+    said = "messages are missing because the disk was too slow: 2"
+    for n, dropped in enumerate((2, 0, 0)):
+        slow._begin()
+        path = slow._session.writer.folder
+        for payload in (b"12345", b"23456", *dropped * (b"too long",)):
+            slow._queue.put("a", payload)
+        slow._write_waiting(0.0)
+        slow._check_limits()
+        assert slow._status.dropped == dropped, n
+        slow._end("the test is over")
+        assert slow._status.dropped == dropped, n
+        assert (said in check(path, repair=False).problems) == (dropped > 0)
+        recording = Recording(path)
+        assert recording.index.metadata[SUMMARY]["dropped"] == str(dropped)
+        player = Player(recording, lambda *_: None)
+        assert (said in review_session([player], [[]]).problems) == (dropped > 0)
+        german = review_session([player], [[]], Words("de")).problems
+        assert any("Festplatte zu langsam war: 2" in one for one in german) == (dropped > 0)
+        recording.close()
 
 
 def _while_it_writes(recorder, monkeypatch, act):
