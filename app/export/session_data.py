@@ -46,6 +46,11 @@ class Trajectory:
     T_world_base: Float64Array
     """(N, 4, 4) rigid transforms."""
 
+    def driven_m(self) -> Float64Array:
+        """Return (N,) the length of the way over the floor so far, metres."""
+        places = self.T_world_base[:, :2, 3]
+        return np.cumsum(np.linalg.norm(np.diff(places, axis=0, prepend=places[:1]), axis=1))
+
 
 @dataclass(frozen=True, kw_only=True)
 class SessionData:
@@ -75,6 +80,18 @@ class SessionData:
             RecordingError: There is none.
         """
         return _trajectory(self.recording, self.robot)
+
+    def driven_m(self) -> float | None:
+        """Return the length of the way over the floor, metres; None without poses.
+
+        A bag whose poses are those of odometry, or of another base or world, has no trail.
+        """
+        if self.timeline.trail:
+            return self.timeline.driven_m()
+        try:
+            return float(self.trajectory.driven_m()[-1])
+        except RecordingError:
+            return None
 
 
 def read_session_data(

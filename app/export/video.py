@@ -13,7 +13,7 @@ from app.export.map_picture import MapFromAbove, draw_things, extent_of
 from app.export.session_data import OnProgress, SessionData, need_map, no_progress
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.images import decode_color, decompress_color
+from app.messages.images import COLOR_DECODERS
 from app.messages.scene import decode_voxels
 from app.recording.errors import RecordingError
 from app.recording.map_alignment import alignment_message
@@ -110,14 +110,15 @@ def _grow(above: MapFromAbove, message: RecordedMessage, voxel_m: float) -> None
 
 
 def _camera_pictures(session: SessionData) -> Pictures:
-    start_ns = session.recording.start_ns
-    for message in session.recording.all_messages((keys.COLOR,)):
+    recording = session.recording
+    key = keys.COLOR if keys.COLOR in recording.keys else keys.COLOR_RAW
+    for message in recording.all_messages((key,)):
         try:
-            image = decompress_color(decode_color(message.payload).encoded)
+            image = COLOR_DECODERS[key](message.payload)
         except MessageError:
             # A damaged picture is skipped; the previous one stays.
             continue
-        yield (message.time_ns - start_ns) * 1e-9, image
+        yield (message.time_ns - recording.start_ns) * 1e-9, image
 
 
 def _write(path: Path, pictures: Pictures, duration_s: float, on_progress: OnProgress) -> int:
