@@ -56,7 +56,12 @@ export class Calls {
   // state: of the page, with the checksum of the calls.
   update(state) {
     const wanted = state?.calls ?? 0;
-    this.instance = state?.instance ?? this.instance;
+    const instance = state?.instance ?? this.instance;
+    if (this.instance && instance !== this.instance) {
+      // A console that was started again counts its calls from 1: none of them has sounded.
+      Object.assign(this, { known: null, newest: 0, seen: 0 });
+    }
+    this.instance = instance;
     this.renderControl();
     if (wanted !== 0) this.fetch(wanted);
   }
@@ -78,8 +83,8 @@ export class Calls {
   take(shown) {
     this.calls = shown.calls ?? [];
     const newest = this.calls[0]?.number ?? 0;
-    // Calls from before this page, or of an earlier console, make no sound.
-    if (this.newest === null || newest < this.newest) {
+    // Calls from before this page make no sound.
+    if (this.newest === null) {
       this.newest = newest;
       this.seen = newest;
     }

@@ -46,7 +46,9 @@ def _map_of(session: SessionData, on_progress: OnProgress) -> VoxelMap:
     is_ours = recording.attachment(CONFIGURATION) is not None
     config = read_settings(recording, ()).navigator if is_ours else NavigatorConfig()
     voxel_map = VoxelMap(config.mission.map, config.labels)
-    source = _source_of(session)
+    # A robot that is named with the command knows better than the session.
+    offset_s = session.robot.clock_offset_s or config.camera_clock_offset_s
+    source = _source_of(session, offset_s)
     times_ns = max((recording.times_ns(key) for key in COLORS), key=len)
     alignments = MapAlignments(recording)
     used = refused = 0
@@ -66,14 +68,14 @@ def _map_of(session: SessionData, on_progress: OnProgress) -> VoxelMap:
     return voxel_map
 
 
-def _source_of(session: SessionData) -> FrameSource:
+def _source_of(session: SessionData, clock_offset_s: float) -> FrameSource:
     robot = session.robot
     try:
         source = open_source(
             session.path,
             names=robot.names,
             mount=robot.T_base_camera,
-            clock_offset_s=robot.clock_offset_s,
+            clock_offset_s=clock_offset_s,
             base=robot.base,
         )
     except DatasetError as error:

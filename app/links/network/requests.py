@@ -1,4 +1,4 @@
-"""Requests over zenoh: a JSON request and a JSON reply; every request gets a reply."""
+"""Requests over zenoh: a JSON request and a JSON reply, a refusal where too many wait."""
 
 import itertools
 import logging

@@ -7,6 +7,7 @@ from typing import Final
 from urllib.parse import urlsplit
 
 from app.errors import UsageError
+from app.messages import keys
 
 LOOPBACK: Final = frozenset({"127.0.0.1", "localhost", "::1"})
 PASSWORD_VARIABLE: Final = "IPPON_CONSOLE_PASSWORD"  # noqa: S105 (a name, not a password)
@@ -66,8 +67,10 @@ class ConsoleConfig:
             _check_address(self.notify)
         elif self.notify_secret is not None:
             raise ConsoleError("--notify-secret signs what --notify sends: name an address, too")
-        if not self.robot or any(c in self.robot for c in "*$?# "):
-            raise ConsoleError(f"a robot's key prefix has no wildcard or space; got {self.robot!r}")
+        try:
+            keys.check_prefix(self.robot)
+        except ValueError as error:
+            raise ConsoleError(str(error)) from error
 
     @property
     def has_login(self) -> bool:

@@ -6,29 +6,23 @@ input against them, at a fixed rate and whenever a message arrives.
 """
 
 import dataclasses
-import logging
 import math
 import threading
 import time
 from collections.abc import Callable
 from typing import Final
 
-import msgspec
 import zenoh
 
-from app.messages import keys
-from app.messages.cdr import MessageError
-from app.messages.control import decode
 from app.messages.driving import DriveStatus, TeleopTag
-from app.messages.motion import StampedTwist, decode_twist
 from app.nodes.navigator.command.command_stream import CommandStream
+from app.nodes.navigator.command.teleop_inbox import TeleopInbox, TeleopMessage
 from ippon.command import Command
 from ippon.control.acceleration_limits import limit_acceleration
 from ippon.control.drive_mode import (
     NO_INPUT,
     STILL,
     DriveMode,
-    TeleopInput,
     blend_commands,
     follows_plan,
     scale_command,
@@ -43,8 +37,6 @@ from ippon.frame import Frame
 from ippon.geometry import Float64Array, base_pose, yaw_of
 from ippon.mapping.arrays import MapArrays
 from ippon.robot import RobotProfile
-
-logger = logging.getLogger(__name__)
 
 TICK_S: Final = 0.05
 HAND_S: Final = 0.3
@@ -111,10 +103,11 @@ class CommandMux:
         self._tilt_rad = 0.0
         self._intervention = ""
         self._intervened_at = -math.inf
+        self._refused = ""
+        self._refused_at = -math.inf
         self._driven = threading.Event()
         self._closed = False
-        handler = zenoh.handlers.Callback(self._receive, indirect=False)
-        self._subscriber = session.declare_subscriber(f"{robot}/{keys.TELEOP}", handler)  # pyright: ignore[reportArgumentType, reportCallIssue]
+        self._inbox = TeleopInbox(session, robot, profile)
         self._thread = threading.Thread(target=self._run, name="command mux", daemon=True)
         self._thread.start()
 
@@ -129,7 +122,8 @@ class CommandMux:
         with self._lock:
             self._mode, self._limit = mode, speed_limit
             self._hand = NO_INPUT
-            self._intervention = ""
+            self._inbox.open(is_open=mode is not DriveMode.AUTO)
+            self._intervention, self._refused_at = "", -math.inf
             if mode is DriveMode.AUTO:
                 self._driven.clear()
             else:
@@ -181,14 +175,15 @@ class CommandMux:
     def status(self) -> DriveStatus:
         """Return drive mode, waypoint, limits and the filter's last intervention."""
         with self._lock:
-            fresh = time.monotonic() - self._hand_at < HAND_S
+            now = time.monotonic()
+            fresh, refused = now - self._hand_at < HAND_S, now - self._refused_at < REASON_S
             speed = self._limit * self._profile.max_linear_m_s
             slow, stop = limits_ahead(self._profile, speed, HORIZON_S, self._hand_margin_m)
             return DriveStatus(
                 mode=self._mode.value,
                 speed_limit=self._limit,
                 by_hand=fresh and self._hand.drives,
-                intervention=self._intervention,
+                intervention=self._refused if refused else self._intervention,
                 waypoint=self._waypoint,
                 top_linear_m_s=self._profile.max_linear_m_s,
                 top_yaw_rate_rad_s=self._profile.max_yaw_rate_rad_s,
@@ -204,38 +199,17 @@ class CommandMux:
 
     # -- teleoperation ------------------------------------------------------------------------
 
-    def _receive(self, sample: zenoh.Sample) -> None:
-        try:
-            attached = sample.attachment
-            tag = decode(b"" if attached is None else attached.to_bytes(), TeleopTag)
-            hand = self._hand_of(decode_twist(sample.payload.to_bytes()))
-        except (MessageError, msgspec.DecodeError) as error:
-            logger.debug("a teleoperation message is skipped: %s", error)
+    def _take(self, message: TeleopMessage) -> None:
+        if not message.tag.follows(self._last_tag):
             return
-        with self._lock:
-            if self._mode is DriveMode.AUTO or not tag.follows(self._last_tag):
-                return
-            if (problem := self._refusal(tag)) is not None:
-                self._intervention = problem
-                return
-            self._last_tag = tag
-            self._hand, self._hand_at = hand, time.monotonic()
-            if hand.drives and self._waypoint is not None:
-                self._waypoint = None
-                self._on_takeover()
-            self._tick(self._hand_at)
-
-    def _hand_of(self, twist: StampedTwist) -> TeleopInput:
-        robot = self._profile
-
-        def share(value: float, top: float) -> float:
-            return min(max(value / top, -1.0), 1.0)
-
-        return TeleopInput(
-            forward=share(twist.linear_m_s, robot.max_linear_m_s),
-            turn=share(twist.yaw_rate_rad_s, robot.max_yaw_rate_rad_s),
-            tilt=share(twist.tilt_rate_rad_s, robot.max_tilt_rate_rad_s),
-        )
+        if (problem := self._refusal(message.tag)) is not None:
+            self._refused, self._refused_at = problem, message.at
+            return
+        self._last_tag, self._refused_at = message.tag, -math.inf
+        self._hand, self._hand_at = message.hand, message.at
+        if message.hand.drives and self._waypoint is not None:
+            self._waypoint = None
+            self._on_takeover()
 
     # -- the command -------------------------------------------------------------------------
 
@@ -244,8 +218,10 @@ class CommandMux:
             self._driven.wait()
             with self._lock:
                 if self._mode is not DriveMode.AUTO and not self._closed:
+                    for message in self._inbox.take():
+                        self._take(message)
                     self._tick(time.monotonic())
-            time.sleep(TICK_S)
+            self._inbox.wait(TICK_S)
 
     def _tick(self, now: float) -> Command:
         self._dead_reckon(now)

@@ -24,8 +24,9 @@ from app.view.view_options import ViewOptions
         ({"host": "192.168.1.5"}, "IPPON_CONSOLE_PASSWORD"),
         ({"tls_cert": Path("a.pem")}, "both a certificate and its key"),
         ({"port": 70_000}, "a port lies in 0 to 65535"),
-        ({"robot": "a/**"}, "no wildcard"),
-        ({"robot": ""}, "no wildcard"),
+        ({"robot": "a/**"}, "parts joined by '/'"),
+        ({"robot": ""}, "parts joined by '/'"),
+        ({"robot": "scout/"}, "parts joined by '/'"),
     ],
 )
 def test_a_bad_configuration_is_refused_with_a_reason(fields, text):

@@ -8,6 +8,7 @@ import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
+from app.export import mesh
 from app.export.mesh import write_mesh
 from app.export.session_data import read_session_data
 from app.links.robot_streams.assembler import FrameAssembler
@@ -25,8 +26,10 @@ from app.messages.motion import (
 from app.messages.perception.heatmaps import decode_heatmap, encode_heatmap
 from app.messages.status import Event, GoalStatus, LevelRow, LevelTable
 from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.replay.bag_robot import BagRobot
 from app.nodes.review.recompute import Recomputation, recompute
 from app.nodes.review.settings import read_settings
+from app.recognition import frames
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
 from app.recording.writing.limits import RecordingLimits
@@ -157,6 +160,30 @@ def test_the_exported_mesh_is_the_surface_of_the_live_map(searched, tmp_path):
     # The live map left two frames out, and this one has them.
     far, _ = cKDTree(exported.vertices).query(expected.vertices)
     assert np.quantile(far, 0.95) < live.config.map.voxel_size_m
+
+
+@pytest.mark.slow
+def test_the_mesh_of_a_session_has_the_clock_offset_of_its_navigator(
+    searched, tmp_path, monkeypatch
+):
+    recording, _ = searched
+    settings = read_settings(recording, ())
+    late = dataclasses.replace(settings.navigator, camera_clock_offset_s=0.06)
+    late = dataclasses.replace(settings, navigator=late)
+    monkeypatch.setattr(mesh, "read_settings", lambda *_: late)
+    opened = []
+
+    def open_source(*path, **told):
+        opened.append(told["clock_offset_s"])
+        return frames.open_source(*path, **told)
+
+    monkeypatch.setattr(mesh, "open_source", open_source)
+    session = read_session_data(recording.path)
+    write_mesh(session, tmp_path / "mesh.ply")
+    named = dataclasses.replace(session, robot=BagRobot(clock_offset_s=0.02))
+    write_mesh(named, tmp_path / "mesh.ply")
+    session.recording.close()
+    assert opened == [0.06, 0.02]
 
 
 def test_other_settings_give_another_session_to_compare(searched, tmp_path):

@@ -207,6 +207,32 @@ def test_of_two_pages_of_one_browser_one_rings_for_several_calls_at_once(page):
     assert rung == [2, 0]
 
 
+def test_every_call_of_a_console_that_was_started_again_sounds(page):
+    rung = page.evaluate(
+        """async () => {
+          const { Calls } = await import("/assets/calls.js");
+          const rung = [];
+          const page = Object.assign(Object.create(Calls.prototype), {
+            known: null, newest: null, seen: 0,
+            renderControl() {}, render() {}, fetch() {},
+            ring(title) { rung.push(title); },
+          });
+          const call = (number) => (
+            { number, title: `${page.instance} ${number}`, occasion: { kind: "found", text: "" } }
+          );
+          const come = (instance, ...numbers) => {
+            page.update({ instance, calls: 1 });
+            page.take({ calls: numbers.map(call) });
+          };
+          come("first", 2, 1);
+          come("first", 3, 2, 1);
+          come("second", 4, 3, 2, 1);
+          return rung;
+        }"""
+    )
+    assert rung == ["first 3", "second 1", "second 2", "second 3", "second 4"]
+
+
 def test_a_call_of_another_day_says_which(page):
     shown = page.evaluate(
         """async () => {

@@ -4,7 +4,9 @@ import contextlib
 import itertools
 import queue
 import re
+import threading
 import time
+from types import SimpleNamespace
 
 import msgspec
 import numpy as np
@@ -304,6 +306,31 @@ def test_what_the_navigator_drops_stays_dropped_on_the_way_to_a_point(bench):
     assert bench.stands_still()
     assert bench.frame(going=(1.0, 0.0)) == PLANNED, "with the next frame it goes on"
     bench.until(lambda t: t.linear_m_s == pytest.approx(PLANNED.linear_m_s))
+
+
+def test_a_robot_that_takes_no_command_does_not_keep_the_operators_stop_waiting(bench, sessions):
+    router, client = sessions
+    stop_came, blocked, released = threading.Event(), threading.Event(), threading.Event()
+    subscribe(router, f"{ROBOT}/stop", lambda _: stop_came.set())
+    bench.mux.set_mode(DriveMode.MANUAL, 1.0)
+    bench.frame()
+    bench.hold_until(lambda t: t.linear_m_s == pytest.approx(0.3), linear=0.3)
+
+    def put(_):
+        blocked.set()
+        assert released.wait(PATIENCE_S)
+
+    bench.stream._twist = SimpleNamespace(put=put)
+    try:
+        bench.hold(linear=0.3)
+        assert blocked.wait(PATIENCE_S)
+        # The command of this message waits for the one that is blocked.
+        bench.hold(linear=0.4)
+        time.sleep(0.2)
+        client.put(f"{ROBOT}/stop", b"")
+        assert stop_came.wait(PATIENCE_S / 2)
+    finally:
+        released.set()
 
 
 def test_hostile_messages_are_skipped(bench, sessions):
