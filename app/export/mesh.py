@@ -8,11 +8,13 @@ import trimesh
 
 from app.export.session_data import OnProgress, SessionData, no_progress
 from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.navigator.localization.alignment import in_map_frame
 from app.nodes.replay.datasets import DatasetError
 from app.nodes.review.settings import read_settings
 from app.recognition.frames import FrameSource, open_source
 from app.recording.camera_topics import COLORS
 from app.recording.errors import RecordingError
+from app.recording.map_alignment import MapAlignments
 from app.recording.writing.session import CONFIGURATION
 from ippon.errors import FrameRejectedError
 from ippon.mapping.mesh import copy_signed_distances, extract_mesh
@@ -47,16 +49,18 @@ def _map_of(session: SessionData, on_progress: OnProgress) -> VoxelMap:
     # A robot that is named with the command knows better than the session.
     offset_s = session.robot.clock_offset_s or config.camera_clock_offset_s
     source = _source_of(session, offset_s)
-    images = max(len(recording.times_ns(key)) for key in COLORS)
+    times_ns = max((recording.times_ns(key) for key in COLORS), key=len)
+    alignments = MapAlignments(recording)
     used = refused = 0
     try:
         for frame in source.frames():
             try:
-                voxel_map.integrate(frame)
+                T_map_world = alignments.at(int(times_ns[source.tally.images - 1]))
+                voxel_map.integrate(in_map_frame(frame, T_map_world))
                 used += 1
             except FrameRejectedError:
                 refused += 1
-            on_progress(source.tally.images / images)
+            on_progress(source.tally.images / len(times_ns))
     except DatasetError as error:
         raise _no_frame(error) from error
     if not used:

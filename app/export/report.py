@@ -82,7 +82,7 @@ class ReportPart:
 
 def part_of(session: SessionData, say: Words = ENGLISH) -> ReportPart:
     """Return what a report says of one session."""
-    goals = goals_of(session.timeline)
+    goals, driven_m = goals_of(session.timeline), session.driven_m()
     title = _title(session, goals, say)
     sections = [
         f"<p class=when>{escape(_when(session, goals, say))}</p>",
@@ -101,7 +101,7 @@ def part_of(session: SessionData, say: Words = ENGLISH) -> ReportPart:
             escape(session.name),
             escape(title),
             _seconds(session.recording.duration_s, say),
-            f"{say.number(session.timeline.driven_m(), 1)} m",
+            "" if driven_m is None else f"{say.number(driven_m, 1)} m",
         ),
         found=sum(is_found(goal) for goal in goals),
         goals=len(goals),
@@ -305,7 +305,8 @@ def _provenance(session: SessionData, say: Words) -> str:
     versions = session.recording.index.metadata.get("ippon/versions", {})
     words = ", ".join(f"{escape(k)} {escape(v)}" for k, v in versions.items())
     problems = "".join(
-        f"<p>{escape(say.said(text))}</p>" for text in session.recording.index.problems
+        f"<p>{escape(say.said(text))}</p>"
+        for text in (*session.recording.index.problems, *session.timeline.problems())
     )
     return f"<h2>{escape(say('report.versions'))}</h2><p class=when>{words}</p>{problems}"
 

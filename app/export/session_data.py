@@ -20,6 +20,7 @@ from app.nodes.replay.messages import TF_ALONE
 from app.nodes.review.player import Player
 from app.recording.base_pose import BasePose
 from app.recording.errors import RecordingError
+from app.recording.map_alignment import MapAlignments
 from app.recording.reading.recording import Recording
 from app.recording.timeline import SessionTimeline
 from app.view.model.scene_model import SceneModel
@@ -44,6 +45,11 @@ class Trajectory:
     """(N,) nanoseconds of the robot's clock."""
     T_world_base: Float64Array
     """(N, 4, 4) rigid transforms."""
+
+    def driven_m(self) -> Float64Array:
+        """Return (N,) the length of the way over the floor so far, metres."""
+        places = self.T_world_base[:, :2, 3]
+        return np.cumsum(np.linalg.norm(np.diff(places, axis=0, prepend=places[:1]), axis=1))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,6 +80,18 @@ class SessionData:
             RecordingError: There is none.
         """
         return _trajectory(self.recording, self.robot)
+
+    def driven_m(self) -> float | None:
+        """Return the length of the way over the floor, metres; None without poses.
+
+        A bag whose poses are those of odometry, or of another base or world, has no trail.
+        """
+        if self.timeline.trail:
+            return self.timeline.driven_m()
+        try:
+            return float(self.trajectory.driven_m()[-1])
+        except RecordingError:
+            return None
 
 
 def read_session_data(
@@ -127,8 +145,8 @@ def _other_poses(recording: Recording, robot: BagRobot) -> BagPoses:
 
 
 def _follow(recording: Recording, source: BagPoses) -> Trajectory | None:
-    """Return the poses of the base in the world of a source; None where there is none."""
-    base = BasePose(source.world, source.base)
+    """Return the poses of the base in the map, else in the world of a source; None without any."""
+    base, alignments = BasePose(source.world, source.base), MapAlignments(recording)
     stamps: list[int] = []
     poses: list[Float64Array] = []
     for message in recording.all_messages(source.keys):
@@ -139,6 +157,7 @@ def _follow(recording: Recording, source: BagPoses) -> Trajectory | None:
         except MessageError:
             # Undecodable messages are skipped.
             continue
+        base.T_map_world = alignments.at(message.time_ns)
         base.take(came, fixed=message.key == keys.TF_STATIC)
         stamp_ns, pose = base.stamp_ns(), base.pose()
         if stamp_ns is None or pose is None or stamp_ns <= (stamps[-1] if stamps else -1):

@@ -36,8 +36,7 @@ def write_csv(session: SessionData, path: Path) -> None:
     """
     trajectory = session.trajectory
     rows = _rows(trajectory)
-    steps = np.linalg.norm(np.diff(rows[:, :2], axis=0, prepend=rows[:1, :2]), axis=1)
-    driven = np.cumsum(steps)
+    driven = trajectory.driven_m()
     with path.open("w", newline="", encoding="ascii") as file:
         table = csv.writer(file)
         table.writerow(["time_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw", "driven_m"])

@@ -13,9 +13,10 @@ from app.export.map_picture import MapFromAbove, draw_things, extent_of
 from app.export.session_data import OnProgress, SessionData, need_map, no_progress
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.messages.images import decode_color, decompress_color
+from app.messages.images import COLOR_DECODERS
 from app.messages.scene import decode_voxels
 from app.recording.errors import RecordingError
+from app.recording.map_alignment import alignment_message
 from app.recording.reading.recording import RecordedMessage
 from app.view.model.scene_model import SceneModel
 from app.view.model.scene_reader import SceneReader
@@ -67,6 +68,9 @@ def _scene_pictures(session: SessionData) -> Pictures:
     above = MapFromAbove(indices, voxel_m, frame)
     scene = SceneModel()
     reader = SceneReader(scene)
+    aligned = alignment_message(recording, recording.start_ns)
+    if aligned is not None:
+        reader.feed(aligned.key, aligned.payload)
     for message in recording.all_messages((keys.TF_STATIC,)):
         reader.feed(message.key, message.payload)
     # The number of pictures is bounded, because drawing one costs more than storing it.
@@ -75,6 +79,8 @@ def _scene_pictures(session: SessionData) -> Pictures:
     while True:
         for message in recording.between(before_ns, now_ns, (keys.MAP_VOXELS, keys.MAP_KEYFRAME)):
             _grow(above, message, voxel_m)
+        for message in recording.between(before_ns, now_ns, (keys.MAP_ALIGNMENT,)):
+            reader.feed(message.key, message.payload)
         for message in recording.between(now_ns - POSE_NS, now_ns, (keys.TF,)):
             reader.feed(message.key, message.payload)
         for key in (keys.STATUS, keys.DETECTIONS):
@@ -104,14 +110,15 @@ def _grow(above: MapFromAbove, message: RecordedMessage, voxel_m: float) -> None
 
 
 def _camera_pictures(session: SessionData) -> Pictures:
-    start_ns = session.recording.start_ns
-    for message in session.recording.all_messages((keys.COLOR,)):
+    recording = session.recording
+    key = keys.COLOR if keys.COLOR in recording.keys else keys.COLOR_RAW
+    for message in recording.all_messages((key,)):
         try:
-            image = decompress_color(decode_color(message.payload).encoded)
+            image = COLOR_DECODERS[key](message.payload)
         except MessageError:
             # A damaged picture is skipped; the previous one stays.
             continue
-        yield (message.time_ns - start_ns) * 1e-9, image
+        yield (message.time_ns - recording.start_ns) * 1e-9, image
 
 
 def _write(path: Path, pictures: Pictures, duration_s: float, on_progress: OnProgress) -> int:

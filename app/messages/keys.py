@@ -133,6 +133,14 @@ SEEN = (HEATMAP, BOXES, MASKS, MASKS_COMPRESSED, LABEL_NAMES, DETECTOR_NAME)
 KEPT = (TF_STATIC, LABEL_NAMES, DETECTOR_NAME)
 """Topics that are sent once: their publisher keeps the last messages for late subscribers."""
 
+ON_CHANGE = (
+    CONFIGURATION, LABELS, LEVELS, MAP_ALIGNMENT, PAINTED, FAR_EVIDENCE, SEARCHES_SAVED,
+)  # fmt: skip
+"""Topics that the navigator publishes when they change, and of which it answers a query."""
+
+LATCHED = (*ON_CHANGE, STATUS, PLAN_TREE, PLAN_PATH, DETECTIONS)
+"""All topics of the navigator that answer a query with their last message."""
+
 ROS_TYPES = {
     COLOR: "sensor_msgs/msg/CompressedImage",
     COLOR_RAW: "sensor_msgs/msg/Image",

@@ -4,6 +4,8 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct
 
+from ippon.geometry import Float64Array, base_pose
+
 
 class MemoryRequest(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Ask where something is, or was last; the robot does not move for it."""
@@ -115,3 +117,7 @@ class MapAlignment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     position_map: tuple[float, float, float]
     """Metres."""
     yaw_rad: float
+
+    def as_transform(self) -> Float64Array:
+        """Return T_map_world (4, 4), from the frame of tf to that of the map."""
+        return base_pose(*self.position_map, self.yaw_rad)

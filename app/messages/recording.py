@@ -32,6 +32,13 @@ class RecordingStatus(Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     """Warning when a limit is near."""
 
 
+class RecordingGap(Struct, frozen=True, kw_only=True):
+    """Messages are missing at this place of a recording: the recorder did not get or write them."""
+
+    dropped: int = 0
+    """Messages dropped because they arrived faster than they were written; 0 for a broken link."""
+
+
 class Exchange(Struct, frozen=True, kw_only=True):
     """A request with its reply, for recordings: key of the request + `/exchange`."""
 

@@ -173,7 +173,7 @@ class Recorder:
             seconds=(time.time_ns() - session.start_ns) * 1e-9,
             written_bytes=self._status.written_bytes if verdict.stop else writer.written_bytes,
             messages=writer.messages,
-            dropped=self._queue.dropped,
+            dropped=session.timeline.dropped,
             warning=verdict.text,
         )
 
@@ -197,7 +197,7 @@ class Recorder:
             seconds=(time.time_ns() - session.start_ns) * 1e-9,
             written_bytes=size,
             messages=count,
-            dropped=self._queue.dropped,
+            dropped=session.timeline.dropped,
         )
         logger.info("%s: %d messages, %.1f MB; %s", folder, count, size / 1e6, reason)
 
@@ -256,6 +256,7 @@ class Recorder:
             logger.debug("%s", error)
             return
         if self._session is not None:
+            self._network.mark_gap()
             # Topics that are published on change alone may have changed meanwhile.
             self._network.catch_up()
 

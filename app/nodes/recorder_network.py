@@ -11,17 +11,15 @@ from app.links.network.last_messages import request_after_breaks
 from app.links.network.latched_topic import LatchedReceiver
 from app.links.network.requests import serve
 from app.links.network.session import open_client
-from app.links.network.subscription import subscribe
+from app.links.network.subscription import on_token_lost, subscribe
 from app.messages import keys
 from app.messages.control import encode
-from app.messages.recording import RecordingStatus, RecordRequest
+from app.messages.recording import RecordingGap, RecordingStatus, RecordRequest
+from app.recording.channels import GAP_KEY
 
 logger = logging.getLogger(__name__)
 
-LATCHED_TOPICS: Final = (
-    keys.CONFIGURATION, keys.STATUS, keys.LABELS, keys.LEVELS, keys.CAMERA_INFO, keys.DETECTIONS,
-    keys.MAP_KEYFRAME, keys.PLAN_TREE, keys.PLAN_PATH, keys.FAR_EVIDENCE,
-)  # fmt: skip
+REQUESTED: Final = (*keys.LATCHED, keys.MAP_KEYFRAME)
 """Topics whose last message is requested when a recording begins."""
 _LEFT_OUT: Final = (keys.COLOR_RAW, keys.RECORDING, *keys.KEPT)
 """Not received with all others: kept topics, which `catch_up` subscribes to, raw colour, which is
@@ -56,7 +54,7 @@ class RecorderNetwork:
         self._status = status
         self._session: zenoh.Session | None = None
         self._publishers: dict[str, zenoh.Publisher] = {}
-        self._latched = {topic: LatchedReceiver(partial(take, topic)) for topic in LATCHED_TOPICS}
+        self._latched = {topic: LatchedReceiver(partial(take, topic)) for topic in REQUESTED}
         self._request_latched: Callable[[], None] = lambda: None
         self._kept: list[Callable[[], None]] = []
         """Ends of the subscriptions to topics that are sent once."""
@@ -84,6 +82,7 @@ class RecorderNetwork:
         session.declare_subscriber(self._key("**"), handler)
         serve(session, self._key(keys.RECORD), RecordRequest, self._handle)
         session.declare_queryable(self._key(keys.RECORDING), self._answer_status)
+        on_token_lost(session, self._key(keys.NAVIGATOR_ALIVE), self.mark_gap)
         self._request_latched = request_after_breaks(session, self._robot, self._latched)
         # The status is repeated; an event is not, and must not be dropped on a busy link.
         self._publishers = {
@@ -111,6 +110,10 @@ class RecorderNetwork:
             for topic in keys.KEPT
         ]
         self._request_latched()
+
+    def mark_gap(self) -> None:
+        """Record that messages of a broken link are missing, safe from any thread."""
+        self._take(GAP_KEY, encode(RecordingGap()))
 
     def end_kept(self) -> None:
         """Unsubscribe from kept topics, so that the next recording gets them again."""

@@ -26,6 +26,8 @@ class BasePose:
         self._world = world
         self._base = base
         self._links: dict[str, StampedTransform] = {}
+        self.T_map_world: Float64Array | None = None
+        """(4, 4) from that world to the map, where an alignment says it."""
         self._chain: list[StampedTransform] = []
         """Transforms from the world to the base; empty while one is missing."""
 
@@ -36,9 +38,15 @@ class BasePose:
         self._chain = self._follow()
 
     def pose(self) -> Float64Array | None:
-        """Return T_world_base (4, 4), None while a transform is missing."""
+        """Return T_world_base (4, 4), None while a transform is missing.
+
+        With an alignment the world is the map.
+        """
         transforms = [link.T_parent_child for link in self._chain]
-        return reduce(matmul, transforms) if transforms else None
+        if not transforms:
+            return None
+        T_world_base = reduce(matmul, transforms)
+        return T_world_base if self.T_map_world is None else self.T_map_world @ T_world_base
 
     def stamp_ns(self) -> int | None:
         """Return the time of the pose, None while a transform or its time is missing.

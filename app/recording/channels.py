@@ -19,15 +19,13 @@ from app.recording.errors import RecordingError
 STRING: Final = "std_msgs/msg/String"
 MARKERS_KEY: Final = "plan/markers"
 """Tree and finds as markers, for viewers that lack our message types."""
+GAP_KEY: Final = "recording/gap"
+"""Messages are missing here (`RecordingGap`), in recordings alone."""
 MARKERS_TYPE: Final = "visualization_msgs/msg/MarkerArray"
 KEY: Final = "ippon_key"
 """Metadata of a channel: the key under the robot's prefix."""
-LATCHED: Final = frozenset(
-    {
-        keys.TF_STATIC, keys.LABELS, keys.LEVELS, keys.CONFIGURATION, keys.LABEL_NAMES,
-        keys.DETECTOR_NAME,
-    }
-)  # fmt: skip
+LATCHED: Final = frozenset((*keys.KEPT, *keys.ON_CHANGE))
+"""Topics whose last message a late subscriber of a played recording gets."""
 Names = Mapping[tuple[str, str], str]
 """Keys by name and type of the topics of a robot that has names of its own."""
 USUAL: Final[Names] = MappingProxyType({})

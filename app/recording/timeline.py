@@ -11,21 +11,29 @@ from functools import cached_property
 from typing import Final, Literal
 
 import msgspec
+import numpy as np
 import zstandard
 
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.control import decode
+from app.messages.memory import MapAlignment
 from app.messages.motion import StampedTransform, decode_transforms
+from app.messages.recording import RecordingGap
 from app.messages.status import Event, LevelTable, Status
 from app.recording.base_pose import BasePose
+from app.recording.channels import GAP_KEY
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
 from ippon.decompression import unpack_zstd
+from ippon.geometry import Float64Array, transform_points
 from ippon.vocabulary import in_words
 
 TIMELINE_ATTACHMENT: Final = "ippon/digest.json.zst"
-TIMELINE_KEYS: Final = (keys.STATUS, keys.EVENT, keys.TF, keys.TF_STATIC, keys.LEVELS)
+TIMELINE_KEYS: Final = (
+    keys.STATUS, keys.EVENT, keys.TF, keys.TF_STATIC, keys.LEVELS, keys.MAP_ALIGNMENT,
+    GAP_KEY,
+)  # fmt: skip
 STATUS_EVERY_NS: Final = 500_000_000
 TRAIL_STEP_M: Final = 0.05
 _MAX_BYTES: Final = 1 << 28
@@ -96,7 +104,7 @@ class Transforms:
     are_fixed: bool
 
 
-TimelineMessage = Status | Event | LevelTable | Transforms
+TimelineMessage = Status | Event | LevelTable | MapAlignment | RecordingGap | Transforms
 
 
 def decoded(key: str, payload: bytes) -> TimelineMessage | None:
@@ -108,6 +116,10 @@ def decoded(key: str, payload: bytes) -> TimelineMessage | None:
             return decode(payload, Event)
         if key in (keys.TF, keys.TF_STATIC):
             return Transforms(decode_transforms(payload), are_fixed=key == keys.TF_STATIC)
+        if key == keys.MAP_ALIGNMENT:
+            return decode(payload, MapAlignment)
+        if key == GAP_KEY:
+            return decode(payload, RecordingGap)
         return decode(payload, LevelTable) if key == keys.LEVELS else None
     except (MessageError, msgspec.DecodeError):
         # The reader of the file counts broken messages.
@@ -127,6 +139,8 @@ class SessionTimeline(msgspec.Struct, kw_only=True, dict=True):
     """When the last find was announced."""
     levels_of: int | None = None
     """Goal of the last table of levels."""
+    dropped: int = 0
+    """Messages that arrived faster than they were written, and are missing."""
 
     @cached_property
     def _base(self) -> BasePose:
@@ -147,11 +161,21 @@ class SessionTimeline(msgspec.Struct, kw_only=True, dict=True):
             self._add_transforms(message, time_ns)
         elif isinstance(message, LevelTable):
             self._add_levels(message, time_ns)
+        elif isinstance(message, MapAlignment):
+            self._align(message.as_transform())
+        elif isinstance(message, RecordingGap):
+            self.dropped += message.dropped
 
     def driven_m(self) -> float:
         """Return the length of the way over the floor, metres."""
         points = [(p.x, p.y) for p in self.trail]
         return sum(math.dist(a, b) for a, b in itertools.pairwise(points))
+
+    def problems(self) -> tuple[str, ...]:
+        """Return what a user should know of the recording."""
+        if not self.dropped:
+            return ()
+        return (f"messages are missing because the disk was too slow: {self.dropped}",)
 
     def _add_status(self, status: Status, time_ns: int) -> None:
         before = self.last
@@ -179,6 +203,14 @@ class SessionTimeline(msgspec.Struct, kw_only=True, dict=True):
             self.marks.append(Mark(time_ns, "levels", f"levels changed ({table.provider})"))
         self.levels_of = table.goal_id
 
+    def _align(self, T_map_world: Float64Array) -> None:
+        """Follow an alignment; the first one applies to what is before it (`MapAlignments`)."""
+        if self._base.T_map_world is None and self.trail:
+            points = np.array([(one.x, one.y, one.z) for one in self.trail])
+            moved = zip(self.trail, transform_points(T_map_world, points).tolist(), strict=True)
+            self.trail = [_trail_point(one.time_ns, *place) for one, place in moved]
+        self._base.T_map_world = T_map_world
+
     def _add_transforms(self, message: Transforms, time_ns: int) -> None:
         self._base.take(message.transforms, fixed=message.are_fixed)
         T_world_base = self._base.pose()
@@ -187,7 +219,11 @@ class SessionTimeline(msgspec.Struct, kw_only=True, dict=True):
         x, y, z = T_world_base[:3, 3].tolist()
         last = self.trail[-1] if self.trail else None
         if last is None or math.dist((last.x, last.y, last.z), (x, y, z)) >= TRAIL_STEP_M:
-            self.trail.append(TrailPoint(time_ns, round(x, 3), round(y, 3), round(z, 3)))
+            self.trail.append(_trail_point(time_ns, x, y, z))
+
+
+def _trail_point(time_ns: int, x: float, y: float, z: float) -> TrailPoint:
+    return TrailPoint(time_ns, round(x, 3), round(y, 3), round(z, 3))
 
 
 def pack_timeline(timeline: SessionTimeline) -> bytes:
@@ -229,6 +265,8 @@ def sampled_timeline(recording: Recording) -> SessionTimeline:
     before_ns = recording.start_ns - 1
     now_ns = min(recording.start_ns + _POSES_NS, recording.end_ns)
     while before_ns < recording.end_ns:
+        for message in recording.between(before_ns, now_ns, (keys.MAP_ALIGNMENT, GAP_KEY)):
+            timeline.take(message.key, message.payload, message.time_ns)
         for message in recording.between(now_ns - _POSES_NS, now_ns, (keys.TF,)):
             timeline.take(message.key, message.payload, message.time_ns)
         status = recording.latest(keys.STATUS, now_ns)

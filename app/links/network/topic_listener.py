@@ -17,22 +17,6 @@ from app.messages import keys
 
 logger = logging.getLogger(__name__)
 
-LATCHED: Final = (
-    keys.STATUS,
-    keys.LEVELS,
-    keys.PLAN_TREE,
-    keys.PLAN_PATH,
-    keys.DETECTIONS,
-    keys.FAR_EVIDENCE,
-    keys.PAINTED,
-    keys.SEARCHES_SAVED,
-    keys.MAP_ALIGNMENT,
-    keys.CONFIGURATION,
-    keys.CAMERA_INFO,
-    keys.TF_STATIC,
-)
-"""Topics that answer a query with their last message."""
-
 _KEYFRAME_S: Final = 20.0
 """Time for the whole map, which has megabytes."""
 SILENT_S: Final = 4.0
@@ -65,7 +49,11 @@ class TopicListener:
         self.session: zenoh.Session | None = None
         self._topics = tuple(topic for topic in topics if topic != keys.MAP_KEYFRAME)
         self._put = put
-        self._latched = {topic: LatchedReceiver(partial(put, topic)) for topic in LATCHED}
+        self._latched = {
+            topic: LatchedReceiver(partial(put, topic))
+            for topic in keys.LATCHED
+            if topic in self._topics
+        }
         self._heard_at = self._opened_at = time.monotonic()
         self._was_heard = False
         self._silence_told_of: float | None = None

@@ -11,6 +11,8 @@ from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.motion import StampedTransform, decode_transforms, encode_transforms
 from app.messages.scene import VoxelCloud, encode_voxels
+from app.recording.channels import GAP_KEY
+from app.recording.map_alignment import alignment_message
 from app.recording.reading.recording import Recording
 from app.recording.timeline import TIMELINE_KEYS, SessionTimeline, timeline_of
 from app.view.model.seek_history import SEEK_HISTORY, SeekHistory
@@ -20,12 +22,15 @@ TRAIL_POINTS: Final = 4000
 SHOWN_EVENTS: Final = 500
 TF_NS: Final = 1_000_000_000
 """Time before a moment in which every coordinate frame of a robot has a pose."""
-LATEST: Final = (
-    keys.CAMERA_INFO, keys.PLAN_TREE, keys.PLAN_PATH, keys.DETECTIONS, keys.LEVELS,
-    keys.FAR_EVIDENCE,
-)  # fmt: skip
+_APART: Final = {
+    keys.STATUS, keys.MAP_ALIGNMENT, keys.CONFIGURATION, keys.LABELS, keys.SEARCHES_SAVED,
+}  # fmt: skip
+"""Latched topics that are emitted before, or that a review does not show."""
+LATEST: Final = (keys.CAMERA_INFO, *(key for key in keys.LATCHED if key not in _APART))
+"""Topics whose last message is emitted after a jump."""
 PLAYED: Final = (
-    keys.COLOR, keys.STATUS, keys.EVENT, keys.MAP_VOXELS, keys.TF, keys.TF_STATIC, *LATEST,
+    keys.COLOR, keys.STATUS, keys.EVENT, keys.MAP_VOXELS, keys.MAP_ALIGNMENT, keys.TF,
+    keys.TF_STATIC, *LATEST,
 )  # fmt: skip
 
 Emit = Callable[[str, bytes], object]
@@ -49,7 +54,8 @@ class Player:
         self._emit = emit
         self._frames = recording.times_ns(keys.COLOR)
         self._whole = False
-        """Whether a whole map was emitted, to which changes apply."""
+        """Whether a whole map was emitted and no change of it is missing since."""
+        self._damaged = recording.damaged.total()
         statuses = recording.times_ns(keys.STATUS)
         # The first status gives the voxel size.
         self._first_ns = int(statuses[0]) if len(statuses) else recording.start_ns
@@ -94,6 +100,9 @@ class Player:
             if last is not None:
                 self._emit(key, last.payload)
         self._show_map()
+        aligned = alignment_message(recording, self.time_ns)
+        if aligned is not None:
+            self._emit(aligned.key, aligned.payload)
         for message in recording.between(0, self.time_ns, (keys.TF_STATIC,)):
             self._emit(message.key, message.payload)
         self._emit(keys.TF, encode_transforms(self._poses()))
@@ -105,15 +114,29 @@ class Player:
     def advance(self, seconds: float) -> None:
         """Play for a time."""
         until_ns = min(self.time_ns + round(seconds * 1e9), self.recording.end_ns)
-        # In a recording that began during a search, the map comes a little later.
-        wanted = PLAYED if self._whole else (*PLAYED, keys.MAP_KEYFRAME)
+        # In a recording that began during a search, the map comes a little later, and after a gap
+        # again: changes of it are missing. Other whole maps, which are large, are not read.
+        damaged = self.recording.damaged.total()
+        self._whole, self._damaged = self._whole and damaged == self._damaged, damaged
+        needs_whole = not self._whole or self._has_gap(until_ns)
+        wanted = (*PLAYED, GAP_KEY, keys.MAP_KEYFRAME) if needs_whole else PLAYED
         for message in self.recording.between(self.time_ns, until_ns, wanted):
+            if message.key == GAP_KEY:
+                self._whole = False
+                continue
             if message.key == keys.MAP_KEYFRAME:
                 if self._whole:
                     continue
                 self._whole = True
             self._emit(message.key, message.payload)
         self.time_ns = until_ns
+
+    def _has_gap(self, until_ns: int) -> bool:
+        """Return whether messages are missing between now and a later time."""
+        before, after = np.searchsorted(
+            self.recording.times_ns(GAP_KEY), [self.time_ns, until_ns], "right"
+        )
+        return bool(after > before)
 
     def step(self, frames: int) -> None:
         """Go to the next camera image, or back to the previous one."""
@@ -144,7 +167,8 @@ class Player:
         recording = self.recording
         keyframe = recording.latest(keys.MAP_KEYFRAME, self.time_ns)
         since_ns = recording.start_ns - 1
-        self._whole = keyframe is not None
+        gap = recording.latest(GAP_KEY, self.time_ns)
+        self._whole = keyframe is not None and (gap is None or gap.time_ns < keyframe.time_ns)
         if keyframe is None:
             self._emit(keys.MAP_KEYFRAME, _no_voxels())
         else:

@@ -74,7 +74,11 @@ def review_session(
             for lane, player in enumerate(players)
             for note in notes[lane]
         ],
-        problems=[say.said(one) for player in players for one in player.recording.index.problems],
+        problems=[
+            say.said(one)
+            for player in players
+            for one in (*player.recording.index.problems, *player.timeline.problems())
+        ],
     )
 
 

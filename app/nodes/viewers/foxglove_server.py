@@ -35,7 +35,6 @@ from app.nodes.viewers.foxglove_topics import (
     LOG_KEY,
     ROS_TYPES,
     aligned_transforms,
-    alignment_of,
     depth_image,
     whole_maps,
 )
@@ -152,7 +151,7 @@ class FoxgloveServer(ServerListener):
         if key in JSON_TYPES:
             self._send(key, payload)
         elif key == keys.MAP_ALIGNMENT:
-            self._T_map_world = alignment_of(decode(payload, MapAlignment))
+            self._T_map_world = decode(payload, MapAlignment).as_transform()
             self._send_fixed()
         elif key == keys.TF_STATIC:
             for link in decode_transforms(payload):

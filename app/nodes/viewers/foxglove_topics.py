@@ -12,14 +12,13 @@ from app.messages.body import BodyConfiguration
 from app.messages.depth.depth_images import decode_depth, encode_depth_raw
 from app.messages.driving import PaintedRegions
 from app.messages.keys import WORLD_FRAME
-from app.messages.memory import MapAlignment
 from app.messages.motion import StampedTransform, decode_transforms, encode_transforms
 from app.messages.recording import RecordingStatus
 from app.messages.scene import VoxelCloud, encode_voxels
 from app.recording.channels import MARKERS_KEY, MARKERS_TYPE
 from app.view.model.attribute_colors import AttributeColor, attribute_colors
 from app.view.model.scene_model import SceneModel
-from ippon.geometry import Float64Array, base_pose
+from ippon.geometry import Float64Array
 
 CLOUDS: Final[dict[str, AttributeColor]] = {
     "map/colors": "camera",
@@ -98,11 +97,6 @@ def depth_image(payload: bytes) -> bytes:
     """
     image = decode_depth(payload)
     return encode_depth_raw(image.depth, image.stamp_ns, image.frame_id)
-
-
-def alignment_of(message: MapAlignment) -> Float64Array:
-    """Return T_map_world: where the frame of the robot's poses lies in the map."""
-    return base_pose(*message.position_map, message.yaw_rad)
 
 
 def aligned_transforms(payload: bytes, T_map_world: Float64Array) -> bytes:

@@ -14,13 +14,18 @@ from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.keys import BASE_FRAME
 from app.recording.camera_topics import COLORS, DEPTHS, POSES, image_problems, topic_problem
-from app.recording.channels import USUAL, Names, Topic, to_recorded, topic_of
+from app.recording.channels import GAP_KEY, USUAL, Names, Topic, to_recorded, topic_of
 from app.recording.depth_pairs import FEW, DepthPairs
 from app.recording.errors import RecordingError
 from app.recording.frame_tree import NO_MOUNT, FrameTree
 from app.recording.live_file import is_held
 from app.recording.reading.recording import OtherTopic, Recording
-from app.recording.timeline import TIMELINE_ATTACHMENT, pack_timeline, timeline_of
+from app.recording.timeline import (
+    TIMELINE_ATTACHMENT,
+    SessionTimeline,
+    pack_timeline,
+    timeline_of,
+)
 from app.recording.writing.bag_metadata import write_bag_metadata
 from app.recording.writing.session import CONFIGURATION, SUMMARY, THUMBNAIL, summary_of, thumbnail
 from app.recording.writing.writer import CHUNK_BYTES, PROFILE, register
@@ -91,6 +96,7 @@ def check(
         count = _take_all(recording, tree, pairs)
         problems = list(recording.index.problems)
         problems += [f"{text} ({n} messages)" for text, n in recording.damaged.items()]
+        problems += _missing_messages(recording)
         if problem := _pose_problem(recording, tree, pairs.colors, mount=mount):
             problems.append(problem)
         if not ours:
@@ -127,6 +133,13 @@ def _take_all(recording: Recording, tree: FrameTree, pairs: DepthPairs) -> int:
             tree.add(message.key, message.payload)
         pairs.add(message.key, message.payload)
     return count
+
+
+def _missing_messages(recording: Recording) -> tuple[str, ...]:
+    timeline = SessionTimeline()
+    for message in recording.all_messages((GAP_KEY,)):
+        timeline.take(message.key, message.payload, message.time_ns)
+    return timeline.problems()
 
 
 def _problems_of_others(recording: Recording, pairs: DepthPairs) -> Iterator[str]:

@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from app.messages.motion import StampedTransform
+from app.messages.recording import RecordingGap
 from app.messages.status import Event, Status
 from app.recording.timeline import TimelineMessage, Transforms
 
@@ -42,7 +43,8 @@ class RestWatch:
         elif isinstance(message, Transforms):
             if not message.are_fixed and self._has_moved(message.transforms):
                 self._active_at = now_s
-        elif isinstance(message, Event):
+        elif isinstance(message, Event | RecordingGap):
+            # After a gap nothing is thinned, so that the next whole map is in the recording.
             self._active_at = now_s
 
     def is_at_rest(self, now_s: float) -> bool:

@@ -164,7 +164,7 @@ class Session:
 def summary_of(timeline: SessionTimeline, duration_s: float) -> dict[str, str]:
     """Return the entries of a session for a list, as text by name."""
     last = timeline.last
-    summary = {"duration_s": f"{duration_s:.1f}"}
+    summary = {"duration_s": f"{duration_s:.1f}", "dropped": f"{timeline.dropped}"}
     if last is None:
         return summary
     goals = goals_of(timeline)

@@ -6,6 +6,10 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Final
 
+from app.messages.control import encode
+from app.messages.recording import RecordingGap
+from app.recording.channels import GAP_KEY
+
 MAX_WAITING_BYTES: Final = 128 * 2**20
 
 
@@ -20,11 +24,14 @@ class QueuedMessage:
 
 
 class WriteQueue:
-    """First-in, first-out queue bounded in bytes; new messages are dropped while it is full."""
+    """First-in, first-out queue bounded in bytes; new messages are dropped while it is full.
+
+    In the place of dropped ones there is a `RecordingGap` with their number.
+    """
 
     def __init__(self, limit_bytes: int = MAX_WAITING_BYTES) -> None:
-        self.dropped = 0
-        """Messages dropped because the queue was full."""
+        self._lost = 0
+        """Messages dropped since the last that was queued."""
         self._limit = limit_bytes
         self._size = 0
         self._waiting: deque[QueuedMessage] = deque()
@@ -35,8 +42,9 @@ class WriteQueue:
         arrival = QueuedMessage(key, payload, time.time_ns(), time.monotonic())
         with self._arrived:
             if self._size + len(payload) > self._limit:
-                self.dropped += 1
+                self._lost += 1
                 return
+            self._mark_loss()
             self._size += len(payload)
             self._waiting.append(arrival)
             self._arrived.notify()
@@ -51,7 +59,16 @@ class WriteQueue:
         with self._arrived:
             if not self._waiting:
                 self._arrived.wait(timeout_s)
+            self._mark_loss()
             batch = list(self._waiting)
             self._waiting.clear()
             self._size = 0
         return batch
+
+    def _mark_loss(self) -> None:
+        """Queue how many messages were dropped, if any."""
+        lost, self._lost = self._lost, 0
+        if lost:
+            payload = encode(RecordingGap(dropped=lost))
+            gap = QueuedMessage(GAP_KEY, payload, time.time_ns(), time.monotonic())
+            self._waiting.append(gap)

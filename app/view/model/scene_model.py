@@ -30,7 +30,7 @@ from app.view.model.unfound_goals import UnfoundGoals
 from app.view.model.voxel_store import VoxelStore, VoxelUpdate
 from app.view.recorders import Recorders
 from ippon.camera import PinholeCamera
-from ippon.geometry import Float64Array, base_pose
+from ippon.geometry import Float64Array
 from ippon.planning.plan import TreeView
 
 Part = Literal[
@@ -192,7 +192,7 @@ class SceneModel:
 
     def on_alignment(self, alignment: MapAlignment) -> None:
         """Take over where the frame of tf lies in the map."""
-        self._T_map_world = base_pose(*alignment.position_map, alignment.yaw_rad)
+        self._T_map_world = alignment.as_transform()
         self.on_transforms(())
 
     def on_camera(self, camera: StampedCamera) -> None:
@@ -274,6 +274,7 @@ class SceneModel:
         self._forget_session()
         self._fixed.clear()
         self.history = History()
+        self._T_map_world = np.eye(4)
         self.status = self.proximity = self.image = self.T_world_base = self.T_world_camera = None
         self.trail_world = list(past.trail)
         self.events = deque(past.events, maxlen=_MAX_EVENTS)

@@ -8,9 +8,7 @@ from cryptography import x509
 
 from app.certificates.authority import CertificateError
 from app.certificates.roles import ROLES, write_roles
-from app.links.network.topic_listener import LATCHED
-from app.messages import keys
-from app.nodes.recorder_network import LATCHED_TOPICS
+from app.nodes.recorder_network import REQUESTED
 
 NOW = dt.datetime(2030, 1, 1, tzinfo=dt.UTC)
 
@@ -56,8 +54,7 @@ def test_who_watches_may_fetch_every_last_message(tmp_path):
     text = (tmp_path / "navigator.json5").read_text()
     rule = re.search(r'id: "fetch".*?key_exprs: \[(.*?)\]', text, re.DOTALL)
     allowed = [zenoh.KeyExpr(key) for key in re.findall(r'"([^"]+)"', rule[1])]
-    # What is sent once comes from its publisher, under keys of its own.
-    for key in {*LATCHED, *LATCHED_TOPICS} - {*keys.KEPT}:
+    for key in REQUESTED:
         assert any(one.includes(zenoh.KeyExpr(f"ippon/{key}")) for one in allowed), key
 
 

@@ -1,5 +1,6 @@
 """Data of a recording for exports."""
 
+import math
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -8,6 +9,8 @@ import pytest
 
 from app.export.session_data import SessionData
 from app.messages import keys
+from app.messages.control import encode
+from app.messages.memory import MapAlignment
 from app.messages.motion import StampedTransform, encode_transforms
 from app.nodes.replay.bag_robot import BagRobot
 from app.recording.errors import RecordingError
@@ -30,11 +33,11 @@ def session_of(messages, **options):
 def tf(stamp_ns, parent, child, x=0.0):
     T = base_pose(x, 0.0, 0.0, 0.0)
     pose = StampedTransform(stamp_ns=stamp_ns, parent=parent, child=child, T_parent_child=T)
-    return SimpleNamespace(key=keys.TF, payload=encode_transforms([pose]))
+    return SimpleNamespace(key=keys.TF, payload=encode_transforms([pose]), time_ns=stamp_ns)
 
 
 ODOMETRY = [
-    SimpleNamespace(key=keys.ODOM, payload=odometry(stamp_ns, float(k), 0.0, 0.0))
+    SimpleNamespace(key=keys.ODOM, payload=odometry(stamp_ns, float(k), 0.0, 0.0), time_ns=stamp_ns)
     for k, stamp_ns in enumerate(STAMPS)
 ]
 ROOTED = [tf(stamp_ns, "odom", "base_link", float(k)) for k, stamp_ns in enumerate(STAMPS)]
@@ -55,6 +58,15 @@ def test_the_poses_of_a_bag_are_those_that_replay_takes(messages, said, caplog):
     np.testing.assert_allclose(trajectory.T_world_base[:, 0, 3], (0.0, 1.0))
     assert said in caplog.text
     assert bool(said) == bool(caplog.text)
+
+
+@pytest.mark.parametrize("poses", [ODOMETRY, ROOTED, [tf(1, "map", "odom"), *ROOTED]])
+def test_the_poses_of_an_aligned_session_lie_in_its_map(poses):
+    aligned = encode(MapAlignment(position_map=(0.0, 7.0, 0.0), yaw_rad=math.pi / 2))
+    messages = [*poses, SimpleNamespace(key=keys.MAP_ALIGNMENT, payload=aligned, time_ns=9)]
+    trajectory = session_of(messages).trajectory
+    places = [(0.0, 7.0, 0.0), (0.0, 8.0, 0.0)]
+    np.testing.assert_allclose(trajectory.T_world_base[:, :3, 3], places, atol=1e-12)
 
 
 @pytest.mark.parametrize("root", ["map", "odom"])

@@ -14,17 +14,23 @@ from app.links.network.latched_topic import LatchedTopic
 from app.links.network.requests import RequestRefusedError, ask, last_message, serve
 from app.links.network.sender import Sender
 from app.messages import keys
-from app.messages.control import ControlReply, ControlRequest
-from app.messages.recording import RecordingStatus, RecordRequest
+from app.messages.control import ControlReply, ControlRequest, encode
+from app.messages.recording import RecordingGap, RecordingStatus, RecordRequest
 from app.messages.status import Event
 from app.nodes import recorder
 from app.nodes.recorder import Recorder, RecorderConfig
 from app.nodes.recorder_network import RecorderNetwork
+from app.nodes.review.player import Player
+from app.nodes.review.session_figures import review_session
+from app.recording.channels import GAP_KEY
 from app.recording.notes import read_notes
 from app.recording.reading.recording import Recording
+from app.recording.reading.repair import check
 from app.recording.writing.limits import RecordingLimits
+from app.recording.writing.session import SUMMARY
 from app.recording.writing.write_queue import WriteQueue
 from app.ros2.ippon_ros2.zenoh_side import stream_publisher
+from app.view.words import Words
 from tests.app.relay import Relay
 
 ROBOT = "test/robot-1"
@@ -127,6 +133,22 @@ def test_what_was_sent_once_before_the_recording_is_in_it(sessions, record, wait
     recording.close()
 
 
+def test_what_the_navigator_told_before_the_recording_is_in_it(sessions, record):
+    router, _ = sessions
+    sender = Sender()
+    latched = {key: LatchedTopic(router, f"{ROBOT}/{key}", sender) for key in keys.LATCHED}
+    for key, topic in latched.items():
+        topic.put(key.encode())
+    finish = record(limits=RecordingLimits(min_free_gb=0.0))
+    for key in latched:
+        record.wait_for(key, key.encode())
+    (recording,) = finish()
+    for key in latched:
+        assert [m.payload for m in recording.all_messages((key,))] == [key.encode()]
+    recording.close()
+    sender.close()
+
+
 def test_after_a_silence_what_was_missed_is_requested_again(sessions, record, monkeypatch):
     monkeypatch.setattr(recorder, "SILENT_S", 1.0)
     router, _ = sessions
@@ -204,6 +226,8 @@ def test_what_changed_while_the_line_was_cut_is_recorded(sessions, free_endpoint
         assert (keys.LEVELS, b"meanwhile") not in took
         relay.lets_in = True
         _await(lambda: (keys.LEVELS, b"meanwhile") in took)
+        gap = GAP_KEY, encode(RecordingGap())
+        assert gap in took[: took.index((keys.LEVELS, b"meanwhile"))]
     finally:
         network.close()
         sender.close()
@@ -246,10 +270,40 @@ def test_a_folder_that_is_removed_ends_the_recording_once_and_another_can_begin(
 
 def test_what_finds_no_room_is_counted():
     backlog = WriteQueue(limit_bytes=10)
-    for _ in range(3):
-        backlog.put("k", b"12345")
-    assert len(backlog.take(0.0)) == 2
-    assert backlog.dropped == 1
+    for payload in (b"12345", b"23456", b"34567", b"45678"):
+        backlog.put("k", payload)
+    gap = GAP_KEY, encode(RecordingGap(dropped=2))
+    came = [("k", b"12345"), ("k", b"23456"), gap]
+    assert [(one.key, one.payload) for one in backlog.take(0.0)] == came
+    backlog.put("k", b"long" * 9)
+    backlog.put("k", b"56789")
+    gap = GAP_KEY, encode(RecordingGap(dropped=1))
+    assert [(one.key, one.payload) for one in backlog.take(0.0)] == [gap, ("k", b"56789")]
+    assert backlog.take(0.0) == []
+
+
+def test_messages_that_are_missing_are_counted_for_their_session_and_told_with_it(tmp_path):
+    slow = Recorder(RecorderConfig(robot=ROBOT, root=tmp_path))
+    slow._queue = WriteQueue(limit_bytes=10)
+    said = "messages are missing because the disk was too slow: 2"
+    for n, dropped in enumerate((2, 0, 0)):
+        slow._begin()
+        path = slow._session.writer.folder
+        for payload in (b"12345", b"23456", *dropped * (b"too long",)):
+            slow._queue.put("a", payload)
+        slow._write_waiting(0.0)
+        slow._check_limits()
+        assert slow._status.dropped == dropped, n
+        slow._end("the test is over")
+        assert slow._status.dropped == dropped, n
+        assert (said in check(path, repair=False).problems) == (dropped > 0)
+        recording = Recording(path)
+        assert recording.index.metadata[SUMMARY]["dropped"] == str(dropped)
+        player = Player(recording, lambda *_: None)
+        assert (said in review_session([player], [[]]).problems) == (dropped > 0)
+        german = review_session([player], [[]], Words("de")).problems
+        assert any("Festplatte zu langsam war: 2" in one for one in german) == (dropped > 0)
+        recording.close()
 
 
 def _while_it_writes(recorder, monkeypatch, act):

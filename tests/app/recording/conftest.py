@@ -11,6 +11,7 @@ from app.messages.control import encode
 from app.messages.depth.depth_images import encode_depth
 from app.messages.images import encode_camera, encode_color
 from app.messages.keys import CAMERA_FRAME
+from app.messages.memory import MapAlignment
 from app.messages.motion import (
     StampedPath,
     StampedTwist,
@@ -173,10 +174,16 @@ def all_messages(seconds=6.0):
     ]
 
 
-def write_session(root, seconds=6.0, *, end=True):
-    """Write a session; return it."""
+def alignment_at(tick, position_map, yaw_rad=0.0):
+    """Return (time_ns, key, payload) of an alignment a little after the pose of a tick."""
+    aligned = MapAlignment(position_map=position_map, yaw_rad=yaw_rad)
+    return START_NS + tick * 10**9 // HZ + 500, keys.MAP_ALIGNMENT, encode(aligned)
+
+
+def write_session(root, seconds=6.0, *, end=True, more=()):
+    """Write a session, with more messages if need be; return it."""
     session = Session(root, "home/3", RecordingLimits(min_free_gb=0.0), START_NS)
-    for time_ns, key, payload in all_messages(seconds):
+    for time_ns, key, payload in sorted([*all_messages(seconds), *more], key=lambda one: one[0]):
         session.add(key, payload, time_ns, (time_ns - START_NS) * 1e-9)
     if end:
         session.close()
@@ -189,6 +196,7 @@ def made_up():
     return SimpleNamespace(
         all_messages=all_messages,
         write_session=write_session,
+        alignment_at=alignment_at,
         messages_of=messages_of,
         status_of=status_of,
         cloud_of=cloud_of,

@@ -150,7 +150,9 @@ class SceneThread:
                 self._notice(now)
 
     def _take(self, key: str, payload: bytes) -> None:
-        if key == keys.MAP_KEYFRAME and not self.model.needs_keyframe:
+        # In a review only those come that are needed.
+        is_whole = key == keys.MAP_KEYFRAME and not self._link.recorded
+        if is_whole and not self.model.needs_keyframe:
             return
         is_read = self.reader.feed(key, payload)
         if is_read and key == keys.EVENT:

@@ -3,6 +3,8 @@ import time
 from types import SimpleNamespace
 
 from app.links.network import topic_listener
+from app.links.network.latched_topic import LatchedTopic
+from app.links.network.sender import Sender
 from app.links.network.topic_listener import TopicListener
 from app.messages import keys
 
@@ -76,3 +78,22 @@ def test_a_first_start_is_no_reconnection(monkeypatch, caplog):
     lost = "no data from the navigator at tcp/robot:7447: reconnecting"
     assert check_after(5.0) == ([lost], 4)
     assert check_after(5.0) == ([], 5)
+
+
+def test_last_messages_are_requested_of_what_is_subscribed_to_alone(sessions, free_endpoint):
+    router, _ = sessions
+    sender, came = Sender(), []
+    latched = {key: LatchedTopic(router, f"r/{key}", sender) for key in keys.LATCHED}
+    for topic in latched.values():
+        topic.put(b"last")
+    wanted = [keys.STATUS, keys.PAINTED, keys.MAP_ALIGNMENT]
+    listener = TopicListener(
+        free_endpoint, "r", (*wanted, keys.CAMERA_INFO), lambda key, _: came.append(key)
+    )
+    listener.check()
+    deadline = time.monotonic() + 10.0
+    while len(came) < len(wanted) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert sorted(came) == sorted(wanted)
+    listener.close()
+    sender.close()

@@ -2,8 +2,10 @@
 
 import datetime as dt
 import queue
+import threading
 import time
 
+import msgspec
 import pytest
 
 from app.certificates.roles import write_roles
@@ -12,6 +14,8 @@ from app.links.network.session import PROFILE, LinkError, open_client, open_rout
 from app.links.network.subscription import is_alive, subscribe
 from app.messages import keys
 from app.messages.control import Accepted, ControlReply, ControlRequest, FeedbackRequest
+from app.messages.recording import RecordingStatus, RecordRequest
+from app.nodes.recorder import Recorder, RecorderConfig
 from app.ros2.ippon_ros2 import zenoh_side
 from app.ros2.ippon_ros2.zenoh_side import stream_publisher
 
@@ -142,10 +146,72 @@ def test_a_bridge_that_may_not_send_says_so(network, caplog, monkeypatch, role):
     del token
 
 
-def test_a_recorder_only_watches(network):
+def test_a_recorder_commands_nothing(network):
     recorder = network("recorder")
     with pytest.raises(LinkError, match="no reply on ippon/control"):
         ask(recorder, "ippon/control", ControlRequest(action="stop"), ControlReply, 0.5)
+
+
+@pytest.fixture
+def recorder(network, monkeypatch, folder, tmp_path):
+    """A recorder with its certificate, which has been heard by the router."""
+    monkeypatch.setenv(PROFILE, str(folder / "recorder.json5"))
+    config = RecorderConfig(connect=network.endpoint, root=tmp_path / "sessions", wait=True)
+    stop, statuses = threading.Event(), queue.Queue()
+    subscribe(network.router, f"ippon/{keys.RECORDING}", statuses.put)
+    thread = threading.Thread(target=Recorder(config).run, args=(stop,))
+    thread.start()
+    yield statuses
+    stop.set()
+    thread.join()
+
+
+def test_a_recorder_answers_the_console_and_says_what_failed(network, recorder, tmp_path):
+    console = network("console")
+    heard, events = queue.Queue(), queue.Queue()
+    subscribe(console, f"ippon/{keys.RECORDING}", heard.put)
+    subscribe(console, f"ippon/{keys.EVENT}", events.put)
+    exchanges = queue.Queue()
+    subscribe(network.router, f"ippon/{keys.RECORD}/{keys.EXCHANGE}", exchanges.put)
+    assert msgspec.json.decode(recorder.get(timeout=10.0))["state"] == "off"
+    assert msgspec.json.decode(heard.get(timeout=10.0))["state"] == "off"
+
+    def act(action, text=""):
+        request = RecordRequest(action=action, text=text)
+        return ask(console, f"ippon/{keys.RECORD}", request, RecordingStatus, 5.0)
+
+    assert act("start").state == "recording"
+    now = last_message(console, f"ippon/{keys.RECORDING}", 5.0)
+    assert msgspec.json.decode(now)["state"] == "recording"
+    assert b"start" in exchanges.get(timeout=10.0), "recorded by others"
+    act("note", "the lamp was moved")
+    assert act("stop").state == "off"
+    (tmp_path / "sessions").rename(tmp_path / "elsewhere")
+    (tmp_path / "sessions").write_text("a file in the place of the folder")
+    assert act("start").state == "failed"
+    event = msgspec.json.decode(events.get(timeout=10.0))
+    assert (event["kind"], event["text"][:29]) == ("error", "a recording cannot be written")
+
+
+def test_a_console_hears_nothing_in_the_recorders_name_from_others(network):
+    for role in ("requester", "robot"):
+        session, heard = network(role), []
+        subscribe(network.router, f"ippon/{keys.RECORDING}", heard.append)
+        for _ in range(5):
+            session.put(f"ippon/{keys.RECORDING}", b"full")
+            time.sleep(0.05)
+        with pytest.raises(LinkError):
+            ask(session, "ippon/search", ControlRequest(action="stop"), ControlReply, 0.5)
+        assert heard == []
+
+
+def test_a_replay_says_that_it_has_ended(network):
+    robot, heard = network("robot"), queue.Queue()
+    subscribe(network.router, f"ippon/{keys.ENDED}", heard.put)
+    for _ in range(20):
+        robot.put(f"ippon/{keys.ENDED}", b"the replay has ended")
+        time.sleep(0.05)
+    assert heard.get(timeout=10.0) == b"the replay has ended"
 
 
 @pytest.mark.parametrize("topic", keys.KEPT)

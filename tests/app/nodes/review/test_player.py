@@ -6,9 +6,13 @@ import pytest
 from app.links.network.inbox import Inbox
 from app.messages import keys
 from app.messages.control import encode
+from app.messages.driving import PaintedRegions, PaintedStroke
+from app.messages.memory import MapAlignment
+from app.messages.recording import RecordingGap
 from app.nodes.console.link.commands import CommandError
 from app.nodes.review.link import RecordedLink
 from app.nodes.review.player import Player
+from app.recording.channels import GAP_KEY
 from app.recording.reading.recording import Recording
 from app.view.model.scene_model import SceneModel
 from app.view.model.scene_reader import SceneReader
@@ -83,6 +87,60 @@ def test_after_a_jump_playing_goes_on_as_if_there_had_been_none(stage, recording
     _assert_same(model, _live(made_up, player.time_ns))
 
 
+@pytest.fixture
+def lossy(made_up, tmp_path):
+    """A session that lacks what came from the third second to the fourth."""
+    session = made_up.write_session(tmp_path, 2.0, end=False)
+    gap = made_up.START_NS + 3 * 10**9, GAP_KEY, encode(RecordingGap(dropped=7))
+    for time_ns, key, payload in sorted([gap, *made_up.all_messages()], key=lambda one: one[0]):
+        at_s = (time_ns - made_up.START_NS) * 1e-9
+        if at_s >= 3.0:
+            session.add(key, payload, time_ns, at_s)
+    session.close()
+    recording = Recording(session.writer.folder)
+    yield recording
+    recording.close()
+
+
+def _assert_played_as_jumped(recording, position_s, whole_maps):
+    """Play in steps, and compare the map with that after a jump."""
+    came, (played, jumped) = [], (SceneModel(), SceneModel())
+    reader = SceneReader(played)
+    player = Player(recording, lambda key, payload: came.append(key) or reader.feed(key, payload))
+    while player.position_s < position_s - 1e-3:
+        player.advance(0.25)
+    Player(recording, SceneReader(jumped).feed).seek(player.position_s)
+    pairs = zip(played.voxels.all_voxels(), jumped.voxels.all_voxels(), strict=True)
+    assert all(np.array_equal(a, b) for a, b in pairs)
+    assert came.count(keys.MAP_KEYFRAME) == whole_maps
+
+
+@pytest.mark.parametrize("position_s", [3.5, 4.5, 5.75])
+def test_after_a_gap_the_next_whole_map_is_shown_and_no_further_one(lossy, position_s):
+    _assert_played_as_jumped(lossy, position_s, 2 if position_s < 3.75 else 3)
+
+
+def test_a_whole_map_is_not_even_read_without_a_gap(recording, monkeypatch):
+    read, between = [], recording.between
+    monkeypatch.setattr(recording, "between", lambda *span: read.append(span[2]) or between(*span))
+    _assert_played_as_jumped(recording, 5.75, 2)
+    assert sum(keys.MAP_KEYFRAME in wanted for wanted in read) == 8, "until the first has come"
+
+
+def test_after_damage_the_next_whole_map_is_shown(recording, made_up, monkeypatch):
+    read = recording._read
+
+    def damaged(key, source, row):
+        at_s = (source.entries.time_ns[row] - made_up.START_NS) * 1e-9
+        if key == keys.MAP_VOXELS and 2.3 < at_s < 2.9:
+            recording.damaged["the chunk is damaged"] += 1
+            return None
+        return read(key, source, row)
+
+    monkeypatch.setattr(recording, "_read", damaged)
+    _assert_played_as_jumped(recording, 5.75, 3)
+
+
 def test_a_robot_that_fell_silent_is_shown_where_it_was(made_up, tmp_path):
     session = made_up.write_session(tmp_path, seconds=1.0, end=False)
     for n in range(15):
@@ -95,6 +153,32 @@ def test_a_robot_that_fell_silent_is_shown_where_it_was(made_up, tmp_path):
     np.testing.assert_allclose(model.T_world_base[:2, 3], [0.08, 0.5], atol=1e-9)
     assert model.T_world_camera is not None
     recording.close()
+
+
+def test_a_review_of_an_aligned_session_shows_poses_and_painted_floor_in_the_map(made_up, tmp_path):
+    regions = [PaintedStroke(kind="look_here", radius_m=0.5, strokes=[(1.0, 2.0)])]
+    painted = made_up.START_NS + 3 * 10**9, keys.PAINTED, encode(PaintedRegions(regions=regions))
+    more = [made_up.alignment_at(2, (10.0, -3.0, 0.0)), painted]
+    recording = Recording(made_up.write_session(tmp_path, more=more).writer.folder)
+    models = []
+    for _ in range(2):
+        models.append(SceneModel())
+        models[-1].on_alignment(MapAlignment(position_map=(99.0, 0.0, 0.0), yaw_rad=0.0))
+    played, jumped = models
+    player, jumping = (Player(recording, SceneReader(model).feed) for model in models)
+    for position_s in (0.2, 2.0, 5.0):
+        player.advance(position_s - player.position_s)
+        jumping.seek(position_s)
+        x = 10.0 + 0.02 * round(position_s * 5)
+        for model in models:
+            np.testing.assert_allclose(model.T_world_base[:2, 3], [x, -2.5], atol=1e-9)
+        np.testing.assert_allclose(played.trail_world, jumped.trail_world, atol=1e-3)
+        assert len(played.painted) == len(jumped.painted) == (position_s > 3.0)
+    recording.close()
+    plain = Recording(made_up.write_session(tmp_path / "plain").writer.folder)
+    Player(plain, SceneReader(jumped).feed)
+    np.testing.assert_allclose(jumped.T_world_base[:2, 3], [0.0, 0.5], atol=1e-9)
+    plain.close()
 
 
 def test_steps_go_from_picture_to_picture(stage, recording):

@@ -4,6 +4,7 @@ import msgspec
 import pytest
 
 from app.messages.motion import robot_transforms
+from app.messages.recording import RecordingGap
 from app.messages.status import Event
 from app.recording.timeline import Transforms
 from app.recording.writing.rest import RestWatch
@@ -85,3 +86,8 @@ def test_a_robot_that_is_not_heard_or_has_no_pose_does_not_rest(watch, status):
         poseless.note(status, tick / 10)
     assert not poseless.is_at_rest(20.0)
     assert not RestWatch().is_at_rest(20.0)
+
+
+def test_after_a_gap_nothing_is_thinned_for_a_while(watch):
+    watch.note(RecordingGap(), 10.0)
+    assert not watch.is_at_rest(10.0)

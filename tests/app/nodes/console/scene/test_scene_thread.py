@@ -9,12 +9,15 @@ from app.messages import keys
 from app.messages.control import encode
 from app.messages.driving import PaintedRegions, PaintedStroke
 from app.messages.recording import RecordingStatus
+from app.messages.scene import encode_voxels
 from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.scene.scene_thread import EVERY, RECORDER_S, SceneThread
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.browsers import Browsers
 from app.nodes.console.web.viser_server import start_viser
+from app.nodes.review.link import RecordedLink
 from tests.app.nodes.console.drawn_home import status_of
+from tests.app.recording.conftest import cloud_of, rows_of
 
 
 @pytest.fixture
@@ -55,6 +58,21 @@ def test_what_is_told_on_change_alone_is_fetched_with_the_map_after_a_clock_rest
     model.on_status(status_of(stamp_ns=1_000_000_000))
     assert model.painted == ()
     assert on_map <= set(scene_thread._missing())
+
+
+@pytest.mark.parametrize("recorded", [False, True])
+def test_a_whole_map_that_is_not_needed_is_taken_in_a_review_alone(viser_server, recorded):
+    inbox = Inbox(EVERY)
+    link = NavigatorLink("tcp/127.0.0.1:1", "r", [], inbox, print)
+    if recorded:
+        link = RecordedLink(inbox, print)
+    scene_thread = SceneThread(viser_server, link, inbox, StateFeed(), print)
+    scene_thread.model.on_status(status_of())
+    whole = cloud_of(40, 1)
+    for count in (20, 40):
+        cloud = rows_of(whole, slice(count))
+        scene_thread._take(keys.MAP_KEYFRAME, encode_voxels(cloud))
+    assert scene_thread.model.voxels.count == (40 if recorded else 20)
 
 
 @pytest.mark.parametrize(("state", "left"), [("recording", 0), ("failed", 1)])

@@ -1,0 +1,47 @@
+"""The report of a bag of another program."""
+
+import csv
+import re
+
+import pytest
+
+from app.export.report import part_of
+from app.export.session_data import read_session_data
+from app.export.tables import write_csv
+from app.messages import keys
+from app.recording.writing.limits import RecordingLimits
+from app.recording.writing.session import Session
+from tests.app.messages.robot_messages import odometry
+from tests.app.recording.conftest import START_NS
+
+
+@pytest.fixture
+def bag(tmp_path):
+    """Write a bag of odometry alone, or of messages of another key; return it as session data."""
+    opened = []
+
+    def write(key=keys.ODOM):
+        session = Session(tmp_path, "spot", RecordingLimits(min_free_gb=0.0), START_NS)
+        for k in range(44):
+            payload = odometry(k * 10**9, float(k), 0.0, 0.0)
+            session.add(key, payload, START_NS + k * 10**9, float(k))
+        session.close()
+        opened.append(read_session_data(session.writer.folder))
+        return opened[-1]
+
+    yield write
+    for one in opened:
+        one.recording.close()
+
+
+def test_the_way_of_a_bag_of_odometry_is_that_of_its_trajectory(bag, tmp_path):
+    session = bag()
+    write_csv(session, tmp_path / "trajectory.csv")
+    with (tmp_path / "trajectory.csv").open() as file:
+        last = list(csv.DictReader(file))[-1]
+    assert float(last["driven_m"]) == pytest.approx(43.0)
+    assert re.findall(r"<td>([^<]*)</td>", part_of(session).row)[-1] == "43.0 m"
+
+
+def test_the_way_of_a_recording_without_poses_is_not_said(bag):
+    assert re.findall(r"<td>([^<]*)</td>", part_of(bag(keys.CONTACT)).row)[-1] == ""
