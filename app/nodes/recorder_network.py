@@ -7,11 +7,11 @@ from typing import Any, Final
 
 import zenoh
 
-from app.links.network.last_messages import request_after_breaks
+from app.links.network.last_messages import request_when_seen
 from app.links.network.latched_topic import LatchedReceiver
 from app.links.network.requests import serve
 from app.links.network.session import open_client
-from app.links.network.subscription import on_token_lost, subscribe
+from app.links.network.subscription import on_token, subscribe
 from app.messages import keys
 from app.messages.control import encode
 from app.messages.recording import RecordingGap, RecordingStatus, RecordRequest
@@ -82,8 +82,8 @@ class RecorderNetwork:
         session.declare_subscriber(self._key("**"), handler)
         serve(session, self._key(keys.RECORD), RecordRequest, self._handle)
         session.declare_queryable(self._key(keys.RECORDING), self._answer_status)
-        on_token_lost(session, self._key(keys.NAVIGATOR_ALIVE), self.mark_gap)
-        self._request_latched = request_after_breaks(session, self._robot, self._latched)
+        on_token(session, self._key(keys.NAVIGATOR_ALIVE), lost=self.mark_gap)
+        self._request_latched = request_when_seen(session, self._robot, self._latched)
         # The status is repeated; an event is not, and must not be dropped on a busy link.
         self._publishers = {
             keys.RECORDING: session.declare_publisher(self._key(keys.RECORDING)),

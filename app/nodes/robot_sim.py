@@ -11,7 +11,7 @@ from typing import Final, Literal
 import msgspec
 import zenoh
 
-from app.links.network.last_messages import request_after_breaks
+from app.links.network.last_messages import request_when_seen
 from app.links.network.latched_topic import LatchedReceiver
 from app.links.network.requests import last_message
 from app.links.network.session import open_client
@@ -132,7 +132,7 @@ class RobotSim:
             self._subscribe(keys.NAVIGATION_ACTIVE, self._goals.take_active)
         self._latched = LatchedReceiver(_skipping_malformed(keys.LABELS, self._take_labels))
         subscribe(session, self._key(keys.LABELS), self._latched.receive)
-        request_after_breaks(session, config.robot, {keys.LABELS: self._latched})
+        request_when_seen(session, config.robot, {keys.LABELS: self._latched})
         self._truth = session.declare_queryable(self._key(keys.SIM_TRUTH), self._answer_truth)
 
     def await_labels(self, timeout_s: float = LABELS_WAIT_S) -> None:

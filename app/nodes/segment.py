@@ -9,7 +9,7 @@ from typing import Final
 import msgspec
 import zenoh
 
-from app.links.network.last_messages import request_after_breaks
+from app.links.network.last_messages import request_when_seen
 from app.links.network.latched_topic import LatchedReceiver
 from app.links.network.session import LinkError, open_client
 from app.links.network.subscription import subscribe
@@ -84,7 +84,7 @@ class SegmentNode:
         self._told: tuple[str, tuple[str, ...]] = ("", ())
         latched = LatchedReceiver(self._take_labels)
         subscribe(session, f"{config.robot}/{keys.LABELS}", latched.receive)
-        request_after_breaks(session, config.robot, {keys.LABELS: latched})()
+        request_when_seen(session, config.robot, {keys.LABELS: latched})
         subscribe(session, f"{config.robot}/{keys.COLOR}", self._take_image)
 
     def run(self, stop: StopSignal) -> None:

@@ -1,4 +1,4 @@
-"""Requests the last messages of latched topics at a start, and after each break of the link."""
+"""Requests the last messages of latched topics when the navigator appears, and after each break."""
 
 import logging
 import threading
@@ -11,7 +11,7 @@ import zenoh
 
 from app.links.network.latched_topic import LatchedReceiver
 from app.links.network.requests import last_message
-from app.links.network.subscription import on_token_lost
+from app.links.network.subscription import on_token
 from app.messages import keys
 
 logger = logging.getLogger(__name__)
@@ -20,13 +20,13 @@ _REPLY_S: Final = 2.0
 _AGAIN_S: Final = 0.5
 
 
-def request_after_breaks(
+def request_when_seen(
     session: zenoh.Session, robot: str, receivers: Mapping[str, LatchedReceiver]
 ) -> Callable[[], None]:
-    """Request what the navigator published while the link to it was broken.
+    """Request what the navigator published before it was seen, or while its link was broken.
 
     Args:
-        session: An open session; the requests end with it.
+        session: An open session, which subscribes to the topics already; the requests end with it.
         robot: Key prefix.
         receivers: By topic; they take the replies in a thread of this module.
 
@@ -42,14 +42,15 @@ def request_after_breaks(
             daemon=True,
         ).start()
 
-    on_token_lost(session, f"{robot}/{keys.NAVIGATOR_ALIVE}", request)
+    # Not at its end: a link may break before a token is seen through it.
+    on_token(session, f"{robot}/{keys.NAVIGATOR_ALIVE}", seen=request)
     return request
 
 
 def _request_until_answered(
     session: zenoh.Session, robot: str, receivers: Mapping[str, LatchedReceiver]
 ) -> None:
-    """Request all of them again until one is answered: a broken link or a start takes a while."""
+    """Request all of them again until one is answered: a start takes a while."""
 
     def last(topic: str) -> bytes | None:
         return last_message(session, f"{robot}/{topic}", _REPLY_S)

@@ -59,8 +59,14 @@ def is_alive(session: zenoh.Session, token: str, timeout_s: float) -> bool:
         subscriber.undeclare()  # pyright: ignore[reportUnknownMemberType]
 
 
-def on_token_lost(session: zenoh.Session, token: str, take: Callable[[], None]) -> None:
-    """Call `take` whenever a liveliness token disappears or the connection to it breaks.
+def on_token(
+    session: zenoh.Session,
+    token: str,
+    *,
+    seen: Callable[[], None] | None = None,
+    lost: Callable[[], None] | None = None,
+) -> None:
+    """Call when a liveliness token appears or disappears, also by a connection that breaks.
 
     A connection that is silent for `session.LEASE_MS` is closed, and zenoh opens it again:
     subscriptions continue, and the messages in between are lost.
@@ -68,11 +74,15 @@ def on_token_lost(session: zenoh.Session, token: str, take: Callable[[], None]) 
     Args:
         session: An open session.
         token: Key of the token.
-        take: Called in zenoh's network thread: it must return at once and not use the session.
+        seen: Called for a token that is there, and whenever it appears again.
+        lost: Called whenever a token that was seen disappears.
+
+    Both are called in zenoh's network thread: they must return at once and not use the session.
     """
 
     def receive(sample: zenoh.Sample) -> None:
-        if sample.kind == zenoh.SampleKind.DELETE:
+        take = lost if sample.kind == zenoh.SampleKind.DELETE else seen
+        if take is not None:
             take()
 
     handler: Any = zenoh.handlers.Callback(receive, indirect=False)

@@ -8,11 +8,11 @@ from typing import Any, Final
 
 import zenoh
 
-from app.links.network.last_messages import request_after_breaks
+from app.links.network.last_messages import request_when_seen
 from app.links.network.latched_topic import LatchedReceiver
 from app.links.network.requests import last_message
 from app.links.network.session import open_client
-from app.links.network.subscription import on_token_lost, subscribe
+from app.links.network.subscription import on_token, subscribe
 from app.messages import keys
 
 logger = logging.getLogger(__name__)
@@ -128,15 +128,14 @@ class TopicListener:
             for topic in self._topics:
                 kept = topic == keys.TF_STATIC
                 subscribe(session, self._key(topic), self._receiver(topic), kept=kept)
-            on_token_lost(session, self._key(keys.NAVIGATOR_ALIVE), self._note_break)
-            request = request_after_breaks(session, self.robot, self._latched)
+            on_token(session, self._key(keys.NAVIGATOR_ALIVE), lost=self._note_break)
+            request_when_seen(session, self.robot, self._latched)
         except zenoh.ZError:
             session.close()  # pyright: ignore[reportUnknownMemberType]
             raise
         self.session = session
         self._opened_at = time.monotonic()
         self.openings += 1
-        request()
 
     def _note_break(self) -> None:
         self.openings += 1

@@ -61,7 +61,7 @@ def wait_until(condition):
 def wired(sessions):
     """A navigator's side that asks for labels, and a segmentation that runs."""
     router, client = sessions
-    sender = Sender()
+    sender, token = Sender(), router.liveliness().declare_token(f"r/{keys.NAVIGATOR_ALIVE}")
     labels = LatchedTopic(router, f"r/{keys.LABELS}", sender)
     labels.put(encode(SegmentationLabels(labels=["wall", "sofa"], ooi="hat")))
     wait_until(lambda: labels.last is not None)
@@ -76,6 +76,7 @@ def wired(sessions):
     network.go.set()
     stop.set()
     thread.join(PATIENCE_S)
+    token.undeclare()
     sender.close()
 
 

@@ -6,7 +6,7 @@ import time
 import pytest
 
 from app.links.network import last_messages
-from app.links.network.last_messages import request_after_breaks
+from app.links.network.last_messages import request_when_seen
 from app.links.network.latched_topic import LatchedReceiver, LatchedTopic
 from app.links.network.sender import Sender
 from app.links.network.session import open_client
@@ -29,23 +29,28 @@ def topic(sessions):
     """A latched topic, as a navigator has it."""
     router, _ = sessions
     sender = Sender()
-    token = router.liveliness().declare_token(f"r/{keys.NAVIGATOR_ALIVE}")
     yield LatchedTopic(router, "r/t", sender)
-    token.undeclare()
     sender.close()
+
+
+@pytest.fixture
+def token(sessions):
+    """Shows that the navigator is there."""
+    token = sessions[0].liveliness().declare_token(f"r/{keys.NAVIGATOR_ALIVE}")
+    yield
+    token.undeclare()
 
 
 def _silent():
     return {t for t in threading.enumerate() if t.name == "last messages"} == set()
 
 
-def test_one_topic_that_nobody_serves_does_not_delay_the_others(sessions, topic):
+def test_one_topic_that_nobody_serves_does_not_delay_the_others(sessions, topic, token):
     _, client = sessions
     taken = []
     receivers = {"unserved": LatchedReceiver(print), "t": LatchedReceiver(taken.append)}
-    request = request_after_breaks(client, "r", receivers)
     topic.put(b"1")
-    request()
+    request_when_seen(client, "r", receivers)
     _await(lambda: taken == [b"1"])
     _await(_silent)
 
@@ -56,36 +61,46 @@ def test_it_is_requested_until_somebody_replies(sessions, monkeypatch):
     monkeypatch.setattr(last_messages, "_AGAIN_S", 0.01)
     monkeypatch.setattr(last_messages, "last_message", lambda *_: next(replies))
     taken = []
-    request_after_breaks(client, "r", {"t": LatchedReceiver(taken.append)})()
+    request_when_seen(client, "r", {"t": LatchedReceiver(taken.append)})()
     _await(lambda: taken == [b"1"])
     _await(_silent)
     assert next(replies, "none left") == "none left"
 
 
-def test_what_changed_while_the_line_was_cut_is_requested(sessions, topic, free_endpoint):
+@pytest.mark.parametrize("is_seen", [True, False], ids=["seen before", "first seen after"])
+def test_what_changed_while_the_line_was_cut_is_requested(
+    sessions, topic, free_endpoint, request, is_seen
+):
+    router, _ = sessions
+    if is_seen:
+        request.getfixturevalue("token")
     relay = Relay(int(free_endpoint.rsplit(":", 1)[1]))
     client = open_client(f"tcp/127.0.0.1:{relay.port}")
     taken = []
     receiver = LatchedReceiver(taken.append)
     subscribe(client, "r/t", receiver.receive)
-    request_after_breaks(client, "r", {"t": receiver})
+    request_when_seen(client, "r", {"t": receiver})
     # What is sent before the subscription has come through is lost.
     _await(lambda: topic.put(b"before") or taken)
     relay.lets_in = False
     relay.cut()
     topic.put(b"meanwhile")
+    if not is_seen:
+        token = router.liveliness().declare_token(f"r/{keys.NAVIGATOR_ALIVE}")
     time.sleep(0.2)
     assert taken[-1] == b"before"
     relay.lets_in = True
     _await(lambda: taken[-1] == b"meanwhile")
     client.close()
+    if not is_seen:
+        token.undeclare()
     _await(_silent)
     relay.close()
 
 
 def test_the_requests_end_with_the_session(sessions):
     _, client = sessions
-    request_after_breaks(client, "r", {"t": LatchedReceiver(print)})()
+    request_when_seen(client, "r", {"t": LatchedReceiver(print)})()
     time.sleep(0.1)
     assert not _silent()
     client.close()

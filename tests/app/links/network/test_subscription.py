@@ -5,7 +5,7 @@ import zenoh
 import zenoh.ext
 
 from app.links.network.session import open_client
-from app.links.network.subscription import is_alive, on_token_lost, subscribe
+from app.links.network.subscription import is_alive, on_token, subscribe
 from tests.app.relay import Relay
 
 
@@ -77,7 +77,7 @@ def test_a_broken_line_is_told_of_before_anything_comes_over_the_new_one(session
             came.notify()
 
     subscribe(client, "r/word", hear)
-    on_token_lost(client, "r/alive", lambda: hear(b"broken"))
+    on_token(client, "r/alive", lost=lambda: hear(b"broken"))
     stop = threading.Event()
 
     def speak():

@@ -57,8 +57,8 @@ def test_a_first_start_is_no_reconnection(monkeypatch, caplog):
         receivers[key] = receive
 
     monkeypatch.setattr(topic_listener, "subscribe", subscribe)
-    monkeypatch.setattr(topic_listener, "on_token_lost", lambda *_: None)
-    monkeypatch.setattr(topic_listener, "request_after_breaks", lambda *_: lambda: None)
+    monkeypatch.setattr(topic_listener, "on_token", lambda *_, **__: None)
+    monkeypatch.setattr(topic_listener, "request_when_seen", lambda *_: None)
     caplog.set_level(logging.INFO, logger=topic_listener.__name__)
     listener = TopicListener("tcp/robot:7447", "r", (keys.STATUS,), lambda *_: None)
 
@@ -83,6 +83,7 @@ def test_a_first_start_is_no_reconnection(monkeypatch, caplog):
 def test_last_messages_are_requested_of_what_is_subscribed_to_alone(sessions, free_endpoint):
     router, _ = sessions
     sender, came = Sender(), []
+    token = router.liveliness().declare_token(f"r/{keys.NAVIGATOR_ALIVE}")
     latched = {key: LatchedTopic(router, f"r/{key}", sender) for key in keys.LATCHED}
     for topic in latched.values():
         topic.put(b"last")
@@ -96,4 +97,5 @@ def test_last_messages_are_requested_of_what_is_subscribed_to_alone(sessions, fr
         time.sleep(0.01)
     assert sorted(came) == sorted(wanted)
     listener.close()
+    token.undeclare()
     sender.close()

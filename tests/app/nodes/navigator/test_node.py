@@ -11,7 +11,7 @@ import pytest
 
 from app.links.network.requests import RequestRefusedError, ask, last_message
 from app.links.network.session import open_client
-from app.links.network.subscription import on_token_lost, subscribe
+from app.links.network.subscription import on_token, subscribe
 from app.messages import keys
 from app.messages.control import (
     Accepted,
@@ -51,7 +51,7 @@ class Operator:
         hear(keys.MAP_VOXELS, lambda p: self.voxels.append(decode_voxels(p)))
         hear(keys.CMD_VEL, lambda p: self.twists.append((time.monotonic(), decode_twist(p))))
         hear(keys.TF, lambda p: self.poses.append((time.monotonic(), decode_transforms(p)[0])))
-        on_token_lost(self.session, f"r/{keys.NAVIGATOR_ALIVE}", self._note_break)
+        on_token(self.session, f"r/{keys.NAVIGATOR_ALIVE}", lost=self._note_break)
 
     def _note_break(self):
         self._broken = True
