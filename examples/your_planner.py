@@ -39,7 +39,10 @@ class AheadFirst(NearestFrontier):
         if best is None:
             return None
         stand = cell_centre(routes.grid, *best.cell)
-        return Aim(stand=stand, yaw_rad=best.yaw_rad, tilt_rad=-0.3, worth=1, about=best.position)
+        return Aim(
+            stand=stand, yaw_rad=best.yaw_rad, tilt_rad=-0.3, worth=1, about=best.position,
+            reason="ahead first",
+        )  # fmt: skip
 
 
 def make_planner(inputs: PlannerInputs) -> PlannerSetup:
@@ -67,7 +70,9 @@ for seed in range(1001, 1001 + homes):
     searches = Trial(trial, home, "example", clocks, EmbeddedPrior())
     for episode in episodes:
         for method in methods:
-            rows[method.name].append(searches.run(episode, method))
+            row = searches.run(episode, method)
+            rows[method.name].append(row)
+            print(f"home {seed}, {method.name}: {row.ending} after {row.time_s:.0f} s", flush=True)
 
 # %% What came of it; SPL is success weighted by the length of the path
 for name, searches in rows.items():

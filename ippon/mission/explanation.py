@@ -47,6 +47,11 @@ def explain(plan: Plan, voxel_map: VoxelMap, goal: Goal, guidance: Guidance) -> 
         )
     if plan.closer_look:
         return f"going closer to what may be {goal.display}, {target.path_cost_s:.1f} s away"
+    if plan.by_rule and plan.rule_reason:
+        return (
+            f"by the method's rule, {plan.rule_reason}: worth {target.gain:.2f}, "
+            f"{target.path_cost_s:.1f} s away"
+        )
     if plan.by_rule:
         return (
             f"going where the method's rule leads: worth {target.gain:.2f}, "

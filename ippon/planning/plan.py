@@ -55,12 +55,19 @@ class TreeView:
     parents: NDArray[np.int32]
     """(N,) row of the parent, -1 for the root."""
     yaws_rad: NDArray[np.float32]
+    """(N,) direction of the camera, from the x axis to the left."""
     tilts_rad: NDArray[np.float32]
+    """(N,) tilt of the camera, negative is down."""
     gains: NDArray[np.float32]
+    """(N,) expected number of object voxels that are seen from there: `Viewpoint.gain`."""
     terminations: NDArray[np.float32]
+    """(N,) object voxels in view and within reach: `Viewpoint.termination`."""
     path_costs_s: NDArray[np.float32]
+    """(N,) seconds from the robot, turning included."""
     levels: NDArray[np.uint8]
+    """(N,) a `Level` each, that the gain was computed with."""
     kinds: NDArray[np.uint8]
+    """(N,) a `NodeKind` each."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,6 +103,8 @@ class Plan:
     by_rule: bool | None = None
     """Whether the rule of a method of evaluation chose the target, whose gain is then the rule's
     worth; False if it had none within reach and this planner chose, None if no rule was asked."""
+    rule_reason: str = ""
+    """Why the rule chose it, in its own words."""
 
     @property
     def ends_search(self) -> bool:

@@ -23,6 +23,7 @@ from ippon.planning.terrain.floor_grid import cell_centre
 from ippon.planning.terrain.traversability import Traversability
 from ippon.robot import RobotProfile
 
+_LONGEST_REASON: Final = 100
 _TILT_RAD: Final = -0.25
 """Camera tilt while looking over a frontier: floor and furniture."""
 _SAME_FRONTIER_M: Final = 0.6
@@ -49,8 +50,15 @@ class Aim:
     worth: float
     about: tuple[float, float]
     """Centre of the view, metres; identifies the target."""
+    reason: str = ""
+    """Why it was chosen, a few words: shown while the robot goes there, and recorded."""
 
     def __post_init__(self) -> None:
+        if len(self.reason) > _LONGEST_REASON:
+            raise ValueError(
+                f"the reason of an aim has at most {_LONGEST_REASON} characters; got "
+                f"{len(self.reason)}"
+            )
         numbers = (*self.stand, self.yaw_rad, self.tilt_rad, *self.about)
         if not all(math.isfinite(number) for number in numbers):
             raise ValueError(f"an aim has finite numbers; got {self}")
@@ -189,7 +197,7 @@ class BaselinePlanner:
         path_world = np.column_stack([path, np.full(len(path), z)])
         return replace(
             plan, target=target, path_world=path_world, exhausted=False, unseen_shortcut_m=0.0,
-            by_rule=True,
+            by_rule=True, rule_reason=aim.reason,
         )  # fmt: skip
 
 

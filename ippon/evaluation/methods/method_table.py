@@ -1,6 +1,7 @@
 """Table of the methods: the paper's, ablations, baselines and an upper bound."""
 
 import dataclasses
+import difflib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
@@ -60,8 +61,11 @@ class Method:
     name: str
     summary: str
     configure: Callable[[MissionConfig], MissionConfig] = lambda config: config
+    """Changes the configuration of the run, which the planner is made of."""
     guide: Callable[[Guidance], Guidance] = lambda guidance: guidance
+    """Changes the levels of the labels, such as to every one *average*."""
     make_planner: Callable[[PlannerInputs], PlannerSetup]
+    """Makes a planner for one search: `ViewpointPlanner`, or one that decides by a `Rule`."""
     supports_second_goal: bool = True
     """Whether it can search for a second object; the oracle's paths lead to the first only."""
 
@@ -262,9 +266,12 @@ def method_named(name: str) -> Method:
         return METHODS[name]
     added = extensions.names(extensions.METHODS)
     if name not in added:
+        known = (*METHODS, *added)
+        near = difflib.get_close_matches(name, known, 1)
+        there = f"did you mean {near[0]!r}? There" if near else "there"
         raise ValueError(
-            f"no method {name!r}; there are {', '.join((*METHODS, *added))}; one of your own is an "
-            "installed package (docs/guides/extending.md)"
+            f"no method {name!r}; {there} are {', '.join(known)}; one of your own is an installed "
+            "package (docs/guides/extending.md)"
         )
     method = extensions.load(extensions.METHODS, name)
     if not isinstance(method, Method) or method.name != name:

@@ -40,6 +40,9 @@ def made_up_plan():
 def test_a_target_of_a_rule_has_a_worth_and_no_gain(made_up_plan):
     told = explain(replace(made_up_plan, by_rule=True), None, None, None)
     assert told == "going where the method's rule leads: worth 0.25, 3.0 s away"
+    reasoned = replace(made_up_plan, by_rule=True, rule_reason="the room is left alone for 20 s")
+    told = explain(reasoned, None, None, None)
+    assert told == ("by the method's rule, the room is left alone for 20 s: worth 0.25, 3.0 s away")
 
 
 @pytest.mark.slow

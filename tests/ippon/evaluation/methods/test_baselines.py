@@ -59,6 +59,12 @@ def test_an_aim_that_is_no_number_is_refused(odd):
         Aim(**(aim | odd))
 
 
+def test_the_reason_of_an_aim_is_short():
+    aim = {"stand": (0.0, 0.0), "yaw_rad": 0.0, "tilt_rad": 0.0, "worth": 1.0, "about": (0.0, 0.0)}
+    with pytest.raises(ValueError, match="at most 100 characters; got 101"):
+        Aim(**aim, reason="x" * 101)
+
+
 def test_the_nearest_frontier_is_the_nearest(hall):
     aim = NearestFrontier().choose(_plan(), hall, None, _all)
     assert aim is not None
@@ -172,13 +178,14 @@ def _planner(robot, aim):
 
 
 def test_the_plan_leads_to_the_aim(map_arrays, robot):
-    aim = Aim(stand=(2.0, 3.5), yaw_rad=1.0, tilt_rad=-0.3, worth=0.7, about=(2.0, 4.0))
+    view = {"yaw_rad": 1.0, "tilt_rad": -0.3, "about": (2.0, 4.0)}
+    aim = Aim(stand=(2.0, 3.5), worth=0.7, reason="a wall is there", **view)
     plan = _planner(robot, aim).step(map_arrays, base_pose(2.0, 2.0, 0.0, 0.0), 0.0)
     assert plan.target is not None
     assert plan.target.position_world[:2] == pytest.approx((2.0, 3.5), abs=0.1)
     assert (plan.target.yaw_rad, plan.target.tilt_rad, plan.target.gain) == (1.0, -0.3, 0.7)
     assert plan.target.kind is NodeKind.EXPLORING
-    assert plan.by_rule is True
+    assert (plan.by_rule, plan.rule_reason) == (True, "a wall is there")
     assert plan.path_world[0].tolist() == [2.0, 2.0, 0.0]
     assert not plan.exhausted
 

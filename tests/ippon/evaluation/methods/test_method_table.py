@@ -96,5 +96,7 @@ def test_a_wider_robot_is_wider_by_that_much():
 
 
 def test_an_unknown_method_lists_the_methods():
+    with pytest.raises(ValueError, match=r"'greedy_nbw'; did you mean 'greedy_nbv'\? There are"):
+        method_named("greedy_nbw")
     with pytest.raises(ValueError, match="no method 'vlfm'; there are ippon, no_bayes"):
         method_named("vlfm")
