@@ -7,6 +7,7 @@ from typing import Final
 from app.doctor.finding import Finding
 from app.doctor.robot.checkup import check_streams
 from app.doctor.robot.samples import Samples
+from app.messages import keys
 from app.nodes.replay.bag_poses import BagPoses
 from app.nodes.replay.bag_robot import BagRobot
 from app.nodes.replay.datasets import DatasetError
@@ -32,14 +33,18 @@ def check_bag(
     Returns:
         Empty for a recording without the topics of a camera, or without poses: `check` says so.
     """
-    start_s = max(0.0, 0.5 * (duration_s - SECONDS))
+    middle_s = max(0.0, 0.5 * (duration_s - SECONDS))
     try:
         poses = bag_poses(path, robot.names, robot.T_base_camera, robot.clock_offset_s, robot.base)
     except DatasetError:
         return []
     unreadable = Unreadable()
     try:
-        samples = read_samples(path, robot, poses, start_s, unreadable)
+        samples = read_samples(path, robot, poses, middle_s, unreadable)
+        if not _has_images(samples):
+            # The camera had paused.
+            unreadable = Unreadable()
+            samples = read_samples(path, robot, poses, 0.0, unreadable)
     except DatasetError as error:
         return [Finding(what="streams", verdict="failed", detail=str(error))]
     findings = check_streams(samples, profile, robot.clock_offset_s)
@@ -69,10 +74,10 @@ def read_samples(
     Raises:
         DatasetError: It lacks a topic, or none of its colour images can be read.
     """
-    samples = Samples(seconds=SECONDS)
+    samples, info = Samples(seconds=SECONDS), None
     messages = bag_messages(
         path,
-        start_s,
+        0.0,
         heatmaps=False,
         poses=poses,
         names=robot.names,
@@ -80,7 +85,21 @@ def read_samples(
         unreadable=unreadable,
     )
     for message in messages:
-        if message.at_s > SECONDS:
+        at_s = message.at_s - start_s
+        if at_s > SECONDS:
             break
-        samples.add(message.key, message.payload, round(NANOSECONDS * message.at_s))
+        if at_s >= 0.0 or message.key == keys.TF_STATIC:
+            samples.add(message.key, message.payload, round(NANOSECONDS * max(at_s, 0.0)))
+        elif message.key == keys.CAMERA_INFO:
+            info = message.payload
+    if info is not None and keys.CAMERA_INFO not in samples.arrivals:
+        # Some drivers send it once.
+        samples.add(keys.CAMERA_INFO, info, 0)
     return samples
+
+
+def _has_images(samples: Samples) -> bool:
+    return all(
+        samples.of(*topics)[1]
+        for topics in ((keys.COLOR, keys.COLOR_RAW), (keys.DEPTH, keys.DEPTH_RAW))
+    )

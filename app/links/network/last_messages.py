@@ -33,33 +33,53 @@ def request_when_seen(
     Returns:
         Requests the last messages now as well, and returns at once.
     """
-
-    def request() -> None:
-        threading.Thread(
-            target=_request_until_answered,
-            args=(session, robot, receivers),
-            name="last messages",
-            daemon=True,
-        ).start()
-
+    requests = _Requests(session, robot, receivers)
     # Not at its end: a link may break before a token is seen through it.
-    on_token(session, f"{robot}/{keys.NAVIGATOR_ALIVE}", seen=request)
-    return request
+    on_token(session, f"{robot}/{keys.NAVIGATOR_ALIVE}", seen=requests.begin)
+    return requests.begin
 
 
-def _request_until_answered(
-    session: zenoh.Session, robot: str, receivers: Mapping[str, LatchedReceiver]
-) -> None:
-    """Request all of them again until one is answered: a start takes a while."""
+class _Requests:
+    """Requests of one session, one after the other."""
 
-    def last(topic: str) -> bytes | None:
-        return last_message(session, f"{robot}/{topic}", _REPLY_S)
+    def __init__(
+        self, session: zenoh.Session, robot: str, receivers: Mapping[str, LatchedReceiver]
+    ) -> None:
+        self._session, self._robot, self._receivers = session, robot, receivers
+        self._lock = threading.Lock()
+        self._runs = self._again = False
 
-    try:
-        while not session.is_closed():
-            came = [receiver.request(partial(last, topic)) for topic, receiver in receivers.items()]
+    def begin(self) -> None:
+        """Request all of them, in a thread; while one runs, once more after it."""
+        with self._lock:
+            self._again = True
+            if self._runs:
+                return
+            self._runs = True
+        threading.Thread(target=self._run, name="last messages", daemon=True).start()
+
+    def _run(self) -> None:
+        while True:
+            with self._lock:
+                if not self._again or self._session.is_closed():
+                    self._runs = False
+                    return
+                self._again = False
+            try:
+                self._request_until_answered()
+            except zenoh.ZError as error:
+                logger.debug("last messages: %s", error)
+
+    def _request_until_answered(self) -> None:
+        """Request all of them again until one is answered: a start takes a while."""
+        while not self._session.is_closed():
+            came = [
+                receiver.request(partial(self._last, topic))
+                for topic, receiver in self._receivers.items()
+            ]
             if any(came):
                 return
             time.sleep(_AGAIN_S)
-    except zenoh.ZError as error:
-        logger.debug("last messages: %s", error)
+
+    def _last(self, topic: str) -> bytes | None:
+        return last_message(self._session, f"{self._robot}/{topic}", _REPLY_S)

@@ -53,6 +53,8 @@ class RecordingCheck:
     duration_s: float
     complete: bool
     """Whether the file was ended properly."""
+    ours: bool
+    """Whether `ippon` has written it."""
     repaired: bool
     problems: tuple[str, ...]
     missing: tuple[str, ...]
@@ -114,6 +116,7 @@ def check(
             messages=count,
             duration_s=recording.duration_s,
             complete=recording.index.complete,
+            ours=ours,
             repaired=mend,
             problems=tuple(problems),
             missing=missing,

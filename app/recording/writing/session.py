@@ -19,7 +19,7 @@ from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_color, decompress_color
 from app.messages.scene import decode_found_objects, decode_tree
-from app.recording.channels import MARKERS_KEY
+from app.recording.channels import GAP_KEY, MARKERS_KEY
 from app.recording.session_goals import goals_of, outcome_of
 from app.recording.timeline import (
     TIMELINE_ATTACHMENT,
@@ -110,6 +110,8 @@ class Session:
             message = decoded(key, payload)
             self.timeline.add(message, wall_ns)
             self._rest.note(message, now_s)
+            if key == GAP_KEY and self._resting is not None:
+                self._resting.forget()
             if self.timeline.found_ns != had:
                 self._found_image = self._image
         elif key == keys.CONFIGURATION:

@@ -151,6 +151,10 @@ class RestSubsampling:
         self._kept[message.key] = period
         return True
 
+    def forget(self) -> None:
+        """Keep the next message of each kind, such as the whole map after a gap."""
+        self._kept.clear()
+
 
 def _stamp_of(message: Arrived) -> int | None:
     if len(message.payload) < _STAMP_AT + _STAMP.size:

@@ -207,7 +207,9 @@ class CommandMux:
             return
         self._last_tag, self._refused_at = message.tag, -math.inf
         self._hand, self._hand_at = message.hand, message.at
-        if message.hand.drives and self._waypoint is not None:
+        # One that waited while the robot took no command is older than a waypoint given since.
+        is_fresh = time.monotonic() - message.at <= HAND_S
+        if is_fresh and message.hand.drives and self._waypoint is not None:
             self._waypoint = None
             self._on_takeover()
 

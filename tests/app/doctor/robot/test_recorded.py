@@ -17,6 +17,7 @@ from app.nodes.replay.bag_robot import BagRobot
 from app.robot_file import template
 from tests.app.doctor.robot.test_checkup import depth_image
 from tests.app.messages.robot_messages import odometry, raw_color
+from tests.app.recording.conftest import write_session
 
 STREAMS = (
     keys.COLOR, keys.COLOR_RAW, keys.DEPTH, keys.DEPTH_RAW, keys.CAMERA_INFO, keys.TF,
@@ -116,3 +117,24 @@ def test_a_bag_without_a_readable_colour_image_is_told_so(samples, tmp_path, cap
     assert "no message of camera/color/image_raw can be read: " in finding.detail
     assert run(["doctor", str(bag)]) == 1
     assert "can be read" in capsys.readouterr().out
+
+
+def test_a_pause_in_the_middle_and_intrinsics_that_come_once_are_no_fault(samples, tmp_path):
+    for key in (keys.COLOR, keys.DEPTH):
+        del samples.arrivals[key][6:]
+    del samples.arrivals[keys.CAMERA_INFO][1:]
+    last = samples.arrivals[keys.TF][-1]
+    later = dataclasses.replace(last, at_ns=last.at_ns + 30 * 10**9)
+    samples.arrivals[keys.TF].append(later)
+    bag = _bag(tmp_path / "bag", samples)
+    findings = check_bag(bag, BagRobot(), None, 33.0)
+    assert [one for one in findings if one.verdict == "failed"] == []
+    assert findings[0].what == "colour"
+
+
+def test_a_session_of_ours_has_fewer_depth_images_and_no_table(tmp_path, capsys):
+    folder = write_session(tmp_path).writer.folder
+    assert run(["doctor", str(folder)]) == 0
+    out = capsys.readouterr().out
+    assert "whole" in out
+    assert "Streams" not in out

@@ -98,6 +98,33 @@ def test_what_changed_while_the_line_was_cut_is_requested(
     relay.close()
 
 
+def test_what_is_wanted_twice_at_once_is_requested_once_more_and_not_at_the_same_time(
+    sessions, monkeypatch
+):
+    _, client = sessions
+    began, goes_on, at_once = [], threading.Event(), []
+
+    def last_message(*_):
+        began.append(threading.get_ident())
+        at_once.append(len([t for t in threading.enumerate() if t.name == "last messages"]))
+        assert goes_on.wait(PATIENCE_S)
+        return b"1"
+
+    monkeypatch.setattr(last_messages, "last_message", last_message)
+    request = request_when_seen(client, "r", {"t": LatchedReceiver(lambda _: None)})
+    for _ in range(4):
+        request()
+    _await(lambda: began)
+    request()
+    goes_on.set()
+    _await(_silent)
+    assert len(began) <= 2 + 1
+    assert set(at_once) == {1}
+    request()
+    _await(lambda: len(began) == len(at_once) > 1)
+    _await(_silent)
+
+
 def test_the_requests_end_with_the_session(sessions):
     _, client = sessions
     request_when_seen(client, "r", {"t": LatchedReceiver(print)})()

@@ -16,6 +16,7 @@ from app.messages import keys
 from app.messages.control import Accepted, ControlReply, ControlRequest, FeedbackRequest
 from app.messages.recording import RecordingStatus, RecordRequest
 from app.nodes.recorder import Recorder, RecorderConfig
+from app.recording.writing.limits import RecordingLimits
 from app.ros2.ippon_ros2 import zenoh_side
 from app.ros2.ippon_ros2.zenoh_side import stream_publisher
 
@@ -156,7 +157,10 @@ def test_a_recorder_commands_nothing(network):
 def recorder(network, monkeypatch, folder, tmp_path):
     """A recorder with its certificate, which has been heard by the router."""
     monkeypatch.setenv(PROFILE, str(folder / "recorder.json5"))
-    config = RecorderConfig(connect=network.endpoint, root=tmp_path / "sessions", wait=True)
+    config = RecorderConfig(
+        connect=network.endpoint, root=tmp_path / "sessions", wait=True,
+        limits=RecordingLimits(min_free_gb=0.0),
+    )  # fmt: skip
     stop, statuses = threading.Event(), queue.Queue()
     subscribe(network.router, f"ippon/{keys.RECORDING}", statuses.put)
     thread = threading.Thread(target=Recorder(config).run, args=(stop,))
@@ -208,10 +212,12 @@ def test_a_console_hears_nothing_in_the_recorders_name_from_others(network):
 def test_a_replay_says_that_it_has_ended(network):
     robot, heard = network("robot"), queue.Queue()
     subscribe(network.router, f"ippon/{keys.ENDED}", heard.put)
-    for _ in range(20):
+    # What is sent before the subscription has come through is lost.
+    deadline = time.monotonic() + 30.0
+    while heard.empty() and time.monotonic() < deadline:
         robot.put(f"ippon/{keys.ENDED}", b"the replay has ended")
         time.sleep(0.05)
-    assert heard.get(timeout=10.0) == b"the replay has ended"
+    assert heard.get(timeout=1.0) == b"the replay has ended"
 
 
 @pytest.mark.parametrize("topic", keys.KEPT)

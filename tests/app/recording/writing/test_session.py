@@ -13,8 +13,10 @@ from PIL import Image
 from app.messages import keys
 from app.messages.cdr import decode
 from app.messages.control import encode
+from app.messages.recording import RecordingGap
 from app.messages.scene import FoundObject
 from app.messages.status import Event
+from app.recording.channels import GAP_KEY
 from app.recording.errors import RecordingError
 from app.recording.notes import Note, add_note, notes_path, read_notes
 from app.recording.reading.recording import Recording
@@ -110,6 +112,19 @@ def test_of_a_robot_that_rests_fewer_images_and_whole_maps_are_kept(made_up, tmp
     assert count(keys.COLOR, -1.0, 4.99) == 25
     assert count(keys.COLOR, 64.99, 71.0) == 30
     assert count(keys.DEPTH, 64.99, 71.0) == (12 if sensor_hz else 30)
+    recording.close()
+
+
+def test_the_next_whole_map_after_a_gap_is_kept_of_a_robot_that_rests(made_up, tmp_path):
+    session = Session(tmp_path, "home/3", RecordingLimits(min_free_gb=0.0), 1, sensor_hz=2.0)
+    _rest(session, made_up, range(5 * 20))
+    session.add(GAP_KEY, encode(RecordingGap()), made_up.START_NS + 20 * 10**9, 20.0)
+    _rest(session, made_up, range(5 * 20, 5 * 40))
+    session.close()
+    recording = Recording(session.writer.folder)
+    after_s = (recording.times_ns(keys.MAP_KEYFRAME) - made_up.START_NS) * 1e-9
+    # Nothing is thinned for five seconds, and of later ones the first is kept.
+    assert np.count_nonzero(after_s > 25.0) == 1
     recording.close()
 
 

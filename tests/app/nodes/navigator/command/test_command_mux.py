@@ -19,9 +19,10 @@ from app.messages.motion import StampedTwist, decode_twist, encode_twist
 from app.nodes.navigator.command import command_mux
 from app.nodes.navigator.command.command_mux import TICK_S, CommandMux
 from app.nodes.navigator.command.command_stream import CommandStream
+from app.nodes.navigator.command.teleop_inbox import TeleopMessage
 from ippon.camera import PinholeCamera
 from ippon.command import Command
-from ippon.control.drive_mode import DriveMode
+from ippon.control.drive_mode import DriveMode, TeleopInput
 from ippon.frame import Frame
 from ippon.geometry import base_pose
 from ippon.mapping.voxel_map import MapConfig, VoxelMap
@@ -331,6 +332,18 @@ def test_a_robot_that_takes_no_command_does_not_keep_the_operators_stop_waiting(
         assert stop_came.wait(PATIENCE_S / 2)
     finally:
         released.set()
+
+
+def test_a_hand_that_waited_does_not_end_a_way_that_was_given_since(bench):
+    bench.mux.set_mode(DriveMode.MANUAL, 1.0)
+    bench.frame(going=(1.0, 0.0))
+    tag, hand = TeleopTag(sender="a", epoch=1, seq=5), TeleopInput(forward=1.0)
+    waited = TeleopMessage(tag, hand, time.monotonic() - 2 * command_mux.HAND_S)
+    bench.mux._inbox._messages.put(waited)
+    bench._seq = tag.seq
+    bench.until_heard()
+    assert bench.mux.status().waypoint == (1.0, 0.0)
+    assert bench.takeovers == 0
 
 
 def test_hostile_messages_are_skipped(bench, sessions):
