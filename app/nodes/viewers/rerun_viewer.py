@@ -122,6 +122,8 @@ class RerunViewer:
 
     def draw(self, scene: SceneModel, changed: frozenset[Part]) -> None:
         """Draw what changed; everything for a viewer that has just been reached."""
+        if self.closed:
+            return
         now = time.monotonic()
         if self._scene is None:
             if now - self._tried_at < _RETRY_S or not self._try_to_open(now):

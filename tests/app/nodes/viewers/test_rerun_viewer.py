@@ -263,6 +263,8 @@ def test_closing_the_viewer_that_was_started_ends_the_command(
         wait(lambda: viewer._scene is not None)
         started[0].kill()
         wait(lambda: viewer.closed)
+        # It is drawn to until the command sees that.
+        time.sleep(2.0 * rerun_viewer._RETRY_S)
 
 
 def test_a_viewer_that_runs_already_is_used(serve, show, wait, free_port, monkeypatch):
