@@ -13,6 +13,7 @@ import pytest
 from app.links.network.latched_topic import LatchedTopic
 from app.links.network.requests import RequestRefusedError, ask, last_message, serve
 from app.links.network.sender import Sender
+from app.links.network.subscription import is_alive
 from app.messages import keys
 from app.messages.control import ControlReply, ControlRequest, encode
 from app.messages.recording import RecordingGap, RecordingStatus, RecordRequest
@@ -219,6 +220,8 @@ def test_what_changed_while_the_line_was_cut_is_recorded(sessions, free_endpoint
     try:
         network.open()
         _await(lambda: levels.put(b"before") or (keys.LEVELS, b"before") in took)
+        # A gap is told by a token that was there.
+        assert is_alive(network._session, f"{ROBOT}/{keys.NAVIGATOR_ALIVE}", 15.0)
         relay.lets_in = False
         relay.cut()
         levels.put(b"meanwhile")
