@@ -48,11 +48,11 @@ def _map_of(session: SessionData, on_progress: OnProgress) -> VoxelMap:
     voxel_map = VoxelMap(config.mission.map, config.labels)
     # A robot that is named with the command knows better than the session.
     offset_s = session.robot.clock_offset_s or config.camera_clock_offset_s
-    source = _source_of(session, offset_s)
     times_ns = max((recording.times_ns(key) for key in COLORS), key=len)
     alignments = MapAlignments(recording)
     used = refused = 0
     try:
+        source = _source_of(session, offset_s)
         for frame in source.frames():
             try:
                 T_map_world = alignments.at(int(times_ns[source.tally.images - 1]))
@@ -62,7 +62,10 @@ def _map_of(session: SessionData, on_progress: OnProgress) -> VoxelMap:
                 refused += 1
             on_progress(source.tally.images / len(times_ns))
     except DatasetError as error:
-        raise _no_frame(error) from error
+        raise RecordingError(
+            f"no depth image with colour and pose to make a mesh of: {error}; `ippon doctor FILE` "
+            "says what is missing"
+        ) from error
     if not used:
         raise RecordingError(f"{recording.path}: its {refused} images are inconsistent")
     return voxel_map
@@ -70,23 +73,13 @@ def _map_of(session: SessionData, on_progress: OnProgress) -> VoxelMap:
 
 def _source_of(session: SessionData, clock_offset_s: float) -> FrameSource:
     robot = session.robot
-    try:
-        source = open_source(
-            session.path,
-            names=robot.names,
-            mount=robot.T_base_camera,
-            clock_offset_s=clock_offset_s,
-            base=robot.base,
-        )
-    except DatasetError as error:
-        raise _no_frame(error) from error
+    source = open_source(
+        session.path,
+        names=robot.names,
+        mount=robot.T_base_camera,
+        clock_offset_s=clock_offset_s,
+        base=robot.base,
+    )
     if source.note:
         logger.warning("%s", source.note)
     return source
-
-
-def _no_frame(error: DatasetError) -> RecordingError:
-    return RecordingError(
-        f"no depth image with colour and pose to make a mesh of: {error}; `ippon doctor FILE` says "
-        "what is missing"
-    )

@@ -1,12 +1,11 @@
 """All checks of a live robot, in the order in which they are to be read."""
 
 import math
-from collections.abc import Sequence
 from typing import Final
 
 from app.doctor.finding import Finding
 from app.doctor.robot.clock_offset import check_offset
-from app.doctor.robot.clocks import check_clocks, check_delay
+from app.doctor.robot.clocks import check_clocks
 from app.doctor.robot.command_loop import check_commands
 from app.doctor.robot.frames import check_frames
 from app.doctor.robot.images import CameraCheck, check_camera
@@ -36,7 +35,7 @@ def check_robot(
         profile: Compared with its camera; None for no comparison.
         clock_offset_s: What the profile says about the camera's clock.
     """
-    findings = check_streams(samples, profile, clock_offset_s, check_delay(samples))
+    findings = check_streams(samples, profile, clock_offset_s, is_live=True)
     heard = not any(finding.verdict == "failed" for finding in findings)
     return [*findings, *check_commands(samples, profile, expects_commands=heard)]
 
@@ -45,7 +44,8 @@ def check_streams(
     samples: Samples,
     profile: RobotProfile | None = None,
     clock_offset_s: float = 0.0,
-    delay: Sequence[Finding] = (),
+    *,
+    is_live: bool = False,
 ) -> list[Finding]:
     """Return a line for each stream and for the frames.
 
@@ -53,11 +53,11 @@ def check_streams(
         samples: What the robot sent.
         profile: Compared with its camera; None for no comparison.
         clock_offset_s: What the profile says about the camera's clock.
-        delay: Lines about the time that messages take, to go behind those about clocks.
+        is_live: It was sent now, by the clock of this machine.
     """
     camera = check_camera(samples)
-    clocks = check_clocks(samples, clock_offset_s)
-    findings = [*camera.findings, *clocks, *delay]
+    clocks = check_clocks(samples, clock_offset_s, is_live=is_live)
+    findings = [*camera.findings, *clocks]
     optical = None if camera.camera is None else camera.camera.frame_id
     offset_ns = round(1e9 * clock_offset_s)
     findings += check_frames(samples, optical, sorted(s + offset_ns for s in camera.colors))

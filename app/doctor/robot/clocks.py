@@ -31,28 +31,33 @@ def rate_hz(arrivals: list[Arrival]) -> float:
     return (len(arrivals) - 1) / span if span > 0.0 else 0.0
 
 
-def check_clocks(samples: Samples, clock_offset_s: float = 0.0) -> list[Finding]:
-    """Compare the stamps of colour, depth and pose with each other.
+def check_clocks(
+    samples: Samples, clock_offset_s: float = 0.0, *, is_live: bool = True
+) -> list[Finding]:
+    """Compare the stamps of colour, depth and pose with each other and with this machine.
 
     Args:
         samples: What the robot sent.
         clock_offset_s: How far the camera's clock is behind that of the poses, by the profile.
+        is_live: It was sent now, by the clock of this machine.
     """
     offsets = _offsets_s(samples)
     findings: list[Finding] = []
     if "colour" not in offsets:
         return findings
-    stamps, count = _count_stamps(samples)
-    if _stand_still(stamps, count):
+    _, colors = samples.of(keys.COLOR, keys.COLOR_RAW)
+    stamps = {a.stamp_ns for a in colors}
+    if len(colors) >= FEWEST and len(stamps) <= len(colors) // 2:
         return [
             Finding(
                 what="clock", verdict="failed",
-                detail=f"the stamps do not advance: {count} colour images have {stamps} stamps",
+                detail=f"the stamps do not advance: {len(colors)} colour images have {len(stamps)} "
+                "stamps",
                 do="let the driver stamp each image when it is taken; with use_sim_time see that "
                 "something publishes /clock",
             )
         ]  # fmt: skip
-    median = float(np.median(offsets["colour"]))
+    least, median, largest = (float(f(offsets["colour"])) for f in (np.min, np.median, np.max))
     for name, known_s in (("depth", 0.0), ("pose", clock_offset_s)):
         if name not in offsets:
             continue
@@ -67,26 +72,9 @@ def check_clocks(samples: Samples, clock_offset_s: float = 0.0) -> list[Finding]
                     "camera driver to system time; they are never joined to a frame so",
                 )
             )  # fmt: skip
+    if is_live:
+        findings.append(_of_this_machine(least, median, largest))
     return findings
-
-
-def _count_stamps(samples: Samples) -> tuple[int, int]:
-    """Return the number of different stamps of colour, and of its images."""
-    _, colors = samples.of(keys.COLOR, keys.COLOR_RAW)
-    return len({a.stamp_ns for a in colors}), len(colors)
-
-
-def _stand_still(stamps: int, images: int) -> bool:
-    return images >= FEWEST and stamps <= images // 2
-
-
-def check_delay(samples: Samples) -> list[Finding]:
-    """Compare the stamps of colour with the time of arrival, by the clock of this machine."""
-    offsets = _offsets_s(samples).get("colour")
-    if offsets is None or _stand_still(*_count_stamps(samples)):
-        return []
-    least, median, largest = (float(f(offsets)) for f in (np.min, np.median, np.max))
-    return [_of_this_machine(least, median, largest)]
 
 
 def _of_this_machine(least: float, median: float, largest: float) -> Finding:

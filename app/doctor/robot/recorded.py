@@ -12,6 +12,7 @@ from app.nodes.replay.bag_poses import BagPoses
 from app.nodes.replay.bag_robot import BagRobot
 from app.nodes.replay.datasets import DatasetError
 from app.nodes.replay.messages import Unreadable, bag_messages, bag_poses
+from app.recording.camera_topics import COLORS, DEPTHS
 from ippon.frame import NANOSECONDS
 from ippon.robot import RobotProfile
 
@@ -41,7 +42,7 @@ def check_bag(
     unreadable = Unreadable()
     try:
         samples = read_samples(path, robot, poses, middle_s, unreadable)
-        if not _has_images(samples):
+        if middle_s > 0.0 and not _has_images(samples):
             # The camera had paused.
             unreadable = Unreadable()
             samples = read_samples(path, robot, poses, 0.0, unreadable)
@@ -99,7 +100,4 @@ def read_samples(
 
 
 def _has_images(samples: Samples) -> bool:
-    return all(
-        samples.of(*topics)[1]
-        for topics in ((keys.COLOR, keys.COLOR_RAW), (keys.DEPTH, keys.DEPTH_RAW))
-    )
+    return bool(samples.of(*COLORS)[1] and samples.of(*DEPTHS)[1])
