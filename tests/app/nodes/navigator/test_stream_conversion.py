@@ -201,8 +201,9 @@ def test_odometry_of_another_frame_is_refused_and_the_operator_reads_so_once(
         while not kept.matching_status.matching and time.monotonic() < deadline:
             time.sleep(0.01)
         kept.put(_fixed(*fixed))
-    time.sleep(0.2)
-    for n in range(1, 20):
+    deadline, n = time.monotonic() + 10.0, 0
+    while (n < 20 or not events) and time.monotonic() < deadline:
+        n += 1
         send(robot, n * PERIOD, child=child)
         assert take(intake, streams, 0.05) is None
     [text] = events

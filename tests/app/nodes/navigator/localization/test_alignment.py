@@ -181,8 +181,9 @@ def test_without_an_image_the_map_stays_as_it_is(
 ):
     kept = tmp_path / "home.map"
     kept.write_bytes(b"yesterday")
-    run = functools.partialmethod(Alignment.run, patience_s=2.0 if sends else 0.1)
+    run = functools.partialmethod(Alignment.run, patience_s=6.0 if sends else 0.1)
     monkeypatch.setattr(Alignment, "run", run)
+    monkeypatch.setattr(stream_conversion, "SILENT_S", 60.0)
     config = dataclasses.replace(CONFIG, keep_map=str(kept))
     saved = SavedState(voxel_map=yesterday, requests=(), interrupted=None)
     stop = threading.Event()
