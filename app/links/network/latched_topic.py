@@ -18,26 +18,26 @@ class LatchedTopic:
         self._sender = sender
         self._lock = threading.Lock()
         self._last: bytes | None = None
+        """The last message that was published or is being published."""
         self._publisher = session.declare_publisher(
             key, congestion_control=zenoh.CongestionControl.BLOCK
         )
         self._queries = QueryQueue(session, key, self._answer)
 
-    @property
-    def last(self) -> bytes | None:
-        """The last message, None before the first."""
-        with self._lock:
-            return self._last
-
     def put(self, payload: bytes) -> None:
-        """Store and publish a message; a newer one replaces it while the link is busy."""
+        """Publish a message and keep it; a newer one replaces it while the link is busy."""
+        self._sender.put_latest(self._key, partial(self._publish, payload))
+
+    def _publish(self, payload: bytes) -> None:
+        # Not in `put`: the message before may still be on its way, and would follow the reply.
         with self._lock:
             self._last = payload
-        self._sender.put_latest(self._key, partial(self._publisher.put, payload))
+        self._publisher.put(payload)
 
     def _answer(self, query: zenoh.Query) -> None:
         with query:
-            last = self.last
+            with self._lock:
+                last = self._last
             if last is not None:
                 query.reply(self._key, last)
 

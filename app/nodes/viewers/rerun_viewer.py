@@ -37,6 +37,12 @@ STALLED_S: Final = 20.0
 _RETRY_S: Final = 1.0
 _CONNECT_S: Final = 1.0
 _FLUSH_S: Final = 1.0
+_EXIT_S: Final = 2.0
+"""How long a viewer whose line broke may take to end."""
+_ENDED: Final = (
+    "Rerun's viewer was started and has ended. Without a display, use --save FILE.rrd, or --url "
+    "for a viewer on another machine"
+)
 _ALL: Final[frozenset[Part]] = frozenset(get_args(Part))
 
 
@@ -164,10 +170,7 @@ class RerunViewer:
         self._tried_at = now
         if not _answers(self._url):
             if self._process is not None and self._process.poll() is not None:
-                raise ViewerError(
-                    "Rerun's viewer was started and has ended. Without a display, use --save "
-                    "FILE.rrd, or --url for a viewer on another machine"
-                )
+                raise ViewerError(_ENDED)
             if not self._told:
                 self._told = True
                 logger.info("no viewer at %s; waiting", self._url)
@@ -197,7 +200,11 @@ class RerunViewer:
                 return
             logger.warning("the viewer at %s does not receive any more: %s", self._url, error)
             self.close()
-            self.closed = self._process is not None
+            if self._process is not None:
+                # Without a display it listens for a moment, and ends with an error.
+                if _status_of(self._process) > 0:
+                    raise ViewerError(_ENDED) from error
+                self.closed = True
             return
         self._received_at = now
 
@@ -223,6 +230,14 @@ def _answers(url: str) -> bool:
     except OSError:
         return False
     return True
+
+
+def _status_of(process: subprocess.Popen[bytes]) -> int:
+    """Return the exit status of a process that is ending; 0 if it goes on."""
+    try:
+        return process.wait(_EXIT_S)
+    except subprocess.TimeoutExpired:
+        return 0
 
 
 class _StopOrClosed:

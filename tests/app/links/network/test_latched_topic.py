@@ -1,5 +1,6 @@
 """A receiver never takes an older message after a newer one."""
 
+import threading
 import time
 
 from app.links.network.latched_topic import LatchedReceiver, LatchedTopic
@@ -44,4 +45,25 @@ def test_messages_that_follow_one_another_at_once_are_taken_in_their_order(sessi
         assert time.monotonic() < deadline
         time.sleep(0.01)
     assert taken == sorted(taken)
+    sender.close()
+
+
+def test_a_request_is_not_answered_with_what_is_not_sent_yet(sessions):
+    router, client = sessions
+    sender, goes_on = Sender(), threading.Event()
+    topic = LatchedTopic(router, "r/t", sender)
+
+    def await_reply(wanted):
+        deadline = time.monotonic() + 20.0
+        while last_message(client, "r/t", 5.0) != wanted:
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+
+    topic.put(b"0")
+    await_reply(b"0")
+    sender.put_latest("another, behind a slow link", goes_on.wait)
+    topic.put(b"1")
+    assert last_message(client, "r/t", 5.0) == b"0"
+    goes_on.set()
+    await_reply(b"1")
     sender.close()

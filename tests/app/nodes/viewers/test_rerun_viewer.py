@@ -2,6 +2,7 @@
 
 import contextlib
 import subprocess
+import sys
 import threading
 import time
 from importlib import resources
@@ -248,6 +249,27 @@ def test_a_viewer_that_cannot_be_shown_is_an_error(port, free_port, start_home, 
     viewer = RerunViewer(RerunConfig())
     with pytest.raises(ViewerError, match=r"has ended\. Without a display"):
         LiveRobot(f"tcp/127.0.0.1:{port}", "ippon").run(viewer, threading.Event())
+
+
+def test_a_viewer_that_listens_for_a_moment_and_fails_is_an_error(
+    port, free_port, start_home, monkeypatch
+):
+    start_home()
+    monkeypatch.setattr(rerun_viewer, "PORT", free_port)
+    monkeypatch.setattr(rerun_viewer, "CHECK_S", 0.2)
+    listen = (
+        f"import socket, sys, time; _ = socket.create_server(('127.0.0.1', {free_port})); "
+        "print(flush=True); time.sleep(2.0); sys.exit(1)"
+    )
+    command = [sys.executable, "-c", listen]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
+        assert process.stdout.readline()
+        monkeypatch.setattr(rerun_viewer, "_answers", lambda _: False)
+        monkeypatch.setattr(rerun_viewer, "start_viewer", lambda: process)
+        viewer = RerunViewer(RerunConfig())
+        monkeypatch.setattr(rerun_viewer, "_answers", lambda _: process.poll() is None)
+        with pytest.raises(ViewerError, match=r"has ended\. Without a display"):
+            LiveRobot(f"tcp/127.0.0.1:{port}", "ippon").run(viewer, threading.Event())
 
 
 def test_closing_the_viewer_that_was_started_ends_the_command(
