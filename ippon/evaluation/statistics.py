@@ -24,8 +24,20 @@ class PairedDifference:
     mean: float
     ci95: tuple[float, float] | None
     """Bootstrap over homes; None for a single pair."""
+    standard_error: float | None
+    """Standard deviation of the resampled means of that bootstrap; None for a single pair."""
     p: float
     """Two-sided, by flipping the signs of each home's differences together."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ratio:
+    """Ratio of the means of two methods on the same episodes."""
+
+    value: float
+    ci95: tuple[float, float] | None
+    """Bootstrap over homes; None for a single pair, and without an upper limit: where a resample
+    has nothing but zeros below the line."""
 
 
 def mean_interval(
@@ -44,14 +56,7 @@ def mean_interval(
     Returns:
         Percentiles 2.5 and 97.5 of the resampled means; None for a single episode.
     """
-    sums, counts = _by_cluster(values, clusters)
-    if len(sums) == 1:
-        return None
-    rng = np.random.Generator(np.random.PCG64(seed))
-    drawn = rng.integers(0, len(sums), size=(_RESAMPLES, len(sums)))
-    means = sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1)
-    low, high = np.percentile(means, [2.5, 97.5])
-    return float(low), float(high)
+    return _interval(_resampled_ratios(*_by_cluster(values, clusters), seed))
 
 
 def share_interval(hits: ArrayLike, clusters: ArrayLike) -> tuple[float, float]:
@@ -89,12 +94,35 @@ def paired_difference(
         seed: Seed of resampling and sign flips.
     """
     difference = np.asarray(one, np.float64) - np.asarray(other, np.float64)
-    sums, _ = _by_cluster(difference, clusters)
+    sums, counts = _by_cluster(difference, clusters)
+    means = _resampled_ratios(sums, counts, seed)
     return PairedDifference(
         pairs=len(difference),
         mean=float(difference.mean()),
-        ci95=mean_interval(difference, clusters, seed=seed),
+        ci95=_interval(means),
+        standard_error=None if means is None else float(means.std()),
         p=_sign_flip_p(sums, seed),
+    )
+
+
+def paired_ratio(
+    one: ArrayLike, other: ArrayLike, clusters: ArrayLike, *, seed: int = 0
+) -> Ratio | None:
+    """Return the ratio of the means of two methods on the same episodes; None over 0.
+
+    Args:
+        one: (N,) values above the line, N of at least 1.
+        other: (N,) values below it on the same episodes, in the same order, not negative.
+        clusters: (N,) the home of each.
+        seed: Seed of the resampling.
+    """
+    above, _ = _by_cluster(one, clusters)
+    below, _ = _by_cluster(other, clusters)
+    if not below.any():
+        return None
+    return Ratio(
+        value=float(above.sum() / below.sum()),
+        ci95=_interval(_resampled_ratios(above, below, seed)),
     )
 
 
@@ -123,6 +151,28 @@ def _by_cluster(
         return x, np.ones(len(x))
     sums = np.bincount(index, weights=x).astype(np.float64)
     return sums, np.bincount(index).astype(np.float64)
+
+
+def _resampled_ratios(
+    above: NDArray[np.float64], below: NDArray[np.float64], seed: int
+) -> NDArray[np.float64] | None:
+    """Return the ratios of the sums of clusters drawn with replacement.
+
+    None for a single cluster, and where the sum below the line is 0 in one of the draws.
+    """
+    if len(above) == 1:
+        return None
+    rng = np.random.Generator(np.random.PCG64(seed))
+    drawn = rng.integers(0, len(above), size=(_RESAMPLES, len(above)))
+    divisors = below[drawn].sum(axis=1)
+    return above[drawn].sum(axis=1) / divisors if divisors.all() else None
+
+
+def _interval(resampled: NDArray[np.float64] | None) -> tuple[float, float] | None:
+    if resampled is None:
+        return None
+    low, high = np.percentile(resampled, [2.5, 97.5])
+    return float(low), float(high)
 
 
 def _sign_flip_p(sums: NDArray[np.float64], seed: int) -> float:

@@ -14,9 +14,11 @@ from ippon.evaluation.outcome import FAILURES, Failure
 from ippon.evaluation.row import ATTAINABLE_COLUMNS, EpisodeRow
 from ippon.evaluation.statistics import (
     PairedDifference,
+    Ratio,
     mcnemar_p,
     mean_interval,
     paired_difference,
+    paired_ratio,
     share_interval,
 )
 from ippon.vocabulary import HABITAT_GOALS
@@ -28,6 +30,9 @@ LONG_M: Final = 8.0
 """Shortest paths between which episodes are told apart."""
 LEAST_WAY_M: Final = 1.0
 """Second searches with a shorter path to the object are excluded."""
+
+_Pairs = Sequence[tuple[EpisodeRow, EpisodeRow]]
+_Value = Callable[[EpisodeRow], float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,9 +77,9 @@ class Comparison:
     success: PairedDifference
     success_p: float
     """McNemar's exact test."""
-    spl_ratio: float | None
+    spl_ratio: Ratio | None
     """SPL of the reference over that of the method, on these episodes; None over 0."""
-    find_s_ratio: float | None
+    find_s_ratio: Ratio | None
     """Time of the method over that of the reference, summed over the episodes in which both
     succeed; None without any."""
 
@@ -86,7 +91,7 @@ class Effect:
     method: str
     spl_with: float
     spl_without: float
-    ratio: float | None
+    ratio: Ratio | None
     """SPL with over SPL without; None over 0."""
     difference: PairedDifference
 
@@ -208,7 +213,7 @@ def compare(rows: Sequence[EpisodeRow], reference: str = REFERENCE) -> tuple[Com
             continue
         wins = sum(a.success and not b.success for a, b in pairs)
         losses = sum(b.success and not a.success for a, b in pairs)
-        theirs = float(np.mean([b.spl for _, b in pairs]))
+        finds = [(b, a) for a, b in pairs if a.success and b.success]
         out.append(
             Comparison(
                 method=name,
@@ -216,8 +221,8 @@ def compare(rows: Sequence[EpisodeRow], reference: str = REFERENCE) -> tuple[Com
                 soft_spl=_paired(pairs, lambda r: r.soft_spl),
                 success=_paired(pairs, lambda r: float(r.success)),
                 success_p=mcnemar_p(wins, losses),
-                spl_ratio=_ratio(float(np.mean([a.spl for a, _ in pairs])), theirs),
-                find_s_ratio=_find_s_ratio(pairs),
+                spl_ratio=_ratio(pairs, lambda r: r.spl),
+                find_s_ratio=_ratio(finds, lambda r: r.time_s) if finds else None,
             )
         )
     return tuple(out)
@@ -267,23 +272,18 @@ def _pair_key(row: EpisodeRow) -> str:
     return row.episode_id.rsplit(".", maxsplit=1)[0]
 
 
-def _effect(method: str, pairs: list[tuple[EpisodeRow, EpisodeRow]]) -> tuple[Effect, ...]:
+def _effect(method: str, pairs: _Pairs) -> tuple[Effect, ...]:
     """Return the difference between the first and second of each pair; empty without pairs."""
     if not pairs:
         return ()
-    spl_with, spl_without = (float(np.mean([pair[k].spl for pair in pairs])) for k in (0, 1))
     effect = Effect(
         method=method,
-        spl_with=spl_with,
-        spl_without=spl_without,
-        ratio=_ratio(spl_with, spl_without),
+        spl_with=float(np.mean([a.spl for a, _ in pairs])),
+        spl_without=float(np.mean([b.spl for _, b in pairs])),
+        ratio=_ratio(pairs, lambda r: r.spl),
         difference=_paired(pairs, lambda r: r.spl),
     )
     return (effect,)
-
-
-def _ratio(one: float, other: float) -> float | None:
-    return one / other if other > 0.0 else None
 
 
 def spl_by_goal(rows: Sequence[EpisodeRow]) -> dict[str, dict[str, tuple[float, int]]]:
@@ -330,15 +330,17 @@ def _median_find_s(rows: Sequence[EpisodeRow]) -> float | None:
     return median if math.isfinite(median) else None
 
 
-def _find_s_ratio(pairs: Sequence[tuple[EpisodeRow, EpisodeRow]]) -> float | None:
-    both = [(a.time_s, b.time_s) for a, b in pairs if a.success and b.success]
-    return sum(b for _, b in both) / max(sum(a for a, _ in both), 1e-9) if both else None
+def _paired(pairs: _Pairs, value: _Value) -> PairedDifference:
+    return paired_difference(*_columns(pairs, value))
 
 
-def _paired(
-    pairs: list[tuple[EpisodeRow, EpisodeRow]], value: Callable[[EpisodeRow], float]
-) -> PairedDifference:
-    return paired_difference(
+def _ratio(pairs: _Pairs, value: _Value) -> Ratio | None:
+    return paired_ratio(*_columns(pairs, value))
+
+
+def _columns(pairs: _Pairs, value: _Value) -> tuple[list[float], list[float], list[str]]:
+    """Return the value of the first and of the second of each pair, and its home."""
+    return (
         [value(a) for a, _ in pairs],
         [value(b) for _, b in pairs],
         [home_name(a.home) for a, _ in pairs],

@@ -12,9 +12,10 @@ from rich.table import Table
 from app.cli.options.evaluation import EvalReport
 from app.evaluation.report.report_data import ReportData
 from app.evaluation.report.report_files import read_report_data, write_report
-from app.evaluation.report.report_page import ENOUGH_HOMES, losses_in_order
+from app.evaluation.report.report_page import ENOUGH_HOMES
+from app.evaluation.report.report_tables import losses_in_order
 from ippon.evaluation.methods.rule_share import MOSTLY, rule_note
-from ippon.evaluation.statistics import PairedDifference
+from ippon.evaluation.statistics import PairedDifference, Ratio
 from ippon.evaluation.summary import Effect, MethodSummary
 
 
@@ -109,7 +110,11 @@ def _print_tables(screen: Console, data: ReportData) -> None:
         )
     screen.print(pairs)
     screen.print(
-        f"time: of its finds over those of {data.reference}, where both succeed", style="dim"
+        f"SPL: {data.reference} minus the method; 95 %: interval of that difference, over homes; "
+        "p: probability of one as large if the two were equal, by flipping the signs of homes; "
+        f"ratio: SPL of {data.reference} over the method's; time: of the method's finds over those "
+        f"of {data.reference}, where both succeed; --detail has the ratios' intervals",
+        style="dim",
     )
 
 
@@ -118,6 +123,22 @@ def _print_detail(screen: Console, data: ReportData) -> None:
     for p in sorted(data.parts, key=lambda p: p.method):
         table.add_row(p.method, p.name, str(p.episodes), f"{p.success:.2f}", f"{p.spl:.3f}")
     screen.print(table)
+    if data.comparisons:
+        heads = ("method", "n", "SPL", "s.e.", "ratio", "95 %", "time", "95 %")
+        table = _table(f"{data.reference} against each: standard error and ratios", heads)
+        for c in data.comparisons:
+            error = c.spl.standard_error
+            table.add_row(
+                c.method,
+                str(c.spl.pairs),
+                f"{c.spl.mean:+.3f}",
+                "-" if error is None else f"{error:.3f}",
+                _ratio(c.spl_ratio),
+                _ratio_interval(c.spl_ratio),
+                _ratio(c.find_s_ratio),
+                _ratio_interval(c.find_s_ratio),
+            )
+        screen.print(table)
     table = _table("why searches failed", ("method", "cause", "n"))
     for s in data.summaries:
         for cause, count in s.failures.items():
@@ -162,8 +183,12 @@ def _interval(difference: PairedDifference) -> str:
     return "-" if difference.ci95 is None else "{:+.2f}..{:+.2f}".format(*difference.ci95)
 
 
-def _ratio(value: float | None) -> str:
-    return "-" if value is None else f"{value:.2f}"
+def _ratio(ratio: Ratio | None) -> str:
+    return "-" if ratio is None else f"{ratio.value:.2f}"
+
+
+def _ratio_interval(ratio: Ratio | None) -> str:
+    return "-" if ratio is None or ratio.ci95 is None else "{:.2f}-{:.2f}".format(*ratio.ci95)
 
 
 def _table(title: str, heads: Sequence[str]) -> Table:

@@ -4,7 +4,7 @@ import json
 import math
 import os
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from html import escape
 from pathlib import Path
 from typing import Final
@@ -12,20 +12,21 @@ from urllib.parse import quote
 
 from app.evaluation.report.plots import failure_plot, goal_plot, interval_plot, success_curves
 from app.evaluation.report.report_data import ReportData
+from app.evaluation.report.report_tables import (
+    effects_table,
+    losses_table,
+    methods_table,
+    pairs_table,
+    parts_table,
+)
 from app.evaluation.results_folder import SESSIONS
 from app.evaluation.version import program_of
 from app.report_style import REPORT_STYLE
 from ippon.evaluation.episode_generation import home_name
-from ippon.evaluation.methods.method_table import method_named
 from ippon.evaluation.methods.rule_share import MOSTLY, rule_note
 from ippon.evaluation.outcome import FAILURES, Failure
 from ippon.evaluation.row import EpisodeRow
-from ippon.evaluation.statistics import PairedDifference
 from ippon.evaluation.summary import (
-    Effect,
-    Losses,
-    MethodSummary,
-    Part,
     by_method,
     spl_by_goal,
 )
@@ -68,18 +69,18 @@ def report_page(data: ReportData) -> str:
         _facts(data),
         *_warnings(data),
         "<h2>Methods</h2>",
-        _methods_table(data.summaries),
+        methods_table(data.summaries),
         interval_plot(data.summaries),
     ]
     if data.comparisons:
         parts += [
             f"<h2>{escape(data.reference)} against each, on the same episodes</h2>",
-            _pairs_table(data),
+            pairs_table(data),
         ]
     if data.contexts:
-        parts += ["<h2>Effect of a correct sentence</h2>", _effects_table(data.contexts)]
+        parts += ["<h2>Effect of a correct sentence</h2>", effects_table(data.contexts)]
     if data.seconds:
-        parts += ["<h2>Effect of a known home</h2>", _effects_table(data.seconds), _SECOND]
+        parts += ["<h2>Effect of a known home</h2>", effects_table(data.seconds), _SECOND]
     parts += [
         "<h2>Success against path length</h2>",
         success_curves(groups),
@@ -89,8 +90,8 @@ def report_page(data: ReportData) -> str:
         failure_plot(data.summaries),
         _causes(),
         "<h2>By shortest path and by object</h2>",
-        _parts_table(data.parts),
-        *_losses(data.losses),
+        parts_table(data.parts),
+        *losses_table(data.losses),
         *_episodes(data),
         *_recorded(data),
         "<h2>Set-up</h2>",
@@ -147,118 +148,6 @@ def _warnings(data: ReportData) -> Iterable[str]:
         yield f'<p class="warn">Folders with other settings: {escape(listed)}.</p>'
     if len({program_of(row.version) for row in data.rows}) > 1:
         yield '<p class="warn">Rows were made by different versions of the program.</p>'
-
-
-def _methods_table(summaries: Sequence[MethodSummary]) -> str:
-    head = (
-        "method", "episodes", "success", "SPL", "SoftSPL", "find, s", "contacts", "time, s",
-        "path, m",
-        "planner p95, ms", "× real time",
-    )  # fmt: skip
-    body = [
-        (
-            s.method,
-            str(s.episodes),
-            _with_interval(s.success, s.success_ci95),
-            _with_interval(s.spl, s.spl_ci95),
-            _with_interval(s.soft_spl, s.soft_spl_ci95),
-            "–" if s.find_s is None else f"{s.find_s:.0f}",
-            f"{s.hits:.2f}",
-            f"{s.time_s:.0f}",
-            f"{s.path_length_m:.1f}",
-            f"{s.planner_ms_p95:.0f}",
-            f"{s.realtime_factor:.1f}",
-        )
-        for s in summaries
-    ]
-    names = "; ".join(f"{s.method}: {_summary_of(s.method)}" for s in summaries)
-    return _table(head, body) + (
-        '<p class="dim">Brackets: 95 % intervals, of success by Wilson\'s formula, else by a '
-        'bootstrap over homes. "Find" is the median time '
-        "to the find, a search without success counting as endless; it and the mean time are "
-        f"simulated. The planner's is processor time of one core. {escape(names)}.</p>"
-    )
-
-
-def _summary_of(method: str) -> str:
-    """Return the description of a method; rows may come from a version with other methods."""
-    try:
-        return method_named(method.partition(" (")[0]).summary
-    except ValueError:
-        return "unknown to this version"
-
-
-def _pairs_table(data: ReportData) -> str:
-    head = (
-        "less", "pairs", "SPL difference", "p", "SPL ratio", "success difference", "p",
-        "time to the find, ratio",
-    )  # fmt: skip
-    body = [
-        (
-            c.method,
-            str(c.spl.pairs),
-            _difference(c.spl),
-            f"{c.spl.p:.3f}",
-            _ratio(c.spl_ratio),
-            _difference(c.success),
-            f"{c.success_p:.3f}",
-            _ratio(c.find_s_ratio),
-        )
-        for c in data.comparisons
-    ]
-    return _table(head, body) + (
-        '<p class="dim">p of SPL: sign-flip test over homes; p of success: exact McNemar test; '
-        "ratio of times: its finds over those of the reference, where both succeed.</p>"
-    )
-
-
-def _effects_table(effects: Sequence[Effect]) -> str:
-    head = ("method", "pairs", "SPL with", "SPL without", "ratio", "difference", "p")
-    body = [
-        (
-            e.method,
-            str(e.difference.pairs),
-            f"{e.spl_with:.3f}",
-            f"{e.spl_without:.3f}",
-            _ratio(e.ratio),
-            _difference(e.difference),
-            f"{e.difference.p:.3f}",
-        )
-        for e in effects
-    ]
-    return _table(head, body)
-
-
-def _parts_table(parts: Sequence[Part]) -> str:
-    body = [(p.name, p.method, str(p.episodes), f"{p.success:.2f}", f"{p.spl:.3f}") for p in parts]
-    return _table(("episodes with", "method", "number", "success", "SPL"), body)
-
-
-def _losses(losses: Sequence[Losses]) -> Iterable[str]:
-    if not losses:
-        return
-    head = (
-        "method", "episodes", "before the first view", "until it is in the map",
-        "until a stop would count", "until the stop", "false stops", "other failures",
-    )  # fmt: skip
-    body = [
-        (one.method, str(one.episodes), *(f"{x:.3f}" for x in losses_in_order(one)))
-        for one in losses
-    ]
-    yield "<h2>Where SPL is lost</h2>"
-    yield _table(head, body)
-    yield (
-        '<p class="dim">Shares of an SPL of 1. A straight way to the object from the end of each '
-        "stage would have had an SPL of 1 less all losses so far; what a failure could still have "
-        "had counts as lost by it.</p>"
-    )
-
-
-def losses_in_order(one: Losses) -> tuple[float, ...]:
-    """Return the losses in the order in which a search passes them."""
-    return (
-        one.before_view, one.to_map, one.to_reach, one.to_stop, one.false_stops, one.other_failures,
-    )  # fmt: skip
 
 
 def _causes() -> str:
@@ -326,23 +215,3 @@ def _recorded(data: ReportData) -> Iterable[str]:
             f'<td class="wide"><code>{escape(command)}</code></td></tr>'
         )
     yield "</table>"
-
-
-def _table(head: Sequence[str], body: Iterable[Sequence[str]]) -> str:
-    top = "".join(f"<th>{escape(h)}</th>" for h in head)
-    lines = "".join(
-        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in line) + "</tr>" for line in body
-    )
-    return f"<table><tr>{top}</tr>{lines}</table>"
-
-
-def _with_interval(value: float, interval: tuple[float, float] | None) -> str:
-    return f"{value:.3f}" + ("" if interval is None else " [{:.2f}, {:.2f}]".format(*interval))
-
-
-def _ratio(value: float | None) -> str:
-    return "–" if value is None else f"{value:.2f}"
-
-
-def _difference(d: PairedDifference) -> str:
-    return f"{d.mean:+.3f}" + ("" if d.ci95 is None else " [{:+.2f}, {:+.2f}]".format(*d.ci95))

@@ -7,6 +7,7 @@ from ippon.evaluation.statistics import (
     mcnemar_p,
     mean_interval,
     paired_difference,
+    paired_ratio,
     share_interval,
 )
 from tests import later
@@ -42,7 +43,9 @@ def test_a_single_home_is_resampled_by_episode():
 
 def test_a_single_search_has_no_interval():
     assert mean_interval([0.9], ["a"]) is None
-    assert paired_difference([0.9], [0.5], ["a"]).ci95 is None
+    single = paired_difference([0.9], [0.5], ["a"])
+    assert (single.ci95, single.standard_error) == (None, None)
+    assert paired_ratio([0.9], [0.5], ["a"]).ci95 is None
 
 
 def test_the_interval_repeats_for_a_seed():
@@ -73,6 +76,34 @@ def test_the_interval_moves_and_scales_with_the_values(values, shift, scale):
     moved = mean_interval(shift + scale * np.array(values), homes)
     assert min(values) - 1e-9 <= low <= high <= max(values) + 1e-9
     assert moved == pytest.approx((shift + scale * low, shift + scale * high), abs=1e-9)
+
+
+def test_the_standard_error_is_that_of_a_mean_over_homes():
+    values = np.random.default_rng(4).normal(0.0, 0.1, 100)
+    alone = paired_difference(values, np.zeros(100), np.arange(100)).standard_error
+    assert alone == pytest.approx(values.std() / 10.0, rel=0.03)
+    # Five searches that are alike say no more than one.
+    together = paired_difference(np.repeat(values, 5), np.zeros(500), np.repeat(range(100), 5))
+    assert together.standard_error == pytest.approx(alone)
+
+
+def test_the_interval_of_a_ratio_holds_the_true_one_about_as_often_as_it_says():
+    rng, hits = np.random.default_rng(8), 0
+    for _ in range(100):
+        below = rng.uniform(0.2, 0.8, 40)
+        above = 1.3 * below * rng.uniform(0.5, 1.5, 40)
+        low, high = paired_ratio(above, below, np.arange(40)).ci95
+        hits += low <= 1.3 <= high
+    # Of 100 binomial draws at 0.95 (0.93 for so few homes) 99 % lie here.
+    assert 86 <= hits <= 99
+
+
+def test_a_ratio_over_zeros_has_no_value_and_one_over_some_zeros_may_have_no_limit():
+    assert paired_ratio([0.5, 0.6], [0.0, 0.0], ["a", "b"]) is None
+    some = paired_ratio([0.5, 0.6, 0.4], [0.0, 0.0, 0.5], ["a", "b", "c"])
+    assert some.value == pytest.approx(3.0)
+    assert some.ci95 is None
+    assert paired_ratio([0.0, 0.0], [0.5, 0.5], ["a", "b"]).ci95 == (0.0, 0.0)
 
 
 @given(

@@ -59,7 +59,10 @@ def test_pairs_by_hand(rows):
     assert c.method == "nearest_frontier"
     assert c.spl.pairs == 3
     assert c.spl.mean == pytest.approx(0.3)
-    assert c.spl_ratio == pytest.approx(0.5 / 0.2)
+    assert c.spl_ratio.value == pytest.approx(0.5 / 0.2)
+    # SPL of home 1 sums to 0.9 and 0.2, of home 2 to 0.6 and 0.4: the ends of what is resampled.
+    assert c.spl_ratio.ci95 == pytest.approx((0.6 / 0.4, 0.9 / 0.2))
+    assert c.find_s_ratio.value == pytest.approx(1.0)
     assert c.success.mean == pytest.approx(1 / 3)
     assert c.success_p == 1.0
     # Differences of the homes: 0.4 + 0.3 and 0.2; of four sign patterns two are as extreme.
@@ -82,7 +85,8 @@ def test_time_to_the_find_counts_failures_as_endless(make_row):
     assert summarise(rows[:2])[0].find_s == 150.0
     # Both succeed in the second search alone: 100 s against 200 s.
     (c,) = compare(rows)
-    assert c.find_s_ratio == pytest.approx(0.5)
+    assert c.find_s_ratio.value == pytest.approx(0.5)
+    assert c.find_s_ratio.ci95 is None
     assert compare([rows[0], rows[3]])[0].find_s_ratio is None
 
 
@@ -121,7 +125,8 @@ def test_context_is_paired_with_the_same_search_untold(make_row):
     (effect,) = context_effects(rows)
     assert effect.difference.pairs == 2
     assert (effect.spl_with, effect.spl_without) == (pytest.approx(0.6), pytest.approx(0.3))
-    assert effect.ratio == pytest.approx(2.0)
+    assert effect.ratio.value == pytest.approx(2.0)
+    assert effect.ratio.ci95 == pytest.approx((1.75, 2.5), abs=1e-9)
     assert effect.difference.mean == pytest.approx(0.3)
 
 
@@ -158,7 +163,7 @@ def test_a_second_object_is_paired_with_a_fresh_search_from_the_same_place(make_
     (effect,) = second_object_effects(rows)
     assert effect.difference.pairs == 2
     assert (effect.spl_with, effect.spl_without) == (pytest.approx(0.8), pytest.approx(0.5))
-    assert effect.ratio == pytest.approx(1.6)
+    assert effect.ratio.value == pytest.approx(1.6)
     assert singles(rows) == rows[:1]
     assert context_effects(rows) == ()
 

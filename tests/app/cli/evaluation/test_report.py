@@ -138,6 +138,9 @@ def test_a_long_name_of_a_folder_costs_no_figure(results, tmp_path, capsys, monk
     out = capsys.readouterr().out
     assert "…" not in out
     assert out.count("0.40-0.60") == 2
+    # A standard error, and ratios with their intervals.
+    assert "ippon against each: standard error and ratios" in out
+    assert re.search(r"\+0\.000\s+0\.000\s+1\.00\s+1\.00-1\.00\s+1\.00\s+1\.00-1\.00", out)
     assert max(len(line) for line in out.splitlines() if "report.html" not in line) <= 80
 
 
@@ -156,10 +159,14 @@ def test_the_page_is_whole_and_needs_nothing_from_elsewhere(results, capsys):
     assert not re.search(r'(src|href)="', page)
     assert "Small sample" in page
     assert "0.500 [0.40, 0.60]" in page
+    assert "s.e." in page
     assert "oracle, stuck: 1" in page
     assert f"ippon eval replay {results.path} 2.bed.0.untold --method oracle" in page
     everything = json.loads((results.path / "report.json").read_text())
-    assert everything["comparisons"][0]["spl"]["mean"] == 0.0
+    (compared,) = everything["comparisons"]
+    assert compared["spl"]["mean"] == 0.0
+    assert 0.0 < compared["spl"]["standard_error"] < 0.4
+    assert compared["spl_ratio"]["value"] == 1.0
     assert everything["settings"]["fixed"]["seed"] == 4
 
 
