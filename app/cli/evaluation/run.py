@@ -41,6 +41,7 @@ class TerminalObserver:
         self._screen = screen
         self._bar: Progress | None = None
         self._task = TaskID(0)
+        self._done = self._total = 0
 
     def __enter__(self) -> Self:
         """Return itself."""
@@ -58,18 +59,22 @@ class TerminalObserver:
     def begin(self, stage: str, total: int) -> None:
         """Show a new bar; see `EvaluationObserver.begin`."""
         self._stop()
+        self._done, self._total = 0, total
         if not self._screen.is_terminal:
             self._screen.print(f"{stage} ({total})", highlight=False)
+            return
         self._bar = progress_bar(self._screen)
         self._task = self._bar.add_task(stage, total=total, last="")
         self._bar.start()
 
     def advance(self, result: str = "") -> None:
         """Advance the bar; see `EvaluationObserver.advance`."""
-        assert self._bar is not None, "begin() comes first"
-        self._bar.update(self._task, advance=1, last=escape(result))
-        if result and not self._screen.is_terminal:
-            self._screen.print(result, soft_wrap=True, highlight=False, markup=False)
+        self._done += 1
+        if self._bar is not None:
+            self._bar.update(self._task, advance=1, last=escape(result))
+        elif result and not self._screen.is_terminal:
+            line = f"{self._done}/{self._total} {result}"
+            self._screen.print(line, soft_wrap=True, highlight=False, markup=False)
 
     def tell(self, text: str, *, error: bool = False) -> None:
         """Print a line; see `EvaluationObserver.tell`."""
