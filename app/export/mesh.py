@@ -6,10 +6,10 @@ from typing import Any
 
 import trimesh
 
+from app.datasets.dataset import DatasetError
 from app.export.session_data import OnProgress, SessionData, no_progress
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.localization.alignment import in_map_frame
-from app.nodes.replay.datasets import DatasetError
 from app.nodes.review.settings import read_settings
 from app.recognition.frames import FrameSource, open_source
 from app.recording.camera_topics import COLORS

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from app.datasets.bag_poses import BagPoses, poses_of
+from app.datasets.bag_robot import BagRobot
+from app.datasets.dataset import DatasetError
+from app.datasets.messages import TF_ALONE
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.keys import BASE_FRAME, WORLD_FRAME
 from app.messages.motion import decode_transforms
-from app.nodes.replay.bag_poses import BagPoses, poses_of
-from app.nodes.replay.bag_robot import BagRobot
-from app.nodes.replay.datasets import DatasetError
-from app.nodes.replay.messages import TF_ALONE
 from app.nodes.review.player import Player
 from app.recording.base_pose import BasePose
 from app.recording.errors import RecordingError

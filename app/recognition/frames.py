@@ -9,13 +9,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from app.datasets.bag_poses import BagPoses
+from app.datasets.dataset import Dataset, DatasetError, open_dataset, read_color, read_depth
+from app.datasets.floor_alignment import align_to_floor, base_below, camera_on_base
+from app.datasets.messages import TF_ALONE, bag_messages, bag_poses, is_bag
 from app.links.robot_streams.assembler import AssemblerConfig, FrameAssembler, assemble
 from app.messages import keys
 from app.messages.cdr import MessageError
-from app.nodes.replay.bag_poses import BagPoses
-from app.nodes.replay.datasets import Dataset, DatasetError, open_dataset, read_color, read_depth
-from app.nodes.replay.floor_alignment import align_to_floor, base_below, camera_on_base
-from app.nodes.replay.messages import TF_ALONE, bag_messages, bag_poses, is_bag
 from app.recording.channels import USUAL, Names
 from ippon.errors import FrameRejectedError
 from ippon.frame import NANOSECONDS, Frame

@@ -14,7 +14,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.nodes.replay.datasets import Dataset, open_dataset, read_color, read_depth
+from app.datasets.dataset import Dataset, open_dataset, read_color, read_depth
 from ippon.geometry import invert_transform
 from ippon.tracking.camera_tracker import CameraTracker
 from ippon.tracking.depth_points import SurfacePoints

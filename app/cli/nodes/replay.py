@@ -1,12 +1,12 @@
 """`ippon replay`: a dataset or a bag, published as a robot."""
 
 from app.cli.options.nodes import Replay
+from app.datasets.bag_robot import read_bag_robot
+from app.datasets.dataset import DatasetError
 from app.errors import UsageError
 from app.links.network.registry import resolve_address
 from app.links.network.session import LinkError
-from app.nodes.replay.bag_robot import read_bag_robot
-from app.nodes.replay.datasets import DatasetError
-from app.nodes.replay.node import ReplayConfig, run_replay
+from app.nodes.replay import ReplayConfig, run_replay
 from app.process.parent_watch import end_with_parent
 
 

@@ -15,6 +15,8 @@ from rich.text import Text
 from app.cli.nodes.segment import config_of, models_folder
 from app.cli.options.tools import Doctor
 from app.cli.tools.navigator_address import find_navigator
+from app.datasets.bag_robot import read_bag_robot
+from app.datasets.messages import is_bag
 from app.doctor.checks import check_machine, check_segmentation
 from app.doctor.finding import Finding, Verdict
 from app.doctor.robot.checkup import check_robot
@@ -24,8 +26,6 @@ from app.doctor.robot.ros_graph import RosGraph
 from app.doctor.robot.samples import SECONDS, listen
 from app.errors import UsageError
 from app.links.network.session import LinkError, open_client
-from app.nodes.replay.bag_robot import read_bag_robot
-from app.nodes.replay.messages import is_bag
 from app.recording.errors import RecordingError
 from app.recording.reading.repair import RecordingCheck, check
 from app.robot_file import RobotFileError, read_robot

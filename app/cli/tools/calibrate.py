@@ -12,9 +12,9 @@ from rich.table import Table
 
 from app.cli.nodes.segment import segmenter_of
 from app.cli.options.recognition import Calibrate
+from app.datasets.bag_robot import read_bag_robot
+from app.datasets.dataset import DatasetError
 from app.errors import UsageError
-from app.nodes.replay.bag_robot import read_bag_robot
-from app.nodes.replay.datasets import DatasetError
 from app.recognition.calibration import (
     Calibrated,
     CalibrationError,

@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from app.cli.options.tools import Export
+from app.datasets.bag_robot import BagRobot, read_bag_robot
 from app.errors import UsageError
 from app.export.geometry import write_faces, write_points
 from app.export.mesh import write_mesh
@@ -21,7 +22,6 @@ from app.export.scene_file import write_scene
 from app.export.session_data import OnProgress, SessionData, read_session_data
 from app.export.tables import write_csv, write_finds, write_tum
 from app.export.video import NEEDS, can_write, write_camera_video, write_scene_video
-from app.nodes.replay.bag_robot import BagRobot, read_bag_robot
 from app.recording.catalogue import is_folder_of_recordings, recordings_in
 from app.recording.errors import RecordingError
 from app.robot_file import RobotFileError

@@ -11,9 +11,9 @@ from rich.progress import Progress
 
 from app.cli.nodes.segment import segmenter_of
 from app.cli.options.recognition import Recognise
+from app.datasets.bag_robot import read_bag_robot
+from app.datasets.dataset import DatasetError
 from app.errors import UsageError
-from app.nodes.replay.bag_robot import read_bag_robot
-from app.nodes.replay.datasets import DatasetError
 from app.recognition.frames import open_source
 from app.recognition.page import page_of
 from app.recognition.recognition import (

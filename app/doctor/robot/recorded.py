@@ -4,14 +4,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
+from app.datasets.bag_poses import BagPoses
+from app.datasets.bag_robot import BagRobot
+from app.datasets.dataset import DatasetError
+from app.datasets.messages import Unreadable, bag_messages, bag_poses
 from app.doctor.finding import Finding
 from app.doctor.robot.checkup import check_streams
 from app.doctor.robot.samples import Samples
 from app.messages import keys
-from app.nodes.replay.bag_poses import BagPoses
-from app.nodes.replay.bag_robot import BagRobot
-from app.nodes.replay.datasets import DatasetError
-from app.nodes.replay.messages import Unreadable, bag_messages, bag_poses
 from app.recording.camera_topics import COLORS, DEPTHS
 from ippon.frame import NANOSECONDS
 from ippon.robot import RobotProfile

@@ -7,12 +7,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from app.datasets.bag_robot import BagRobot
 from app.export.session_data import SessionData
 from app.messages import keys
 from app.messages.control import encode
 from app.messages.memory import MapAlignment
 from app.messages.motion import StampedTransform, encode_transforms
-from app.nodes.replay.bag_robot import BagRobot
 from app.recording.errors import RecordingError
 from ippon.geometry import base_pose
 from tests.app.messages.robot_messages import odometry

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from app.datasets.dataset import DatasetError, open_dataset
+from app.datasets.messages import RobotMessage, dataset_messages
 from app.messages import keys
 from app.messages.depth.depth_images import encode_depth
 from app.messages.images import encode_camera, encode_color
 from app.messages.motion import encode_transforms, robot_transforms
-from app.nodes.replay.datasets import DatasetError, open_dataset
-from app.nodes.replay.messages import RobotMessage, dataset_messages
 from app.recognition import frames
 from app.recognition.frames import FrameSource, open_source
 from ippon.camera import PinholeCamera

@@ -74,7 +74,7 @@ PARTLY = [
         "app/links/language_model/interface.py",
         "app/links/network/session.py",
         "app/memory/memory_file.py",
-        "app/nodes/replay/node.py",
+        "app/nodes/replay.py",
         "app/recording/reading/sqlite_file.py",
         "ippon/guidance/language/languages.py",
         "ippon/guidance/prompts/request_prompt.py",

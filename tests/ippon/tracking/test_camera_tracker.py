@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from app.nodes.replay.datasets import open_dataset, read_color, read_depth
+from app.datasets.dataset import open_dataset, read_color, read_depth
 from ippon.camera import PinholeCamera
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform, rotation_y
 from ippon.tracking.camera_tracker import CameraTracker, TrackerConfig

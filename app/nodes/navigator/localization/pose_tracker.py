@@ -11,6 +11,7 @@ import numpy as np
 import zenoh
 from numpy.typing import NDArray
 
+from app.datasets.floor_alignment import base_below, camera_on_base
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.depth.depth_images import DEPTH_DECODERS, DepthImage
@@ -25,7 +26,6 @@ from app.messages.motion import StampedTransform, encode_transforms, robot_trans
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.event_publisher import EventPublisher
 from app.nodes.navigator.frame_intake import FrameIntake
-from app.nodes.replay.floor_alignment import base_below, camera_on_base
 from ippon.frame import NANOSECONDS
 from ippon.geometry import Float64Array, base_pose
 from ippon.robot import RobotProfile

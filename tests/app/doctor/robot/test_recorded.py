@@ -8,12 +8,12 @@ import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 from app.cli.main import run
+from app.datasets.bag_robot import BagRobot
 from app.doctor.robot.recorded import check_bag
 from app.messages import keys
 from app.messages.cdr import typestore
 from app.messages.images import decode_color, decompress_color
 from app.messages.motion import decode_transforms, encode_transforms
-from app.nodes.replay.bag_robot import BagRobot
 from app.robot_file import template
 from tests.app.doctor.robot.test_checkup import depth_image
 from tests.app.messages.robot_messages import odometry, raw_color

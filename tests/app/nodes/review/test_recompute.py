@@ -8,6 +8,7 @@ import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
+from app.datasets.bag_robot import BagRobot
 from app.export import mesh
 from app.export.mesh import write_mesh
 from app.export.session_data import read_session_data
@@ -26,7 +27,6 @@ from app.messages.motion import (
 from app.messages.perception.heatmaps import decode_heatmap, encode_heatmap
 from app.messages.status import Event, GoalStatus, LevelRow, LevelTable
 from app.nodes.navigator.config import NavigatorConfig
-from app.nodes.replay.bag_robot import BagRobot
 from app.nodes.review.recompute import Recomputation, recompute
 from app.nodes.review.settings import read_settings
 from app.recognition import frames

@@ -2,9 +2,9 @@
 
 import pytest
 
+from app.datasets.bag_robot import read_bag_robot
 from app.errors import UsageError
 from app.messages import keys
-from app.nodes.replay.bag_robot import read_bag_robot
 from app.recording.channels import key_of
 
 ROBOT = """

@@ -5,10 +5,10 @@ import logging
 import numpy as np
 import pytest
 
+from app.datasets.bag_poses import BagPoses
+from app.datasets.dataset import DatasetError
+from app.datasets.messages import bag_messages
 from app.messages import keys
-from app.nodes.replay.bag_poses import BagPoses
-from app.nodes.replay.datasets import DatasetError
-from app.nodes.replay.messages import bag_messages
 from app.recording.writing.writer import SessionWriter
 from tests.app.messages.robot_messages import odometry, raw_color
 from tests.app.recording.conftest import all_messages, write_session

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from app.nodes.replay.datasets import DatasetError, open_dataset
-from app.nodes.replay.floor_alignment import align_to_floor
+from app.datasets.dataset import DatasetError, open_dataset
+from app.datasets.floor_alignment import align_to_floor
 from ippon.camera import PinholeCamera
 from ippon.geometry import make_transform
 from ippon.simulation.camera.renderer import SceneRenderer

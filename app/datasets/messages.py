@@ -7,15 +7,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
+from app.datasets.bag_poses import BagPoses, poses_of
+from app.datasets.dataset import Dataset, DatasetError, read_color, read_depth
+from app.datasets.floor_alignment import base_below, camera_on_base
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.depth.depth_images import encode_depth
 from app.messages.images import decode_color_raw, encode_camera, encode_color
 from app.messages.keys import CAMERA_FRAME
 from app.messages.motion import encode_transforms, robot_transforms
-from app.nodes.replay.bag_poses import BagPoses, poses_of
-from app.nodes.replay.datasets import Dataset, DatasetError, read_color, read_depth
-from app.nodes.replay.floor_alignment import base_below, camera_on_base
 from app.recording.camera_topics import COLORS, DEPTHS, topic_problem
 from app.recording.channels import USUAL, Names
 from app.recording.depth_pairs import FEW

@@ -9,12 +9,10 @@ from typing import Any, Final
 
 import zenoh
 
-from app.links.network.session import open_client
-from app.messages import keys
-from app.nodes.replay.bag_poses import BagPoses
-from app.nodes.replay.datasets import Dataset, DatasetError, open_dataset
-from app.nodes.replay.floor_alignment import align_to_floor
-from app.nodes.replay.messages import (
+from app.datasets.bag_poses import BagPoses
+from app.datasets.dataset import Dataset, DatasetError, open_dataset
+from app.datasets.floor_alignment import align_to_floor
+from app.datasets.messages import (
     TF_ALONE,
     RobotMessage,
     bag_messages,
@@ -22,6 +20,8 @@ from app.nodes.replay.messages import (
     dataset_messages,
     is_bag,
 )
+from app.links.network.session import open_client
+from app.messages import keys
 from app.process.stop_signal import ProcessStopSignal, StopSignal
 from app.recording.channels import USUAL, Names
 from app.ros2.ippon_ros2.zenoh_side import stream_publisher

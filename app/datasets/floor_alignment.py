@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.nodes.replay.datasets import Dataset, DatasetError, read_depth
+from app.datasets.dataset import Dataset, DatasetError, read_depth
 from ippon.camera import PinholeCamera
 from ippon.geometry import Float64Array, base_pose, invert_transform, transform_points
 from ippon.tracking.upright import UprightCheck

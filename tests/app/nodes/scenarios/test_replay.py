@@ -14,6 +14,11 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from scipy.spatial.transform import Rotation
 
 from app.cli.main import run
+from app.datasets import messages as replay_messages
+from app.datasets.bag_robot import read_bag_robot
+from app.datasets.dataset import DatasetError, open_dataset
+from app.datasets.floor_alignment import align_to_floor
+from app.datasets.messages import RobotMessage, bag_messages
 from app.links.network.session import LinkError, open_client
 from app.links.network.subscription import subscribe
 from app.links.robot_streams.assembler import FrameAssembler, assemble
@@ -22,13 +27,8 @@ from app.messages.cdr import encode, header, make, typestore
 from app.messages.depth.depth_images import decode_depth, encode_depth_raw
 from app.messages.images import decode_color, decompress_color, encode_color
 from app.messages.motion import decode_transforms, encode_transforms
-from app.nodes.replay import messages as replay_messages
-from app.nodes.replay import node as replay_node
-from app.nodes.replay.bag_robot import read_bag_robot
-from app.nodes.replay.datasets import DatasetError, open_dataset
-from app.nodes.replay.floor_alignment import align_to_floor
-from app.nodes.replay.messages import RobotMessage, bag_messages
-from app.nodes.replay.node import ReplayConfig, messages_of, play, poses_sent, run_replay
+from app.nodes import replay as replay_node
+from app.nodes.replay import ReplayConfig, messages_of, play, poses_sent, run_replay
 from app.recognition.frames import open_source
 from app.recording.writing.limits import RecordingLimits
 from app.recording.writing.session import Session

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from app.nodes.replay.datasets import DatasetError, read_color, read_depth
+from app.datasets.dataset import DatasetError, read_color, read_depth
 from ippon.camera import PinholeCamera
 
 CAMERA = PinholeCamera(width=8, height=6, fx=7.0, fy=7.0, cx=3.5, cy=2.5)

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from app.datasets.dataset import DatasetError
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.keys import BASE_FRAME, ODOMETRY_FRAME, WORLD_FRAME
 from app.messages.motion import StampedTransform, decode_odometry, encode_transforms
-from app.nodes.replay.datasets import DatasetError
 from app.recording.frame_tree import NO_MOUNT, FrameTree
 from ippon.geometry import Float64Array
 

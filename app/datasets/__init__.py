@@ -1,0 +1,1 @@
+"""RGB-D datasets and bags as the messages of a robot."""

@@ -1,1 +1,0 @@
-"""Replays datasets and bags as the messages of a robot."""
