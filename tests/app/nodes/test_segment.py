@@ -64,7 +64,6 @@ def wired(sessions):
     sender, token = Sender(), router.liveliness().declare_token(f"r/{keys.NAVIGATOR_ALIVE}")
     labels = LatchedTopic(router, f"r/{keys.LABELS}", sender)
     labels.put(encode(SegmentationLabels(labels=["wall", "sofa"], ooi="hat")))
-    wait_until(lambda: labels.last is not None)
     heatmaps = []
     subscribe(router, f"r/{keys.HEATMAP}", lambda p: heatmaps.append(decode_heatmap(p)))
     network, stop = Slow(), threading.Event()
