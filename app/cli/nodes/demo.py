@@ -57,6 +57,7 @@ def run_demo(command: Demo) -> int:
         told = f"  searching for {command.object}" if command.search else "  waiting for a search"
         screen.print(Text(f"{told}; Ctrl-C ends the demo\n"))
         processes.start_robot(robot_arguments(command))
+        _say_contents(screen, command, scene)
         if updates is not None and goal_id is not None:
             return _report_result(processes, command.object, updates, goal_id, profile, scene)
         _supervise(processes, screen)
@@ -121,6 +122,15 @@ def _check(command: Demo, context: str) -> "RobotProfile":
     except ValueError as error:
         raise UsageError(str(error)) from error
     return profile
+
+
+def _say_contents(screen: Console, command: Demo, scene: "Scene") -> None:
+    from app.demo.contents import holds, said_contents
+
+    if command.search and not holds(scene, command.object):
+        text = f"  there is no {command.object} in this home, so that it cannot be found\n"
+        screen.print(Text(text, style="yellow"))
+    screen.print(Text(f"  {said_contents(scene)}\n", style="dim"))
 
 
 def _start_recorder(processes: DemoProcesses, root: Path | None, screen: Console) -> None:
