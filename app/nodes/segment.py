@@ -83,9 +83,9 @@ class SegmentNode:
         }  # fmt: skip
         self._told: tuple[str, tuple[str, ...]] = ("", ())
         latched = LatchedReceiver(self._take_labels)
+        subscribe(session, f"{config.robot}/{keys.COLOR}", self._take_image)
         subscribe(session, f"{config.robot}/{keys.LABELS}", latched.receive)
         request_when_seen(session, config.robot, {keys.LABELS: latched})
-        subscribe(session, f"{config.robot}/{keys.COLOR}", self._take_image)
 
     def run(self, stop: StopSignal) -> None:
         """Segment until stopped."""

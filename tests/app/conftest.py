@@ -38,15 +38,20 @@ def shared_endpoint() -> str:
 
 
 @pytest.fixture
-def sessions(
-    free_endpoint: str, monkeypatch: pytest.MonkeyPatch
-) -> Iterator[tuple[zenoh.Session, zenoh.Session]]:
-    """Yield a router on a free loopback port, and a client of it.
+def patient_links(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let a link be silent for longer than usual.
 
     On a machine with ten times more to do than it has cores, a connection is silent for over a
     second now and then: it would be closed, and what is sent meanwhile be lost.
     """
     monkeypatch.setattr(session, "LEASE_MS", PATIENT_LEASE_MS)
+
+
+@pytest.fixture
+def sessions(
+    free_endpoint: str, patient_links: None
+) -> Iterator[tuple[zenoh.Session, zenoh.Session]]:
+    """Yield a router on a free loopback port, and a client of it."""
     router = open_router(free_endpoint)
     client = open_client(free_endpoint)
     yield router, client

@@ -33,6 +33,7 @@ class Inbox:
         self._queue: deque[Message] = deque()
         self._latest: dict[str, bytes] = {}
         self._arrived = threading.Condition()
+        self._woken = False
 
     def put(self, key: str, payload: bytes) -> None:
         """Add a message without waiting."""
@@ -51,15 +52,17 @@ class Inbox:
             self._arrived.notify()
 
     def wake(self) -> None:
-        """Let `drain` return."""
+        """Let `drain` return, or the next one return at once."""
         with self._arrived:
+            self._woken = True
             self._arrived.notify()
 
     def drain(self, timeout_s: float) -> list[Message]:
         """Take all messages; wait at most `timeout_s` for the first."""
         with self._arrived:
-            if not self._queue and not self._latest:
+            if not self._queue and not self._latest and not self._woken:
                 self._arrived.wait(timeout_s)
+            self._woken = False
             batch = [*self._latest.items(), *self._queue]
             self._latest.clear()
             self._queue.clear()

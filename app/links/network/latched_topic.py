@@ -3,11 +3,15 @@
 import threading
 from collections.abc import Callable
 from functools import partial
+from typing import Final
 
 import zenoh
 
 from app.links.network.query_queue import QueryQueue
 from app.links.network.sender import Sender
+
+_FRESH_S: Final = 1.0
+"""How long a reply waits for a message that is queued; a slow link may hold it up for longer."""
 
 
 class LatchedTopic:
@@ -16,7 +20,8 @@ class LatchedTopic:
     def __init__(self, session: zenoh.Session, key: str, sender: Sender) -> None:
         self._key = key
         self._sender = sender
-        self._lock = threading.Lock()
+        self._changed = threading.Condition()
+        self._newest: bytes | None = None
         self._last: bytes | None = None
         """The last message that was published or is being published."""
         self._publisher = session.declare_publisher(
@@ -26,17 +31,21 @@ class LatchedTopic:
 
     def put(self, payload: bytes) -> None:
         """Publish a message and keep it; a newer one replaces it while the link is busy."""
+        with self._changed:
+            self._newest = payload
         self._sender.put_latest(self._key, partial(self._publish, payload))
 
     def _publish(self, payload: bytes) -> None:
         # Not in `put`: the message before may still be on its way, and would follow the reply.
-        with self._lock:
+        with self._changed:
             self._last = payload
+            self._changed.notify_all()
         self._publisher.put(payload)
 
     def _answer(self, query: zenoh.Query) -> None:
         with query:
-            with self._lock:
+            with self._changed:
+                self._changed.wait_for(lambda: self._last is self._newest, _FRESH_S)
                 last = self._last
             if last is not None:
                 query.reply(self._key, last)

@@ -38,6 +38,7 @@ class Driver:
         self._at = -math.inf
         self._stamp = -math.inf
         self._moving = self._driving = False
+        self._zeros_until = -math.inf
         self._image: tuple[float, float] | None = None
         self._late = self._stopped = False
         self.refused = self.clamped = 0
@@ -100,28 +101,31 @@ class Driver:
         return late
 
     def tick(self, now: float) -> None:
-        """Send zero velocity where commands have stopped."""
+        """Send zero velocity where commands have stopped; also to one that comes here late."""
         with self._lock:
             age = now - self._at
-            if age < WATCHDOG_S or age > WATCHDOG_S + ZEROS_S:
+            if age < WATCHDOG_S:
                 return
             if self._driving:
                 self._driving = False
+                self._zeros_until = now + ZEROS_S
                 level = logging.WARNING if self._moving else logging.INFO
                 logger.log(level, "no command for %.1f s: the robot gets zero velocity", age)
-            self._send(0.0, 0.0)
+            if now <= self._zeros_until:
+                self._send(0.0, 0.0)
 
     def release(self) -> None:
         """Leave the wheels to the robot's own navigation, without zero velocities in between."""
         with self._lock:
-            self._at = -math.inf
+            self._at = self._zeros_until = -math.inf
             self._driving = False
 
     def stop(self) -> None:
         """Send zero velocity now; commands that arrive after it are not followed."""
         with self._lock:
             self._stopped = True
-            self._at = -math.inf
+            self._at = self._zeros_until = -math.inf
+            self._driving = False
             self._send(0.0, 0.0)
 
 

@@ -140,6 +140,7 @@ def test_what_the_navigator_told_before_the_recording_is_in_it(sessions, record)
     latched = {key: LatchedTopic(router, f"{ROBOT}/{key}", sender) for key in keys.LATCHED}
     for key, topic in latched.items():
         topic.put(key.encode())
+        assert last_message(router, f"{ROBOT}/{key}", 5.0) == key.encode(), "sent before it begins"
     finish = record(limits=RecordingLimits(min_free_gb=0.0))
     for key in latched:
         record.wait_for(key, key.encode())
@@ -177,7 +178,7 @@ def test_recording_is_switched_on_and_off_by_request(sessions, record):
         _request(client, "mark")
     assert _request(client, "start").state == "recording"
     client.put(f"{ROBOT}/a", b"1")
-    time.sleep(0.3)
+    record.wait_for("a", b"1")
     status = _request(client, "stop")
     assert (status.state, status.text) == ("off", "not recording: ended by Anna")
     client.put(f"{ROBOT}/a", b"2")
@@ -242,10 +243,13 @@ def test_a_disk_that_refuses_ends_the_recording_and_nothing_else(sessions, recor
     _, client = sessions
     (tmp_path / "s").write_text("a file where the folder should be")
     record(limits=RecordingLimits(min_free_gb=0.0))
-    status = msgspec.json.decode(
-        last_message(client, f"{ROBOT}/{keys.RECORDING}", 2.0), type=RecordingStatus
-    )
-    assert status.state == "failed"
+
+    def failed():
+        payload = last_message(client, f"{ROBOT}/{keys.RECORDING}", 2.0)
+        status = msgspec.json.decode(payload, type=RecordingStatus)
+        return status.state == "failed" and status
+
+    status = _await(failed)
     assert "cannot be written to" in status.text
     (tmp_path / "s").unlink()
     assert _request(client, "start").state == "recording"

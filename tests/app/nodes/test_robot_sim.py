@@ -201,18 +201,20 @@ def test_it_obeys_within_its_limits(running):
     station, _ = running
     before, t0 = station.pose()
     station.tilt(-0.5)
-    for _ in range(20):
+    turned, end = 0.0, time.monotonic() + COLD_S
+    while turned < 0.3 or _tilt_of(station) != pytest.approx(-0.5, abs=1e-6):
+        assert time.monotonic() < end, turned
         station.drive(0.0, 100.0)
         time.sleep(0.05)
-    after, t1 = station.pose()
-    turned = (yaw_of(after) - yaw_of(before)) % (2 * math.pi)
-    assert 0.3 < turned <= 1.2 * (t1 - t0) + 1e-6
-    camera = next(
-        t
-        for t in decode_transforms(station.last[keys.TF])
-        if t.child == "camera_color_optical_frame"
-    )
-    assert math.asin(camera.T_parent_child[2, 2]) == pytest.approx(-0.5, abs=1e-6)
+        after, t1 = station.pose()
+        turned = (yaw_of(after) - yaw_of(before)) % (2 * math.pi)
+        assert t1 - t0 > 5.0 or turned <= 1.2 * (t1 - t0) + 1e-6
+
+
+def _tilt_of(station):
+    transforms = decode_transforms(station.last[keys.TF])
+    camera = next(t for t in transforms if t.child == "camera_color_optical_frame")
+    return math.asin(camera.T_parent_child[2, 2])
 
 
 def test_it_stands_when_the_link_is_gone_and_comes_back_by_itself(

@@ -40,7 +40,12 @@ def test_without_a_signal_the_wait_runs_out(stop: ProcessStopSignal) -> None:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_work_that_looks_at_no_flag_is_interrupted(number: int) -> None:
     before = signal.getsignal(number)
-    threading.Timer(0.05, os.kill, (os.getpid(), number)).start()
-    with pytest.raises(KeyboardInterrupt), interruptible():
+    timer = threading.Timer(0.05, os.kill, (os.getpid(), number))
+
+    def work() -> None:
+        timer.start()
         time.sleep(20.0)
+
+    with pytest.raises(KeyboardInterrupt), interruptible():
+        work()
     assert signal.getsignal(number) is before

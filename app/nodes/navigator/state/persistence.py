@@ -155,7 +155,9 @@ class _SmallFiles:
                 if not self._waiting:
                     self._thread = None
                     return
-                path, content = self._waiting.popitem()
+                # In their order: a Stop is kept after the goal that it holds.
+                path = next(iter(self._waiting))
+                content = self._waiting.pop(path)
             try:
                 replace_file(path, content)
             except OSError as error:

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 from app.links.network import topic_listener
 from app.links.network.latched_topic import LatchedTopic
+from app.links.network.requests import last_message
 from app.links.network.sender import Sender
 from app.links.network.topic_listener import TopicListener
 from app.messages import keys
@@ -85,8 +86,9 @@ def test_last_messages_are_requested_of_what_is_subscribed_to_alone(sessions, fr
     sender, came = Sender(), []
     token = router.liveliness().declare_token(f"r/{keys.NAVIGATOR_ALIVE}")
     latched = {key: LatchedTopic(router, f"r/{key}", sender) for key in keys.LATCHED}
-    for topic in latched.values():
+    for key, topic in latched.items():
         topic.put(b"last")
+        assert last_message(router, f"r/{key}", 5.0) == b"last", "sent before it begins"
     wanted = [keys.STATUS, keys.PAINTED, keys.MAP_ALIGNMENT]
     listener = TopicListener(
         free_endpoint, "r", (*wanted, keys.CAMERA_INFO), lambda key, _: came.append(key)

@@ -14,6 +14,7 @@ from app.links.rmw_zenoh.robot_link import RobotLink
 from app.links.rmw_zenoh.streams import Streams
 from app.messages.cdr import decode
 from app.messages.motion import StampedTwist, encode_number, encode_twist
+from app.ros2.ippon_ros2 import rates
 from app.ros2.ippon_ros2.settings import Ros2Error, read_settings
 from app.ros2.ippon_ros2.zenoh_side import claim
 from tests import ports
@@ -199,7 +200,8 @@ def test_a_late_command_becomes_zero_velocity(sessions, start, hear):
     assert decode(payload, "geometry_msgs/msg/Twist").linear.x == 0.0
 
 
-def test_the_tilt_is_a_trajectory_where_one_is_subscribed_to(sessions, start):
+def test_the_tilt_is_a_trajectory_where_one_is_subscribed_to(sessions, start, monkeypatch):
+    monkeypatch.setattr(rates, "TILT_AGAIN_S", 1000.0)
     robot = RmwRobot(sessions[1])
     kind = "trajectory_msgs/msg/JointTrajectory"
     received = robot.subscription("/head", "trajectory_msgs::msg::dds_::JointTrajectory_")

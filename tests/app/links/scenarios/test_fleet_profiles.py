@@ -8,6 +8,7 @@ import pytest
 from app.certificates.roles import write_roles
 from app.links.fleet.assignment import assign
 from app.links.fleet.navigators import live_navigators
+from app.links.network import session
 from app.links.network.requests import ask, serve
 from app.links.network.session import PROFILE, LinkError, open_client, open_router
 from app.messages import keys
@@ -22,6 +23,7 @@ from app.messages.control import (
 )
 from app.nodes.console.fleet import robot_list
 from app.nodes.console.fleet.robot_list import RobotList
+from tests.app.conftest import PATIENT_LEASE_MS
 from tests.app.nodes.console.drawn_home import status_of
 from tests.ports import free_port
 
@@ -68,6 +70,7 @@ def site(tmp_path_factory):
     (folder / "joined.json5").write_text(rules.replace("{", join, 1))
     opened = []
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(session, "LEASE_MS", PATIENT_LEASE_MS)
 
         def become(role):
             patch.setenv(PROFILE, str(folder / f"{role}.json5"))
@@ -86,8 +89,8 @@ def site(tmp_path_factory):
         robots[ROBOTS[1]] = Robot(ROBOTS[1], endpoints[1])
         connect.become, connect.endpoints, connect.robots = become, endpoints, robots
         yield connect
-        for session in opened:
-            session.close()
+        for one in opened:
+            one.close()
         for robot in robots.values():
             robot.router.close()
 

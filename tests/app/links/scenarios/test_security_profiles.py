@@ -35,7 +35,7 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture
-def network(folder, free_endpoint, monkeypatch):
+def network(folder, free_endpoint, patient_links, monkeypatch):
     """A navigator's router with its requests, and a way to connect to it as somebody."""
     endpoint = free_endpoint.replace("tcp/", "tls/")
     opened = []
@@ -45,7 +45,7 @@ def network(folder, free_endpoint, monkeypatch):
         return endpoint
 
     def connect(name):
-        opened.append(open_client(become(name), 3.0))
+        opened.append(open_client(become(name), 20.0))
         return opened[-1]
 
     router = open_router(become("navigator"))
@@ -56,14 +56,14 @@ def network(folder, free_endpoint, monkeypatch):
     ]
     connect.router, connect.endpoint = router, endpoint
     yield connect
-    for session in (*opened, router):
-        session.close()
+    for one in (*opened, router):
+        one.close()
     del served
 
 
-def control(session):
+def control(asking):
     request = ControlRequest(action="stop")
-    return ask(session, "ippon/control", request, ControlReply, 2.0).state
+    return ask(asking, "ippon/control", request, ControlReply, 20.0).state
 
 
 def test_a_console_watches_and_steers(network):
@@ -71,7 +71,7 @@ def test_a_console_watches_and_steers(network):
     heard = []
     subscribe(console, "ippon/status", heard.append)
     assert control(console) == "stopped"
-    assert ask(console, "ippon/feedback", FeedbackRequest(verdict="confirm"), Accepted, 2.0)
+    assert ask(console, "ippon/feedback", FeedbackRequest(verdict="confirm"), Accepted, 20.0)
     driven = []
     subscribe(network.router, "ippon/teleop/cmd_vel", driven.append)
     for _ in range(20):

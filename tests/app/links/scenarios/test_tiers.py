@@ -92,7 +92,7 @@ class Campus:
 
 
 @pytest.fixture
-def campus(tmp_path, monkeypatch):
+def campus(tmp_path, patient_links, monkeypatch):
     campus = Campus(tmp_path, lambda profile: monkeypatch.setenv(PROFILE, str(profile)))
     yield campus
     campus.close()

@@ -44,6 +44,18 @@ def test_zero_velocity_follows_the_last_command_and_ends(driver, sent, caplog):
     assert len(sent) == 1 + len(zeros), "another source may drive now"
 
 
+def test_a_process_that_was_held_up_sends_zero_velocity_when_it_goes_on(driver, sent):
+    driver.take(twist(0.3), 10.0)
+    driver.tick(30.0)
+    driver.tick(30.0 + 0.9 * ZEROS_S)
+    driver.tick(30.0 + 1.1 * ZEROS_S)
+    assert sent[1:] == [(0.0, 0.0)] * 2
+    driver.take(twist(0.3, stamp_s=3.0), 40.0)
+    driver.release()
+    driver.tick(41.0)
+    assert len(sent) == 4, "the robot's own navigation drives"
+
+
 def test_no_zero_before_the_first_command_and_while_commands_come(driver, sent):
     driver.tick(5.0)
     for k in range(20):

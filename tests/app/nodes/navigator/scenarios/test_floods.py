@@ -33,7 +33,8 @@ from tests.locations import ROOT
 
 pytestmark = [pytest.mark.process, pytest.mark.slow]
 
-STOP_S = 0.5
+STOP_S = 2.0
+"""On a machine with three times more to do than it has cores; without a flood it is 0.05 s."""
 SECONDS = 30.0
 RECORDED = (
     keys.COLOR, keys.DEPTH, keys.CAMERA_INFO, keys.TF, keys.HEATMAP, keys.CONTACT, keys.STATUS,
@@ -178,8 +179,9 @@ def stop_amid(search, flood, path):
         flooder.communicate()
     assert answered_s < STOP_S, answered_s
     assert search.moved_after_s(asked_at) < STOP_S
-    where = search.truth().trajectory[-1]
-    assert search.truth().trajectory[-1] == where
+    deadline = time.monotonic() + 20.0
+    while search.truth().trajectory[-1] != search.truth().trajectory[-1]:
+        assert time.monotonic() < deadline, "it stands"
     _resume(search)
     return int(out)
 

@@ -9,7 +9,7 @@ from ippon.mapping.objects.ooi_voxels import OoiVoxels
 from ippon.observation import Detections, Instance
 from ippon.robot import ZED
 from ippon.simulation.world import SimulatedWorld, WorldConfig
-from tests.app.nodes.navigator.scenarios.standing_robot import CAMERA
+from tests.app.nodes.navigator.scenarios.standing_robot import CAMERA, wait_until
 from tests.boxes import boxes_scene
 
 LAG = 10
@@ -57,6 +57,8 @@ def test_what_comes_a_second_late_is_put_where_the_camera_looked_then(robot):
         if len(waiting) > LAG:
             robot.send_boxes(*waiting.pop(0))
         time.sleep(0.1)
+    # Silent for so long, it has no image that waits.
+    wait_until(lambda: robot.statuses[-1].state == "lost")
     voxel_map = robot.navigator._mission.voxel_map
     assert voxel_map.best_ooi() > 0.9
     centres, _ = OoiVoxels(0.5).update(voxel_map.arrays())

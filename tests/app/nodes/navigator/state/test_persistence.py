@@ -352,7 +352,7 @@ def test_a_stop_and_a_goal_are_kept_while_no_frame_comes(tmp_path, sessions):
         ask(sessions[1], "r/control", ControlRequest(action="stop"), ControlReply, 10.0)
         deadline = time.monotonic() + 20.0
         kept = None
-        while not (kept and kept.interrupted and kept.interrupted.held):
+        while not (kept and kept.requests and kept.interrupted and kept.interrupted.held):
             assert time.monotonic() < deadline, kept
             stop.wait(0.02)
             kept = read_saved_state(path, CONFIG)
