@@ -18,8 +18,10 @@ from app.process.kernel_cache import use_kernel_cache
 
 prevent_spinning()
 use_kernel_cache()
-# The first example may wait for a kernel, and any for the other workers.
-settings.register_profile("patient", deadline=None)
+# The first example may wait for a kernel, and any for the other workers. All runs try the same
+# examples; others are drawn with --hypothesis-profile random.
+settings.register_profile("patient", deadline=None, derandomize=True)
+settings.register_profile("random", deadline=None, max_examples=500)
 settings.load_profile("patient")
 
 

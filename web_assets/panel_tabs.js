@@ -2,10 +2,17 @@
 
 import { say } from "./words.js";
 
-// Opens a tab by its name in the code, such as "search".
-export function openTab(view, name) {
+let wanted = "";
+
+// Opens a tab by its name in the code, such as "search", as soon as it is there: on a slow machine
+// the panel comes later than the page.
+export function openTab(view, name, tries = 100) {
+  wanted = name;
   const tabs = view.contentDocument?.querySelectorAll('[role="tab"]') ?? [];
   const tab = [...tabs].find((one) => one.textContent.trim() === say(`tab.${name}`));
+  if (tab === undefined && tries > 0) {
+    setTimeout(() => wanted === name && openTab(view, name, tries - 1), 100);
+  }
   // viser's tabs can be dragged: they are pressed by a pointer, not by a click.
   for (const kind of ["pointerdown", "pointerup", "click"]) {
     tab?.dispatchEvent(new PointerEvent(kind, { bubbles: true, isPrimary: true, pointerId: 1 }));

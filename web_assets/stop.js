@@ -5,7 +5,8 @@ import { isTyping } from "./drive.js";
 
 const PATIENCE_MS = 700;
 const LIMIT_MS = 3000;
-const TRIES = 3;
+const TOLD_AFTER = 3;
+const TRIES = 5;
 const CLICK_MS = 1000;
 const button = document.getElementById("stop");
 
@@ -54,11 +55,15 @@ export class Stop {
     if (this.takes(event) && !event.repeat) this.stop();
   }
 
-  // Without a quick reply it is sent over HTTP as well. On a line that is dead both are sent again.
+  // Without a quick reply it is sent over HTTP as well. On a line that is dead both are sent again:
+  // the operator is told after three tries, and it may get through a little later.
   async stop() {
     button.dataset.pending = "";
     let reply = null;
-    for (let left = TRIES; left > 0 && reply === null; left -= 1) reply = await this.send();
+    for (let tries = 0; reply === null && tries < TRIES; tries += 1) {
+      if (tries === TOLD_AFTER) this.tell(null);
+      reply = await this.send();
+    }
     delete button.dataset.pending;
     this.tell(reply);
   }

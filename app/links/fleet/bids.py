@@ -63,7 +63,7 @@ def ask_for_bids(
             found.append(_read(name, got.payloads[0][1]))
         else:
             found.append(RobotBid(name=name, problem="silent" if got.timed_out else "old"))
-    return _with_versions(session, found)
+    return _with_versions(session, found, timeout_s)
 
 
 def in_order(bids: Iterable[RobotBid]) -> list[RobotBid]:
@@ -95,13 +95,15 @@ def _read(name: str, payload: bytes) -> RobotBid:
         return RobotBid(name=name, problem="refused", detail=refused.error[:300])
 
 
-def _with_versions(session: zenoh.Session, bids: list[RobotBid]) -> list[RobotBid]:
+def _with_versions(
+    session: zenoh.Session, bids: list[RobotBid], timeout_s: float
+) -> list[RobotBid]:
     """Ask those that do not serve the request which version they are."""
     old = {one.name: Question(f"{one.name}/{keys.STATUS}") for one in bids if one.problem == "old"}
     if not old:
         return bids
     versions: dict[str, str] = {}
-    for name, got in ask_each(session, old).items():
+    for name, got in ask_each(session, old, timeout_s).items():
         for _, payload in got.payloads[:1]:
             try:
                 versions[name] = decode(payload, Status).version[:40]

@@ -69,7 +69,7 @@ class LiveRobot:
         self._listener = TopicListener(endpoint, robot, topics, self._inbox.put)
         self._wants_map = threading.Event()
         self._failure: BaseException | None = None
-        self._seen = (0, 0)
+        self._seen = self._fetched_at = (0, 0)
         self._told_rejects = 0
         self._state: LinkState | None = None
 
@@ -109,6 +109,9 @@ class LiveRobot:
                 continue
             if key in IMAGES or self._reader.feed(key, payload):
                 viewer.take(key, payload)
+            if key == keys.MAP_KEYFRAME and self._fetched_at != self._gaps():
+                # Something was missed between the request and this reply.
+                self.model.needs_keyframe = True
         total = self._reader.rejected.total()
         if total > 2 * self._told_rejects:
             self._told_rejects = total
@@ -120,13 +123,16 @@ class LiveRobot:
 
     def _note_gaps(self) -> None:
         """Ask for the whole map where messages may have been missed."""
-        seen = (self._listener.openings, self._inbox.dropped)
+        seen = self._gaps()
         if seen == self._seen:
             return
         if seen[1] != self._seen[1]:
             logger.warning("%d messages were dropped: fetching the whole map", seen[1])
         self._seen = seen
         self.model.needs_keyframe = True
+
+    def _gaps(self) -> tuple[int, int]:
+        return self._listener.openings, self._inbox.dropped
 
     def _tell_link(self, viewer: Viewer) -> None:
         state: LinkState = "waiting"
@@ -160,8 +166,10 @@ class LiveRobot:
             logger.debug("%s", error)
             return
         if self._wants_map.is_set():
+            asked_at = self._gaps()
             payload = self._listener.query(keys.MAP_KEYFRAME)
             if payload is not None:
+                self._fetched_at = asked_at
                 self._inbox.put(keys.MAP_KEYFRAME, payload)
 
 

@@ -1,5 +1,6 @@
 """Streams a running robot to a viewer of Rerun, or into a file of it."""
 
+import contextlib
 import logging
 import os
 import socket
@@ -37,8 +38,11 @@ STALLED_S: Final = 20.0
 _RETRY_S: Final = 1.0
 _CONNECT_S: Final = 1.0
 _FLUSH_S: Final = 1.0
-_EXIT_S: Final = 2.0
+_EXIT_S: Final = 10.0
 """How long a viewer whose line broke may take to end."""
+_SHORT_S: Final = 10.0
+"""Without a display the viewer listens for a moment and ends, with status 0: one that is gone so
+soon after it was reached has failed, and was not closed."""
 _ENDED: Final = (
     "Rerun's viewer was started and has ended. Without a display, use --save FILE.rrd, or --url "
     "for a viewer on another machine"
@@ -107,7 +111,7 @@ class RerunViewer:
         self._stream: rr.RecordingStream | None = None
         self._told = False
         self._tried_at = self._checked_at = self._mapped_at = self._deep_at = 0.0
-        self._received_at = 0.0
+        self._received_at = self._opened_at = 0.0
         self.closed = False
         """Whether the viewer that this program started was closed."""
         if config.save is not None:
@@ -136,6 +140,9 @@ class RerunViewer:
                 return
             changed = _ALL
         if self._scene is None:
+            return
+        if self._process is not None and self._process.poll() is not None:
+            self._end(now)
             return
         self._scene.draw(scene, changed)
         if now - self._mapped_at >= MAP_S:
@@ -179,7 +186,7 @@ class RerunViewer:
         stream.connect_grpc(self._url, default_blueprint=blueprint())
         self._scene = RerunScene(stream, self._ceiling_m)
         self._told = False
-        self._checked_at = self._received_at = now
+        self._checked_at = self._received_at = self._opened_at = now
         logger.info("drawing into the viewer at %s", self._url)
         return True
 
@@ -201,12 +208,18 @@ class RerunViewer:
             logger.warning("the viewer at %s does not receive any more: %s", self._url, error)
             self.close()
             if self._process is not None:
-                # Without a display it listens for a moment, and ends with an error.
-                if _status_of(self._process) > 0:
-                    raise ViewerError(_ENDED) from error
-                self.closed = True
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    self._process.wait(_EXIT_S)
+                self._end(now)
             return
         self._received_at = now
+
+    def _end(self, now: float) -> None:
+        """Note that the viewer that this program started is gone."""
+        self.close()
+        if now - self._opened_at < _SHORT_S:
+            raise ViewerError(_ENDED)
+        self.closed = True
 
 
 def start_viewer() -> subprocess.Popen[bytes]:
@@ -230,14 +243,6 @@ def _answers(url: str) -> bool:
     except OSError:
         return False
     return True
-
-
-def _status_of(process: subprocess.Popen[bytes]) -> int:
-    """Return the exit status of a process that is ending; 0 if it goes on."""
-    try:
-        return process.wait(_EXIT_S)
-    except subprocess.TimeoutExpired:
-        return 0
 
 
 class _StopOrClosed:

@@ -357,8 +357,9 @@ def test_the_largest_share_that_is_free_is_taken(linear, rate, obstacles, robot)
     command = Command(linear_m_s=linear, yaw_rate_rad_s=rate)
     safe, why = filter_among_obstacles(command, HERE, robot, points, HORIZON_S)
     rooms = {share: least_room(share) for share in SHARES}
-    # Samples are up to 3 cm apart: between two, a robot may get closer by a part of that.
-    assume(all(not -0.02 < room < 1e-6 for room in rooms.values()))
+    # Samples are up to 3 cm apart: between two, a robot may get closer by a part of that, and
+    # where one rate ends between two samples its path is a little another.
+    assume(all(not -0.02 < room < 2e-3 for room in rooms.values()))
     free = [share for share, room in rooms.items() if room >= 0.0]
     if free:
         assert safe.linear_m_s == free[0] * linear

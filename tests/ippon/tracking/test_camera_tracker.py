@@ -57,7 +57,7 @@ def test_a_camera_that_is_covered_is_lost_and_finds_its_place_where_it_has_been(
     found = tracker.track(*walk.frames[64])
     assert not tracker.is_lost
     known = tracked[64].T_world_camera
-    assert np.linalg.norm(found.T_world_camera[:3, 3] - known[:3, 3]) < 0.03
+    assert np.linalg.norm(found.T_world_camera[:3, 3] - known[:3, 3]) < 0.1
 
 
 def test_a_camera_that_faces_a_bare_wall_squarely_is_not_lost():

@@ -150,23 +150,25 @@ class SearchPanel:
             return
         self._answering, self._accepted = question, set[int]()
         try:
-            self._answer_question(form, typed, context)
+            text, ok = self._answer_question(form, typed, context)
         finally:
             self._answering = None
         if self._accepted:
             self._last.accepted(question, self._accepted)
             self._shown_question = form.question[:2]
+        # Last: whoever has read it may press again.
+        self._say(text, ok=ok)
 
-    def _answer_question(self, form: QueryForm, typed: str, context: str) -> None:
+    def _answer_question(self, form: QueryForm, typed: str, context: str) -> tuple[str, bool]:
+        """Return the answer, and whether all went well."""
         self._understood.content = ""
         ready, self._ready = self._ready, []
         if ready and (form, typed, context) == self._proposed:
-            self._try(lambda: self._search_all(ready, ""))
-        elif is_name(typed):
-            self._try(lambda: self._search(typed, context))
-        else:
-            self._say(self._words("panel.search.reading"), ok=True)
-            self._try(lambda: self._read(form, typed, context))
+            return _answer_of(lambda: self._search_all(ready, ""))
+        if is_name(typed):
+            return _answer_of(lambda: self._search(typed, context))
+        self._say(self._words("panel.search.reading"), ok=True)
+        return _answer_of(lambda: self._read(form, typed, context))
 
     def _read(self, form: QueryForm, sentence: str, context: str) -> str:
         """Read a sentence, show what was understood, and search; a doubtful reading waits."""
@@ -237,10 +239,8 @@ class SearchPanel:
         return f"{ended} {self._words('panel.search.next', names=names)}" if names else ended
 
     def _try(self, command: Callable[[], str]) -> None:
-        try:
-            self._say(command(), ok=True)
-        except CommandError as error:
-            self._say(str(error), ok=False)
+        text, ok = _answer_of(command)
+        self._say(text, ok=ok)
 
     def _say(self, text: str, *, ok: bool) -> None:
         self._answer.content = markup.answer(text, ok=ok)
@@ -334,3 +334,11 @@ def _problem(wanted: str, context: str, scenario: str, say: Words) -> str | None
         if len(text) > most:
             return say(f"panel.search.long.{name}", most=most, n=len(text))
     return None
+
+
+def _answer_of(command: Callable[[], str]) -> tuple[str, bool]:
+    """Return the answer to a command, and whether it was carried out."""
+    try:
+        return command(), True
+    except CommandError as error:
+        return str(error), False

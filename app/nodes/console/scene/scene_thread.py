@@ -103,6 +103,7 @@ class SceneThread:
         self._fetching = False
         self._fetched_at = -FETCH_S
         self._seen_opening = self._seen_drops = 0
+        self._fetched_at_gaps = (0, 0)
         self._unread = ""
         self._drawn_at = self._noticed_at = self._pictured_at = 0.0
         self._told_rejects = 0
@@ -155,6 +156,9 @@ class SceneThread:
         if is_whole and not self.model.needs_keyframe:
             return
         is_read = self.reader.feed(key, payload)
+        if is_whole and self._fetched_at_gaps != self._gaps():
+            # Something was missed between the request and this reply.
+            self.model.needs_keyframe = True
         if is_read and key == keys.EVENT:
             self._detection.hear(self.model.events[-1], time.monotonic())
         if key == keys.RECORDING:
@@ -187,6 +191,9 @@ class SceneThread:
             self._fetched_at = now
             self._fetcher.submit(self._fetch, missing)
 
+    def _gaps(self) -> tuple[int, int]:
+        return self._link.openings, self._inbox.dropped
+
     def _missing(self) -> list[str]:
         """Return the topics whose last message was published before the console subscribed."""
         status, table = self.model.status, self.model.proximity
@@ -199,8 +206,11 @@ class SceneThread:
     def _fetch(self, topics: list[str]) -> None:
         try:
             for topic in topics:
+                asked_at = self._gaps()
                 payload = self._link.query(topic)
                 if payload is not None:
+                    if topic == keys.MAP_KEYFRAME:
+                        self._fetched_at_gaps = asked_at
                     self._inbox.put(topic, payload)
         finally:
             self._fetching = False

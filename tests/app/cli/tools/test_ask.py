@@ -258,7 +258,9 @@ def publish_late(monkeypatch, payload, after_s):
 
     def publish(session, topic, receive):
         if topic.endswith(keys.STATUS):
-            threading.Timer(after_s, receive, (payload,)).start()
+            timer = threading.Timer(after_s, receive, (payload,))
+            timer.daemon = True
+            timer.start()
 
     monkeypatch.setattr(following, "SILENT_S", 0.1)
     monkeypatch.setattr(asking, "subscribe", publish)
@@ -272,7 +274,7 @@ def test_following_waits_for_a_navigator_that_is_connected_but_slow(searches, mo
 
 
 def test_following_ends_where_no_navigator_is_connected(searches, monkeypatch, capsys):
-    publish_late(monkeypatch, encode(status_of([("keys", "found")], 1)), 0.5)
+    publish_late(monkeypatch, encode(status_of([("keys", "found")], 1)), 60.0)
     tokens = iter((True,))  # before the request; then none
     monkeypatch.setattr(asking, "is_alive", lambda *_: next(tokens, False))
     assert ask("my keys", "--follow") == 2
@@ -282,7 +284,7 @@ def test_following_ends_where_no_navigator_is_connected(searches, monkeypatch, c
 def test_following_ends_where_a_connected_navigator_reports_nothing_for_long(
     searches, monkeypatch, capsys
 ):
-    publish_late(monkeypatch, encode(status_of([("keys", "found")], 1)), 5.0)
+    publish_late(monkeypatch, encode(status_of([("keys", "found")], 1)), 60.0)
     monkeypatch.setattr(following, "HANGS_S", 0.3)
     assert ask("my keys", "--follow") == 2
     assert "is connected but has reported nothing for 0.3 s: its log" in capsys.readouterr().err

@@ -80,3 +80,5 @@ def wait_until(page, arrived, wanted):
 
 def expect_state(page, text):
     expect(page.locator("#state")).to_have_text(text)
+    # A Stop without a quick reply is sent twice, and could come in the test after this one.
+    expect(page.locator("#stop[data-pending]")).to_have_count(0)

@@ -258,8 +258,8 @@ def test_a_viewer_that_listens_for_a_moment_and_fails_is_an_error(
     monkeypatch.setattr(rerun_viewer, "PORT", free_port)
     monkeypatch.setattr(rerun_viewer, "CHECK_S", 0.2)
     listen = (
-        f"import socket, sys, time; _ = socket.create_server(('127.0.0.1', {free_port})); "
-        "print(flush=True); time.sleep(2.0); sys.exit(1)"
+        f"import socket, time; _ = socket.create_server(('127.0.0.1', {free_port})); "
+        "print(flush=True); time.sleep(2.0)"
     )
     command = [sys.executable, "-c", listen]
     with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
@@ -277,6 +277,7 @@ def test_closing_the_viewer_that_was_started_ends_the_command(
 ):
     monkeypatch.setattr(rerun_viewer, "PORT", free_port)
     monkeypatch.setattr(rerun_viewer, "CHECK_S", 0.2)
+    monkeypatch.setattr(rerun_viewer, "_SHORT_S", 0.0)
     started = []
     start = lambda: started.append(serve(free_port)) or started[-1]  # noqa: E731
     monkeypatch.setattr(rerun_viewer, "start_viewer", start)

@@ -41,10 +41,14 @@ def test_a_page_gets_pictures_and_the_latency_of_those_that_it_has_drawn(client,
 
 def test_a_page_that_draws_nothing_gets_two_pictures_and_then_the_newest(client, state_feed):
     with _open(client) as socket:
-        for stamp in range(1, 12):
+        pictures = []
+        for stamp in (1, 2):
             state_feed.camera.take_image(encode_color(NOISE, stamp, "camera"))
-            time.sleep(0.15)
-        first, second = _picture(socket)[0], _picture(socket)[0]
+            pictures.append(_picture(socket)[0])
+        first, second = pictures
+        for stamp in range(3, 12):
+            state_feed.camera.take_image(encode_color(NOISE, stamp, "camera"))
+            time.sleep(0.05)
         socket.send(json.dumps({"type": "drawn", "number": first["number"]}))
         third = _picture(socket)[0]
         assert second["number"] < third["number"]
@@ -57,7 +61,7 @@ def test_the_worst_picture_at_ten_hertz_stays_below_two_megabits(client, state_f
     noise = encode_color(NOISE, 0, "camera", quality=95)
     sizes, started = [], time.monotonic()
     with _open(client) as socket:
-        while time.monotonic() - started < 4.0:
+        while (took_s := time.monotonic() - started) < 4.0 or (len(sizes) < 6 and took_s < 60.0):
             state_feed.camera.take_image(noise)
             try:
                 message = socket.recv(timeout=0.1)
@@ -69,7 +73,7 @@ def test_the_worst_picture_at_ten_hertz_stays_below_two_megabits(client, state_f
                 socket.send(json.dumps({"type": "drawn", "number": number}))
                 sizes.append(len(message))
     assert len(sizes) > 5
-    assert 8 * sum(sizes) / 4.0 < 2e6
+    assert 8 * sum(sizes) / took_s < 2e6
 
 
 def test_a_hidden_camera_costs_nothing(client, state_feed):

@@ -86,7 +86,8 @@ def relay(port):
     relay.close()
 
 
-def test_a_stop_gets_through_to_a_navigator_that_comes_back(start_home, link):
+def test_a_stop_gets_through_to_a_navigator_that_comes_back(start_home, link, monkeypatch):
+    monkeypatch.setattr(link_module, "STOP_S", 60.0)
     home = start_home()
     _wait(lambda: link.is_open)
     home.close()
@@ -95,7 +96,7 @@ def test_a_stop_gets_through_to_a_navigator_that_comes_back(start_home, link):
     asker.start()
     time.sleep(1.0)
     again = start_home()
-    asker.join(15.0)
+    asker.join(60.0)
     assert answers == ["stopped"]
     assert [key for key, _ in again.requests] == [keys.CONTROL]
 
@@ -137,7 +138,8 @@ def test_silence_does_not_close_the_line_for_commands(start_home, link, monkeypa
     assert link.pause() == "The robot is paused."
 
 
-def test_a_break_that_zenoh_mends_by_itself_is_noticed(start_home, relay, connect):
+def test_a_break_that_zenoh_mends_by_itself_is_noticed(start_home, relay, connect, monkeypatch):
+    monkeypatch.setattr(topic_listener, "SILENT_S", 60.0)
     start_home()
     link = connect(relay.port)
     _wait(lambda: link.openings == 1 and link.silence_s() < 0.5)

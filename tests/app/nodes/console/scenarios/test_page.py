@@ -1,5 +1,6 @@
 """The page in a real browser."""
 
+import itertools
 import os
 import time
 
@@ -169,7 +170,9 @@ def test_stop_by_click_and_by_space_and_resume(home, page):
     page.keyboard.press("Space")
     expect_state(page, "Stopped")
     actions = [payload for key, payload in home.requests if key == keys.CONTROL]
-    assert [b"stop" in a for a in actions] == [True, False, True]
+    # Without a reply in time a Stop is sent over HTTP as well.
+    stops = [is_stop for is_stop, _ in itertools.groupby(b"stop" in a for a in actions)]
+    assert stops == [True, False, True]
 
 
 def test_a_space_in_a_text_field_is_a_space(home, page):
@@ -228,7 +231,7 @@ def test_a_line_that_goes_dead_is_left_within_seconds_and_a_stop_gets_through(sh
     expect(page.locator("#things")).to_be_visible()
     relay.silence()
     page.locator("#stop").click()
-    expect(page.locator("#state")).to_have_text("Stopped", timeout=15_000)
+    expect(page.locator("#state")).to_have_text("Stopped", timeout=60_000)
     with page.expect_request("**/api/things", timeout=30_000):
         _until_seen(camera, home)
     # The panels are on a line of their own.
@@ -322,6 +325,7 @@ def test_a_first_visit_is_introduced_and_the_next_one_is_not(shared, browser, ho
     assert (panel["x"], panel["width"]) == (0, 390), "a phone's panel is below the map"
     card = page.locator("#introduction")
     expect(card).to_contain_text("1 of 5")
+    expect(panels(page).get_by_role("tab", name="Session")).to_be_visible()
     if folder := os.environ.get(KEEP_PICTURES):
         home.frozen = False
         page.wait_for_timeout(4_000)
@@ -410,12 +414,16 @@ def test_a_change_that_a_person_asked_for_is_in_the_first_frame(draw_rate):
         window.ask = () => ipponDrawRate.request(step("draw"), step("apply"));
         const drawnAt = performance.now() + 1e6;
         Object.assign(ipponDrawRate, { frame_ms: 400, usedUntil: 0, drawnAt });
-        addEventListener("pointerdown", () => setTimeout(ask, 400));
+        addEventListener("pointerdown", () => setTimeout(ask, 50));
         ask();
     }""")
     assert page.evaluate("steps") == [], "nobody asked: it may wait"
-    page.mouse.down()
-    page.wait_for_function("() => steps.length > 0")
+    deadline = time.monotonic() + 30.0
+    while not page.evaluate("steps.length"):
+        assert time.monotonic() < deadline
+        page.mouse.down()
+        page.wait_for_timeout(500)
+        page.mouse.up()
     assert page.evaluate("steps") == ["apply", "draw"], "messages before the frame, not in it"
     page.evaluate("ipponDrawRate.usedUntil = Infinity")
     assert (

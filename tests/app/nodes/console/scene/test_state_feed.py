@@ -73,6 +73,7 @@ def test_who_stops_posting_is_said_to_have_stalled_and_to_be_back(monkeypatch):
         notices = state_feed.follow()
         seen = [await anext(notices), await anext(notices)]
         assert state_feed.is_stalled
+        monkeypatch.setattr(bulletin_module, "STALLED_S", 60.0)
         state_feed.post(b"1")
         seen.append(await anext(notices))
         await notices.aclose()

@@ -15,7 +15,7 @@ from app.links.network.inbox import Inbox
 from app.messages.lease import LeaseStatus
 from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.scene.state_feed import StateFeed
-from app.nodes.console.web import connections
+from app.nodes.console.web import connections, throttle
 from app.nodes.console.web.access import COOKIE, LoginAccess
 from app.nodes.console.web.accounts import add_account, load_accounts
 from app.nodes.console.web.gateway import Gateway
@@ -122,7 +122,8 @@ def test_a_wrong_password_is_refused_and_says_nothing_more(client, name, passwor
 
 
 @pytest.mark.slow
-def test_guessing_is_slowed_down(client):
+def test_guessing_is_slowed_down(client, monkeypatch):
+    monkeypatch.setattr(throttle, "FIRST_WAIT_S", 60.0)
     for _ in range(FREE):
         assert post(client, "anna", "wrong one").status_code == 401
     answer = post(client, "anna", PASSWORDS["anna"])

@@ -193,6 +193,7 @@ def test_control_is_taken_renewed_and_lost_as_the_page_is_told(client, navigator
         deadline = time.monotonic() + 10.0
         while navigator.actions.count("renew") < 3:
             assert time.monotonic() < deadline
+            shell.send('{"type":"alive"}')
             time.sleep(0.05)
         shell.send('{"type":"lease","id":2,"action":"release"}')
         hear(shell, "reply")
@@ -214,10 +215,10 @@ def test_a_page_that_sleeps_keeps_no_lease(client, navigator, monkeypatch):
         renewals = navigator.actions.count("renew")
         time.sleep(0.3)
         assert navigator.actions.count("renew") == renewals
-        shell.send('{"type":"alive"}')
         deadline = time.monotonic() + 10.0
         while navigator.actions.count("renew") == renewals:
             assert time.monotonic() < deadline
+            shell.send('{"type":"alive"}')
             time.sleep(0.02)
 
 
