@@ -5,7 +5,10 @@ import threading
 import pytest
 
 from app.links.network import inbox
+from app.messages.scene import encode_voxels
 from app.nodes.viewers.live_robot import LiveRobot, clock_ns
+from tests.app.nodes.console.drawn_home import status_of
+from tests.app.recording.conftest import cloud_of
 
 pytestmark = pytest.mark.process
 
@@ -50,6 +53,27 @@ def test_a_flood_costs_no_part_of_the_map(start_home, show, wait, monkeypatch, c
         monkeypatch.undo()
         count = len(home.keyframe().ooi)
         wait(lambda: robot.model.voxels.count == count)
+
+
+def test_what_is_missed_while_the_whole_map_is_fetched_is_fetched_again(monkeypatch):
+    robot = LiveRobot("tcp/127.0.0.1:9", "ippon")
+    robot.model.on_status(status_of())
+    monkeypatch.setattr(robot._listener, "check", lambda: None)
+
+    def fetch(missed):
+        def query(_):
+            robot._listener.openings += missed
+            return encode_voxels(cloud_of(20, 1))
+
+        monkeypatch.setattr(robot._listener, "query", query)
+        robot._wants_map.set()
+        robot._check()
+        robot._seen = robot._gaps()
+        robot._read(Note())
+        return robot.model.needs_keyframe
+
+    assert fetch(missed=1)
+    assert not fetch(missed=0)
 
 
 def test_an_unexpected_error_of_the_link_ends_it(monkeypatch):

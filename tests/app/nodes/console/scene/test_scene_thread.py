@@ -75,6 +75,28 @@ def test_a_whole_map_that_is_not_needed_is_taken_in_a_review_alone(viser_server,
     assert scene_thread.model.voxels.count == (40 if recorded else 20)
 
 
+def test_what_is_missed_while_the_whole_map_is_fetched_is_fetched_again(viser_server, monkeypatch):
+    inbox = Inbox(EVERY)
+    link = NavigatorLink("tcp/127.0.0.1:1", "r", [], inbox, print)
+    scene_thread = SceneThread(viser_server, link, inbox, StateFeed(), print)
+    model = scene_thread.model
+    model.on_status(status_of())
+
+    def fetch(missed):
+        def query(_):
+            link._listener.openings += missed
+            return encode_voxels(cloud_of(20, 1))
+
+        monkeypatch.setattr(link, "query", query)
+        scene_thread._fetch([keys.MAP_KEYFRAME])
+        for key, payload in inbox.drain(0.0):
+            scene_thread._take(key, payload)
+        return model.needs_keyframe
+
+    assert fetch(missed=1)
+    assert not fetch(missed=0)
+
+
 @pytest.mark.parametrize(("state", "left"), [("recording", 0), ("failed", 1)])
 def test_a_recorder_that_is_silent_is_not_shown_as_recording(viser_server, state, left):
     inbox = Inbox(EVERY)
