@@ -21,7 +21,7 @@ def control(sessions):
     endpoints.append(
         serve(router, "r/feedback", FeedbackRequest, lambda _: Accepted(), control.authorize)
     )
-    ask(client, "r/lease", LeaseRequest(action="request"), LeaseReply, 2.0, ANNA)
+    ask(client, "r/lease", LeaseRequest(action="request"), LeaseReply, 20.0, ANNA)
     yield control
     del endpoints
 
@@ -29,16 +29,16 @@ def control(sessions):
 def test_without_taking_it_a_held_control_stays_held(sessions, control):
     _, client = sessions
     with (
-        request_credential(client, "r", "ippon ask", 2.0, take=False) as who,
+        request_credential(client, "r", "ippon ask", 20.0, take=False) as who,
         pytest.raises(RequestRefusedError, match="Anna has control: request it"),
     ):
-        ask(client, "r/feedback", CONFIRM, Accepted, 2.0, who)
+        ask(client, "r/feedback", CONFIRM, Accepted, 20.0, who)
     assert control.status().holder == "Anna"
 
 
 def test_what_was_taken_is_released(sessions, control):
     _, client = sessions
-    with request_credential(client, "r", "ippon ask", 2.0, take=True) as who:
+    with request_credential(client, "r", "ippon ask", 20.0, take=True) as who:
         assert control.status().holder == "ippon ask"
-        ask(client, "r/feedback", CONFIRM, Accepted, 2.0, who)
+        ask(client, "r/feedback", CONFIRM, Accepted, 20.0, who)
     assert control.status().state == "free"

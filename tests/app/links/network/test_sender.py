@@ -3,11 +3,14 @@ import threading
 import pytest
 import zenoh
 
+from app.links.network import sender as sender_module
 from app.links.network.sender import Sender
 
 
 @pytest.fixture
-def sender():
+def sender(monkeypatch):
+    # Its thread may have to wait for the machine.
+    monkeypatch.setattr(sender_module, "FLUSH_S", 20.0)
     sender = Sender()
     yield sender
     sender.close()
@@ -25,11 +28,11 @@ class Link:
         self.free = threading.Event()
         self._stuck = threading.Event()
         sender.put(5, self._block)
-        assert self._stuck.wait(5.0)
+        assert self._stuck.wait(20.0)
 
     def _block(self):
         self._stuck.set()
-        assert self.free.wait(10.0)
+        assert self.free.wait(20.0)
 
     def send(self, value):
         return lambda: self.sent.append(value)

@@ -95,9 +95,12 @@ def saved(tmp_path, start_home, show, wait, monkeypatch):
             wait(lambda before=before: viewer._deep_at > before)
         wait(lambda: robot.model.events)
         home.frozen = True
-        drawn = viewer._mapped_at
-        wait(lambda: viewer._mapped_at > drawn + 1.0)
-        keyframe = home.keyframe()
+        # The home may be in the middle of a tick.
+        keyframe, stamp_ns = home.keyframe(), None
+        while stamp_ns != home.stamp_ns:
+            stamp_ns, drawn = home.stamp_ns, viewer._mapped_at
+            wait(lambda drawn=drawn: viewer._mapped_at > drawn + 1.0)
+            keyframe = home.keyframe()
     viewer.close()
     return keyframe, Rrd(path)
 

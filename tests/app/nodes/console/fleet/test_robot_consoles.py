@@ -102,7 +102,7 @@ def test_an_open_page_does_not_wait_while_another_is_opened_or_closed(fleet):
     served, consoles = fleet
     assert served.get("/robot/a/").status_code == 200
     with consoles._lock:
-        assert served.get("/robot/a/health", timeout=5.0).status_code == 200
+        assert served.get("/robot/a/health", timeout=60.0).status_code == 200
 
 
 def test_a_goal_is_given_with_the_control_that_the_browser_has_of_the_robot(fleet):
