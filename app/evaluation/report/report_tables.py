@@ -152,7 +152,7 @@ def _ratio(ratio: Ratio | None) -> str:
 
 
 def _difference(d: PairedDifference) -> str:
-    return f"{d.mean:+.3f}" + ("" if d.ci95 is None else " [{:+.2f}, {:+.2f}]".format(*d.ci95))
+    return f"{d.mean:+.3f}" + ("" if d.ci95 is None else " [{:+.3f}, {:+.3f}]".format(*d.ci95))
 
 
 def _error(d: PairedDifference) -> str:
