@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from rich.console import Console
+from rich.padding import Padding
 from rich.text import Text
 
 from app.cli.exit_status import EXIT_FAILED, EXIT_INTERRUPTED, exit_status
@@ -130,7 +131,7 @@ def _say_contents(screen: Console, command: Demo, scene: "Scene") -> None:
     if command.search and not holds(scene, command.object):
         text = f"  there is no {command.object} in this home, so that it cannot be found\n"
         screen.print(Text(text, style="yellow"))
-    screen.print(Text(f"  {said_contents(scene)}\n", style="dim"))
+    screen.print(Padding(Text(said_contents(scene), style="dim"), (0, 0, 1, 2)))
 
 
 def _start_recorder(processes: DemoProcesses, root: Path | None, screen: Console) -> None:
