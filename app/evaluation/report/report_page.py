@@ -26,10 +26,7 @@ from ippon.evaluation.episode_generation import home_name
 from ippon.evaluation.methods.rule_share import MOSTLY, rule_note
 from ippon.evaluation.outcome import FAILURES, Failure
 from ippon.evaluation.row import EpisodeRow
-from ippon.evaluation.summary import (
-    by_method,
-    spl_by_goal,
-)
+from ippon.evaluation.summary import by_method, spl_by_goal
 
 _RECORDING: Final = "*/metadata.yaml"
 """Pattern of an episode's recordings, each in a folder named by its time."""

@@ -117,14 +117,14 @@ class Driver:
     def release(self) -> None:
         """Leave the wheels to the robot's own navigation, without zero velocities in between."""
         with self._lock:
-            self._at = self._zeros_until = -math.inf
+            self._zeros_until = -math.inf
             self._driving = False
 
     def stop(self) -> None:
         """Send zero velocity now; commands that arrive after it are not followed."""
         with self._lock:
             self._stopped = True
-            self._at = self._zeros_until = -math.inf
+            self._zeros_until = -math.inf
             self._driving = False
             self._send(0.0, 0.0)
 

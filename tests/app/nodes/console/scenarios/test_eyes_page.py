@@ -190,7 +190,7 @@ def test_pictures_come_within_the_budget_and_soon(page, parts):
         (Path(folder) / "image_to_glass_ms.txt").write_text(text)
     assert len(ordered) > 6
     assert ordered[0] >= 0.0
-    assert ordered[0] < 500.0
+    assert ordered[len(ordered) // 2] < 500.0
     assert sum(sizes) * 8 / took_s < 2e6
 
 

@@ -15,7 +15,7 @@ pytestmark = [pytest.mark.process, pytest.mark.slow]
 
 STAND_S = 0.5
 BACK_S = 60.0
-"""Three times what it takes on an idle machine."""
+"""Twelve times what it takes on an idle machine."""
 LATENCY_S = 0.3
 LOSS = 0.1
 CAMPAIGN_S = float(os.environ.get("IPPON_FAULTS_S", "600"))

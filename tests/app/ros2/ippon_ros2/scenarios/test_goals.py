@@ -140,14 +140,14 @@ def test_a_new_goal_replaces_the_old_one_without_a_stop(rig):
     assert rig.cancelled.empty()
 
 
-def test_stop_cancels_the_action(rig):
+def test_stop_cancels_the_action_within_half_a_second(rig):
     rig.give(6, x=5.0)
     rig.goals.get(timeout=20.0)
     rig.until_reported(6, GoalOutcome.ACCEPTED)
     began = time.monotonic()
     rig.stream.halt()
     rig.until_cancelled(5.0)
-    assert time.monotonic() - began < 10.0
+    assert time.monotonic() - began < 0.5
     assert rig.stream.release(rig.stream.halts)
 
 
@@ -158,7 +158,7 @@ def test_silence_of_the_navigator_cancels_and_its_return_goes_on(rig, monkeypatc
     with rig.stream._lock:  # Nothing is sent: as when the navigator hangs.
         began = time.monotonic()
         rig.until_cancelled(6.0)
-        assert time.monotonic() - began < 10.0
+        assert time.monotonic() - began < 1.0
     assert rig.goals.get(timeout=20.0).T_frame_base[0, 3] == 6.0
 
 
