@@ -71,15 +71,24 @@ class _Requests:
                 logger.debug("last messages: %s", error)
 
     def _request_until_answered(self) -> None:
-        """Request all of them again until one is answered: a start takes a while."""
-        while not self._session.is_closed():
-            came = [
-                receiver.request(partial(self._last, topic))
-                for topic, receiver in self._receivers.items()
-            ]
-            if any(came):
-                return
-            time.sleep(_AGAIN_S)
+        """Request all of them until one is answered, since a start takes a while, then the late.
+
+        A reply that did not come in the whole time is late or lost; nobody serves a topic whose
+        request ends at once.
+        """
+        wanted, is_heard = dict(self._receivers), False
+        while wanted and not self._again and not self._session.is_closed():
+            late: dict[str, LatchedReceiver] = {}
+            for topic, receiver in wanted.items():
+                asked_at = time.monotonic()
+                if receiver.request(partial(self._last, topic)):
+                    is_heard = True
+                elif time.monotonic() - asked_at >= _REPLY_S:
+                    late[topic] = receiver
+            if is_heard:
+                wanted = late
+            if wanted:
+                time.sleep(_AGAIN_S)
 
     def _last(self, topic: str) -> bytes | None:
         return last_message(self._session, f"{self._robot}/{topic}", _REPLY_S)

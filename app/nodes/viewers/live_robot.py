@@ -9,6 +9,7 @@ from typing import Final, Literal, Protocol
 import zenoh
 
 from app.links.network.inbox import Inbox
+from app.links.network.map_gaps import MapGaps
 from app.links.network.session import LinkError
 from app.links.network.topic_listener import TopicListener
 from app.messages import keys
@@ -69,7 +70,7 @@ class LiveRobot:
         self._listener = TopicListener(endpoint, robot, topics, self._inbox.put)
         self._wants_map = threading.Event()
         self._failure: BaseException | None = None
-        self._seen = self._fetched_at = (0, 0)
+        self._gaps = MapGaps(lambda: self._listener.openings, self._inbox)
         self._told_rejects = 0
         self._state: LinkState | None = None
 
@@ -103,13 +104,14 @@ class LiveRobot:
     def _read(self, viewer: Viewer) -> None:
         batch = self._inbox.drain(DRAW_S)
         # A keyframe in this batch was fetched after the opening that it belongs to.
-        self._note_gaps()
+        if self._gaps.are_new():
+            self.model.needs_keyframe = True
         for key, payload in batch:
             if key == keys.MAP_KEYFRAME and not self.model.needs_keyframe:
                 continue
             if key in IMAGES or self._reader.feed(key, payload):
                 viewer.take(key, payload)
-            if key == keys.MAP_KEYFRAME and self._fetched_at != self._gaps():
+            if key == keys.MAP_KEYFRAME and not self._gaps.are_filled():
                 # Something was missed between the request and this reply.
                 self.model.needs_keyframe = True
         total = self._reader.rejected.total()
@@ -120,19 +122,6 @@ class LiveRobot:
             self._wants_map.set()
         else:
             self._wants_map.clear()
-
-    def _note_gaps(self) -> None:
-        """Ask for the whole map where messages may have been missed."""
-        seen = self._gaps()
-        if seen == self._seen:
-            return
-        if seen[1] != self._seen[1]:
-            logger.warning("%d messages were dropped: fetching the whole map", seen[1])
-        self._seen = seen
-        self.model.needs_keyframe = True
-
-    def _gaps(self) -> tuple[int, int]:
-        return self._listener.openings, self._inbox.dropped
 
     def _tell_link(self, viewer: Viewer) -> None:
         state: LinkState = "waiting"
@@ -166,10 +155,10 @@ class LiveRobot:
             logger.debug("%s", error)
             return
         if self._wants_map.is_set():
-            asked_at = self._gaps()
+            asked_at = self._gaps.now()
             payload = self._listener.query(keys.MAP_KEYFRAME)
             if payload is not None:
-                self._fetched_at = asked_at
+                self._gaps.note_fetched(asked_at)
                 self._inbox.put(keys.MAP_KEYFRAME, payload)
 
 

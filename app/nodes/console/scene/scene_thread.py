@@ -12,6 +12,7 @@ import msgspec
 import viser
 
 from app.links.network.inbox import Inbox
+from app.links.network.map_gaps import MapGaps
 from app.messages import keys
 from app.nodes.console.calls.call_detection import CallDetection
 from app.nodes.console.calls.call_log import CallLog
@@ -102,8 +103,7 @@ class SceneThread:
         self._changed: set[Part] = set()
         self._fetching = False
         self._fetched_at = -FETCH_S
-        self._seen_opening = self._seen_drops = 0
-        self._fetched_at_gaps = (0, 0)
+        self._gaps = MapGaps(lambda: link.openings, inbox)
         self._unread = ""
         self._drawn_at = self._noticed_at = self._pictured_at = 0.0
         self._told_rejects = 0
@@ -156,7 +156,7 @@ class SceneThread:
         if is_whole and not self.model.needs_keyframe:
             return
         is_read = self.reader.feed(key, payload)
-        if is_whole and self._fetched_at_gaps != self._gaps():
+        if is_whole and not self._gaps.are_filled():
             # Something was missed between the request and this reply.
             self.model.needs_keyframe = True
         if is_read and key == keys.EVENT:
@@ -175,12 +175,7 @@ class SceneThread:
                 logger.warning("%d messages skipped, the last one %s", total, self.reader.problem)
 
     def _fetch_if_needed(self) -> None:
-        if self._link.openings != self._seen_opening:
-            self._seen_opening = self._link.openings
-            self.model.needs_keyframe = True
-        if self._inbox.dropped != self._seen_drops:
-            logger.warning("%d messages were dropped: fetching the whole map", self._inbox.dropped)
-            self._seen_drops = self._inbox.dropped
+        if self._gaps.are_new():
             self.model.needs_keyframe = True
         now = time.monotonic()
         if self._fetching or not self._link.is_open or now - self._fetched_at < FETCH_S:
@@ -190,9 +185,6 @@ class SceneThread:
             self._fetching = True
             self._fetched_at = now
             self._fetcher.submit(self._fetch, missing)
-
-    def _gaps(self) -> tuple[int, int]:
-        return self._link.openings, self._inbox.dropped
 
     def _missing(self) -> list[str]:
         """Return the topics whose last message was published before the console subscribed."""
@@ -206,11 +198,11 @@ class SceneThread:
     def _fetch(self, topics: list[str]) -> None:
         try:
             for topic in topics:
-                asked_at = self._gaps()
+                asked_at = self._gaps.now()
                 payload = self._link.query(topic)
                 if payload is not None:
                     if topic == keys.MAP_KEYFRAME:
-                        self._fetched_at_gaps = asked_at
+                        self._gaps.note_fetched(asked_at)
                     self._inbox.put(topic, payload)
         finally:
             self._fetching = False

@@ -67,6 +67,31 @@ def test_it_is_requested_until_somebody_replies(sessions, monkeypatch):
     assert next(replies, "none left") == "none left"
 
 
+def test_a_topic_whose_reply_was_lost_is_requested_again_and_one_that_nobody_serves_is_not(
+    sessions, monkeypatch
+):
+    _, client = sessions
+    asked = []
+    monkeypatch.setattr(last_messages, "_AGAIN_S", 0.01)
+    monkeypatch.setattr(last_messages, "_REPLY_S", 0.05)
+
+    def last_message(_, key, timeout_s):
+        topic = key.removeprefix("r/")
+        asked.append(topic)
+        if topic == "lost" and asked.count("lost") < 3:
+            time.sleep(timeout_s)
+            return None
+        return None if topic == "unserved" else topic.encode()
+
+    monkeypatch.setattr(last_messages, "last_message", last_message)
+    taken = []
+    topics = ("lost", "t", "unserved")
+    request_when_seen(client, "r", {t: LatchedReceiver(taken.append) for t in topics})()
+    _await(lambda: taken == [b"t", b"lost"])
+    _await(_silent)
+    assert asked == ["lost", "t", "unserved", "lost", "lost"]
+
+
 @pytest.mark.parametrize("is_seen", [True, False], ids=["seen before", "first seen after"])
 def test_what_changed_while_the_line_was_cut_is_requested(
     sessions, topic, free_endpoint, request, is_seen

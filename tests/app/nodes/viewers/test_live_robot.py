@@ -68,7 +68,7 @@ def test_what_is_missed_while_the_whole_map_is_fetched_is_fetched_again(monkeypa
         monkeypatch.setattr(robot._listener, "query", query)
         robot._wants_map.set()
         robot._check()
-        robot._seen = robot._gaps()
+        robot._gaps.are_new()
         robot._read(Note())
         return robot.model.needs_keyframe
 
