@@ -16,7 +16,8 @@ class EvaluationConfig:
     buildings, floor:3 or floor:1:9; folders with scene.glb and scene.json; NAME:TEXT for scenes
     that another package adds."""
     methods: str = "ippon"
-    """Comma-separated names, or the groups "ablations", "baselines" and "all"."""
+    """Comma-separated names, or the groups "ablations", "baselines" and "all"; mine@power=2 is a
+    method of your own with another value of its parameter."""
     objects: str = "habitat,small"
     """Comma-separated labels, or the groups "habitat" (its six categories) and "small" (ten small
     objects)."""

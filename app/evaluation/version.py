@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from ippon import extensions
-from ippon.evaluation.methods.method_table import METHODS
+from ippon.evaluation.methods.method_table import METHODS, base_name
 
 _LIBRARIES: Final = ("numpy", "numba", "ompl", "scipy")
 
@@ -25,7 +25,7 @@ def version_text(methods: Iterable[str]) -> str:
     parts = [f"ippon {importlib.metadata.version('ippon')} {_commit()}"]
     parts.append(f"python {platform.python_version()}")
     parts += [f"{name} {importlib.metadata.version(name)}" for name in _LIBRARIES]
-    parts += [code for name in methods if (code := code_of(name)) is not None]
+    parts += dict.fromkeys(code for name in methods if (code := code_of(name)) is not None)
     return ", ".join(parts)
 
 
@@ -37,11 +37,12 @@ def program_of(version: str) -> str:
 def code_of(method: str) -> str | None:
     """Return name and digest of the code of an installed method: "mine code 1a2b3c4d".
 
-    All Python files of its package count. None for a method of this program: the commit names it.
+    All Python files of its package count, values of its parameters do not. None for a method of
+    this program: the commit names it.
     """
-    module = None
-    if method not in METHODS:
-        module = extensions.module_of(extensions.METHODS, method)
+    module, name = None, base_name(method)
+    if name not in METHODS:
+        module = extensions.module_of(extensions.METHODS, name)
     spec = None if module is None else importlib.util.find_spec(module.partition(".")[0])
     if spec is None:
         return None
@@ -50,7 +51,7 @@ def code_of(method: str) -> str | None:
     if not files and spec.origin is not None:
         files = [Path(spec.origin)]
     digest = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
-    return f"{method} code {digest[:8]}"
+    return f"{name} code {digest[:8]}"
 
 
 def _commit() -> str:

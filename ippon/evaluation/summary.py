@@ -55,8 +55,7 @@ class MethodSummary:
     hits: float
     time_s: float
     find_s: float | None
-    """Median time to the find, simulated; a search without success counts as one that never ends.
-    None if no more than half succeed."""
+    """Median simulated time to the find, failures counting as endless; None unless most succeed."""
     path_length_m: float
     planner_ms_p95: float
     """Mean of the episodes' 95th percentiles of a planner step, weighted by frames; not the 95th
@@ -64,6 +63,8 @@ class MethodSummary:
     realtime_factor: float
     """Total simulated time over total processor time."""
     failures: dict[Failure, int]
+    given_up: dict[Failure, int]
+    """Those of the failures that ended before their time, with nothing left to look at."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -303,6 +304,7 @@ def _summary(name: str, rows: list[EpisodeRow]) -> MethodSummary:
     spl, soft = [row.spl for row in rows], [row.soft_spl for row in rows]
     frames = np.array([row.frames for row in rows], np.float64)
     causes = Counter(row.failure for row in rows)
+    exhausted = Counter(row.failure for row in rows if row.ending == "exhausted")
     return MethodSummary(
         method=name,
         episodes=len(rows),
@@ -320,6 +322,7 @@ def _summary(name: str, rows: list[EpisodeRow]) -> MethodSummary:
         planner_ms_p95=float(np.average([row.planner_ms_p95 for row in rows], weights=frames)),
         realtime_factor=sum(r.time_s for r in rows) / max(1e-9, sum(r.cpu_s for r in rows)),
         failures={cause: causes[cause] for cause in FAILURES if causes[cause]},
+        given_up={cause: exhausted[cause] for cause in FAILURES if exhausted[cause]},
     )
 
 

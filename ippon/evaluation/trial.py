@@ -195,6 +195,7 @@ class Trial:
                 scene=self._scene,
                 judge=self._judge(spec),
                 goal=spec.goal,
+                parameters=method.parameters,
             )
         )
         timed = TimedPlanner(planner_setup.planner, self._clocks.cpu)

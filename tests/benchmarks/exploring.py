@@ -186,6 +186,7 @@ def _in_vain(
             scene=scene,
             judge=judge,
             goal=IN_VAIN,
+            parameters=method.parameters,
         )
     )
     planner = planner_setup.planner

@@ -61,11 +61,12 @@ def test_packages_are_short():
 
 def test_a_method_and_a_source_of_scenes_are_evaluated_together(run, tmp_path):
     out = tmp_path / "results"
-    run("-m", "app", "eval", "run", "--methods", "farthest_frontier", "--homes", "studio:6",
+    method = "farthest_frontier@same_m=0.6"
+    run("-m", "app", "eval", "run", "--methods", method, "--homes", "studio:6",
         "--objects", "plant", "--robot", "zed", "--image-width", "96", "--max-time-s", "60",
         "--workers", "1", "--out", str(out))  # fmt: skip
     (row,) = [json.loads(path.read_text()) for path in out.glob("rows/*.json")]
-    assert (row["method"], row["home"], row["success"]) == ("farthest_frontier", "studio:6", True)
+    assert (row["method"], row["home"], row["success"]) == (method, "studio:6", True)
 
 
 def test_a_profile_is_found_by_name(run):

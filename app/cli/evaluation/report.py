@@ -139,12 +139,14 @@ def _print_detail(screen: Console, data: ReportData) -> None:
                 _ratio_interval(c.find_s_ratio),
             )
         screen.print(table)
-    table = _table("why searches failed", ("method", "cause", "n"))
+    table = _table("why searches failed", ("method", "cause", "n", "given up"))
     for s in data.summaries:
         for cause, count in s.failures.items():
-            table.add_row(s.method, cause.replace("_", " "), str(count))
+            given_up = s.given_up.get(cause, 0)
+            table.add_row(s.method, cause.replace("_", " "), str(count), str(given_up))
     if table.row_count:
         screen.print(table)
+        screen.print("given up: before its time, with nothing left to look at", style="dim")
     if not data.losses:
         screen.print("rows of an earlier version do not say where SPL was lost")
         return

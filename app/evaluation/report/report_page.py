@@ -86,6 +86,7 @@ def report_page(data: ReportData) -> str:
         "<h2>Why searches failed</h2>",
         failure_plot(data.summaries),
         _causes(),
+        *_given_up(data),
         "<h2>By shortest path and by object</h2>",
         parts_table(data.parts),
         *losses_table(data.losses),
@@ -152,6 +153,20 @@ def _causes() -> str:
     return f'<p class="dim">{escape(listed)}.</p>'
 
 
+def _given_up(data: ReportData) -> Iterable[str]:
+    """Say how many failures were no lack of time."""
+    counts = [
+        f"{s.method} {sum(s.given_up.values())} of {sum(s.failures.values())}"
+        for s in data.summaries
+        if s.failures
+    ]
+    if counts:
+        yield (
+            '<p class="dim">Failures that ended before their time, with nothing left to look at: '
+            f"{escape(', '.join(counts))}.</p>"
+        )
+
+
 def _episodes(data: ReportData) -> Iterable[str]:
     """List every episode with its recordings and the command that records it."""
     groups = {
@@ -173,7 +188,8 @@ def _episode(data: ReportData, row: EpisodeRow) -> str:
     away = f"{row.distance_to_goal_m:.1f} m away"
     if math.isinf(row.distance_to_goal_m):
         away = "without a path to it"
-    how = f"SPL {row.spl:.2f}" if row.success else away
+    ended = "nothing left to look at" if row.ending == "exhausted" else "ended"
+    how = f"SPL {row.spl:.2f}" if row.success else f"{away}, {ended} after {row.time_s:.0f} s"
     watch = f"<code>{escape(replay_command(folder, row))}</code>"
     if row.kind == "second":
         watch = "starts with the map of the search before it: record that one, or the fresh one"

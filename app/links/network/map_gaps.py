@@ -37,7 +37,7 @@ class MapGaps:
         return self._openings(), self._inbox.dropped
 
     def note_fetched(self, asked_at: Missed) -> None:
-        """Note that the reply to a request comes next; what was missed before it is in the reply."""
+        """Note that a reply comes next, which holds what was missed before its request."""
         self._fetched_at = asked_at
 
     def are_new(self) -> bool:

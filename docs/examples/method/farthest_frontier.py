@@ -1,4 +1,4 @@
-"""A search method for `ippon eval run --methods farthest_frontier`."""
+"""A search method for `ippon eval run --methods farthest_frontier,farthest_frontier@same_m=1`."""
 
 import math
 
@@ -7,17 +7,19 @@ from ippon.evaluation.methods.frontiers import find_frontiers
 from ippon.evaluation.methods.method_table import Method, PlannerInputs, PlannerSetup
 from ippon.planning.terrain.floor_grid import cell_centre
 
-SAME_M = 0.5
-
 
 class FarthestFrontier(NearestFrontier):
     """Goes to the frontier that is farthest away, and keeps it until it is gone."""
+
+    def __init__(self, same_m):
+        """Take a frontier within `same_m` of the present target for the same one."""
+        self.same_m = same_m
 
     def choose(self, plan, routes, last, untried):
         """Return the next target; None leaves the choice to the planner of ippon."""
         frontiers = [one for one in find_frontiers(routes) if untried(one.position)]
         if last is not None:
-            kept = [one for one in frontiers if math.dist(one.position, last.about) < SAME_M]
+            kept = [one for one in frontiers if math.dist(one.position, last.about) < self.same_m]
             frontiers = kept or frontiers
         best = max(frontiers, key=lambda one: one.time_s, default=None)
         if best is None:
@@ -28,10 +30,14 @@ class FarthestFrontier(NearestFrontier):
 
 def make_planner(inputs: PlannerInputs) -> PlannerSetup:
     """Return the planner of one search."""
-    planner = BaselinePlanner(inputs.config.planner, inputs.robot, inputs.seed, FarthestFrontier())
+    rule = FarthestFrontier(inputs.parameters["same_m"])
+    planner = BaselinePlanner(inputs.config.planner, inputs.robot, inputs.seed, rule)
     return PlannerSetup(planner=planner, observe=planner.observe)
 
 
 METHOD = Method(
-    name="farthest_frontier", summary="the frontier farthest away", make_planner=make_planner
+    name="farthest_frontier",
+    summary="the frontier farthest away",
+    make_planner=make_planner,
+    parameters={"same_m": 0.5},
 )

@@ -2,8 +2,9 @@
 
 import dataclasses
 import difflib
+import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -44,6 +45,8 @@ class PlannerInputs:
     scene: Scene
     judge: Judge
     goal: str
+    parameters: Mapping[str, float] = field(default_factory=dict[str, float])
+    """`Method.parameters`, with the values of the run."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,6 +71,9 @@ class Method:
     """Makes a planner for one search: `ViewpointPlanner`, or one that decides by a `Rule`."""
     supports_second_goal: bool = True
     """Whether it can search for a second object; the oracle's paths lead to the first only."""
+    parameters: Mapping[str, float] = field(default_factory=dict[str, float])
+    """Numbers that `make_planner` uses, with their defaults. The name `mine@power=2` is a method
+    with another value, whose rows stand beside those of `mine`."""
 
 
 def _viewpoint_planner(s: PlannerInputs) -> PlannerSetup:
@@ -256,14 +262,48 @@ ABLATIONS: Final = (
 )  # fmt: skip
 
 
+def base_name(name: str) -> str:
+    """Return the name of a method without the values of its parameters."""
+    return name.partition("@")[0]
+
+
 def method_named(name: str) -> Method:
     """Return a method by name, ours or one that an installed package adds.
 
+    Args:
+        name: Its name, and values of its parameters, as in `mine@power=2@look_s=1`.
+
     Raises:
-        ValueError: There is no such method, or its package is damaged.
+        ValueError: There is no such method or parameter, or the method's package is damaged.
     """
-    if name in METHODS:
-        return METHODS[name]
+    base, *given = name.split("@")
+    method = METHODS.get(base) or _installed(base)
+    return _with_values(method, given) if given else method
+
+
+def _with_values(method: Method, given: list[str]) -> Method:
+    """Return a method with other values of parameters, named by them in their declared order."""
+    changed: dict[str, float] = {}
+    for text in given:
+        parameter, _, value = text.partition("=")
+        if parameter not in method.parameters:
+            there = ", ".join(f"{key}={usual:g}" for key, usual in method.parameters.items())
+            raise ValueError(
+                f"{method.name} has no parameter {parameter!r}; it has {there or 'none'}"
+            )
+        try:
+            changed[parameter] = float(value)
+        except ValueError:
+            changed[parameter] = math.nan
+        if not math.isfinite(changed[parameter]):
+            raise ValueError(f"{method.name}@{parameter}= takes a number; got {value!r}")
+    values = {key: changed.get(key, usual) for key, usual in method.parameters.items()}
+    name = "@".join([method.name, *(f"{key}={values[key]:g}" for key in values if key in changed)])
+    return replace(method, name=name, parameters=values)
+
+
+def _installed(name: str) -> Method:
+    """Return a method that an installed package adds; raises ValueError."""
     added = extensions.names(extensions.METHODS)
     if name not in added:
         known = (*METHODS, *added)

@@ -19,6 +19,8 @@ def test_the_code_of_an_installed_method_is_named_and_changes_with_its_files(tmp
     before = code_of("mine")
     assert before.startswith("mine code ")
     assert version_text(["ippon", "mine"]).endswith(f", {before}")
+    assert code_of("mine@power=2") == before
+    assert version_text(["mine", "mine@power=2"]).count(before) == 1
     assert "ippon code" not in version_text(["ippon", "mine"])
     (package / "rule.py").write_text("WORTH = 2\n")
     assert code_of("mine") != before

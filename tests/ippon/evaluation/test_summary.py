@@ -52,6 +52,21 @@ def test_figures_by_hand(rows):
     assert frontier.success == pytest.approx(2 / 3)
     assert frontier.spl == pytest.approx(0.2)
     assert frontier.failures == {"false_stop": 1}
+    assert frontier.given_up == {}
+
+
+def test_failures_that_ended_before_their_time_are_counted_by_cause(make_row):
+    ends = [
+        ("never_seen", "exhausted"), ("never_seen", "time"), ("seen_and_missed", "exhausted"),
+        ("false_stop", "found"), ("never_seen", "exhausted"), ("none", "found"),
+    ]  # fmt: skip
+    rows = [
+        make_row(success=failure == "none", failure=failure, ending=ending)
+        for failure, ending in ends
+    ]
+    (one,) = summarise(rows)
+    assert one.failures == {"never_seen": 3, "seen_and_missed": 1, "false_stop": 1}
+    assert one.given_up == {"never_seen": 2, "seen_and_missed": 1}
 
 
 def test_pairs_by_hand(rows):

@@ -57,6 +57,23 @@ def test_the_json_table_by_hand(results, capsys):
     assert (oracle["success"], oracle["spl_ci95"]) == (0.5, [0.0, 1.0])
 
 
+def test_failures_before_their_time_are_told_from_lack_of_time(results, make_row, capsys):
+    ends = {"4.bed.0.untold": ("exhausted", 87.0), "5.bed.0.untold": ("time", 500.0)}
+    for name, (ending, time_s) in ends.items():
+        row = make_row(success=False, failure="never_seen", ending=ending, time_s=time_s)
+        results.write(
+            dataclasses.replace(row, episode_id=name, home=name[0], distance_to_goal_m=3.0)
+        )
+    run_eval_report(EvalReport(folder=results.path, detail=True))
+    out = capsys.readouterr().out
+    assert re.search(r"ippon\s+never seen\s+2\s+1\s", out)
+    assert re.search(r"oracle\s+stuck\s+1\s+0\s", out)
+    page = (results.path / "report.html").read_text()
+    assert "nothing left to look at: ippon 1 of 2, oracle 0 of 1." in page
+    assert "3.0 m away, nothing left to look at after 87 s" in page
+    assert "3.0 m away, ended after 500 s" in page
+
+
 def test_a_single_search_has_a_dash_for_an_interval(tmp_path, make_row, capsys):
     folder = EvaluationFolder(tmp_path / "one")
     folder.open_for(_SETTINGS)

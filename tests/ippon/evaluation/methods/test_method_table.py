@@ -1,5 +1,6 @@
 import dataclasses
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -7,9 +8,11 @@ from ippon.evaluation.methods.method_table import (
     ABLATIONS,
     BASELINES,
     METHODS,
+    base_name,
     method_named,
     widened,
 )
+from ippon.evaluation.trial import TrialConfig, config_hash
 from ippon.guidance.levels import Level
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mission.config import MissionConfig
@@ -100,3 +103,40 @@ def test_an_unknown_method_lists_the_methods():
         method_named("greedy_nbw")
     with pytest.raises(ValueError, match="no method 'vlfm'; there are ippon, no_bayes"):
         method_named("vlfm")
+
+
+@pytest.fixture
+def mine(monkeypatch):
+    """A method with two parameters, among those of this program."""
+    method = replace(METHODS["ippon"], name="mine", parameters={"power": 2.0, "look_s": 1.0})
+    monkeypatch.setitem(METHODS, "mine", method)
+    return method
+
+
+def test_values_of_parameters_make_a_method_of_their_own(mine):
+    assert method_named("mine") is mine
+    other = method_named("mine@look_s=0.50@power=3")
+    assert other.name == "mine@power=3@look_s=0.5"
+    assert other.parameters == {"power": 3.0, "look_s": 0.5}
+    assert method_named(other.name) == other
+    assert method_named("mine@power=1").parameters == {"power": 1.0, "look_s": 1.0}
+    assert base_name(other.name) == base_name("mine") == "mine"
+    hashes = {config_hash(TrialConfig(), one) for one in (mine, other)}
+    assert len(hashes) == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("mine@speed=1", r"mine has no parameter 'speed'; it has power=2, look_s=1"),
+        ("ippon@speed=1", r"ippon has no parameter 'speed'; it has none"),
+        ("mine@", r"mine has no parameter ''"),
+        ("mine@power", r"mine@power= takes a number; got ''"),
+        ("mine@power=nan", r"mine@power= takes a number; got 'nan'"),
+        ("mine@power=fast", r"mine@power= takes a number; got 'fast'"),
+        ("mini@power=1", r"no method 'mini'; did you mean 'mine'"),
+    ],
+)
+def test_a_parameter_that_is_not_there_or_no_number_is_refused(mine, name, text):
+    with pytest.raises(ValueError, match=text):
+        method_named(name)
