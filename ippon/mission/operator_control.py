@@ -99,6 +99,8 @@ class OperatorControl:
 
     def pause(self) -> None:
         """Hold still until `resume`."""
+        if self.held is None:
+            self._journal.note("stopped", "paused by the operator")
         self.held = self.held or MissionState.PAUSED
 
     def resume(self) -> None:

@@ -187,6 +187,17 @@ def test_a_stopped_robot_stands_until_it_is_resumed(scene) -> None:
     assert [e.kind for e in result.snapshot.events] == ["resumed"]
 
 
+def test_a_pause_and_a_stop_after_it_are_told_once_each(scene) -> None:
+    world, mission = start(scene)
+    ask(mission, "hat")
+    for hold in (mission.operator.pause, mission.operator.stop):
+        hold()
+        hold()
+    events = mission.step(world.observe()).snapshot.events
+    told = [e.text for e in events if e.kind == "stopped"]
+    assert told == ["paused by the operator", "stopped by the operator"]
+
+
 def test_without_a_goal_it_maps_and_waits(scene) -> None:
     world, mission = start(scene)
     world.set_labels(MATTERPORT_40, None)
