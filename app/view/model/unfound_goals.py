@@ -55,7 +55,11 @@ class UnfoundGoals:
         news = [goal for goal in ended if goal.goal_id not in self._known]
         if news:
             self.latest = _told(news, status, candidates)
-        self._known |= {goal.goal_id for goal in ended}
+        # A navigator that was started again counts from 1.
+        going = {goal.goal_id for goal in present if goal.outcome == "active" and goal not in ended}
+        if self.latest is not None and self.latest.goal.goal_id in going:
+            self.latest = None
+        self._known = (self._known - going) | {goal.goal_id for goal in ended}
         if self.latest is not None and _is_past(self.latest.goal, [*status.history, *present]):
             self.latest = None
 

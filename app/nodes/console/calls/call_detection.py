@@ -7,6 +7,7 @@ from typing import Final
 from app.messages.recording import RecordingStatus
 from app.messages.status import Event, Status, goal_of, name_of
 from app.nodes.console.calls.call import CallKind, Occasion
+from app.view.model.unfound_goals import UnfoundGoals
 from app.view.words import ENGLISH, Words
 
 LASTS_S: Final = 5.0
@@ -30,6 +31,8 @@ class CallDetection:
         """Since when each condition holds."""
         self._told: set[_Key] = set()
         self._contacts_s: deque[float] = deque(maxlen=STUCK_TIMES)
+        # The next goal may begin before the state of the end is seen.
+        self._unfound = UnfoundGoals()
 
     def hear(self, event: Event, now_s: float) -> None:
         """Take an event of the navigator."""
@@ -51,20 +54,15 @@ class CallDetection:
             silence_s: Time since the navigator was heard.
             now_s: Monotonic time.
         """
+        if status is not None:
+            self._unfound.follow(status, tuple)
         present: dict[_Key, tuple[Occasion, float]] = {
             (one.kind, key): (one, after_s)
             for one, key, after_s in self._conditions(status, recordings, silence_s, now_s)
         }
         self._began_s = {key: self._began_s.get(key, now_s) for key in present}
-        # A find that waits while another one is judged has been called for; so has the end of a
-        # search, also while images are missing or somebody drives.
-        goal = None if status is None else status.goal
-        ended = None if goal is None or goal.outcome != "exhausted" else goal.goal_id
-        self._told = {
-            key
-            for key in self._told
-            if key in present or key[0] in _FINDS or key == ("not_found", ended)
-        }
+        # A find that waits while another one is judged has been called for.
+        self._told = {key for key in self._told if key in present or key[0] in _FINDS}
         due: list[_Key] = [
             key
             for key, (_, after_s) in present.items()
@@ -95,13 +93,13 @@ class CallDetection:
         find = _find(status, self._words)
         if find is not None:
             found.append((find, (find.goal_id, find.position_world), 0.0))
-        goal = status.goal
-        if status.state == "exhausted" and goal is not None:
-            text = self._words("call.not_found.text", name=self._words.goal(goal))
-            ended = Occasion(
-                kind="not_found", text=text, goal_id=goal.goal_id, object=name_of(goal)
-            )
-            found.append((ended, goal.goal_id, 0.0))
+        lost = self._unfound.latest
+        if lost is not None:
+            names = ", ".join(map(self._words.goal, lost.goals))
+            text = self._words("call.not_found.text", name=names)
+            number = lost.goal.goal_id
+            ended = Occasion(kind="not_found", text=text, goal_id=number, object=name_of(lost.goal))
+            found.append((ended, number, 0.0))
         recent = [at_s for at_s in self._contacts_s if now_s - at_s < STUCK_S]
         if len(recent) >= STUCK_TIMES:
             text = self._words("call.stuck.text", n=STUCK_TIMES, s=f"{STUCK_S:g}")

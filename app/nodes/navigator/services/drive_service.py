@@ -50,12 +50,18 @@ class DriveService:
         """Returns the room of points of the floor; the navigator sets it."""
 
     def drive(self, request: DriveRequest) -> Accepted:
-        """Set the drive mode and speed limit."""
+        """Set the drive mode and speed limit.
+
+        A mode cancels the point that the robot drives to, also the present one; another limit alone
+        does not.
+        """
         mode = DriveMode(request.mode)
         problem = drive_refusal(self._profile, mode, request.speed_limit)
         if problem:
             raise RequestRefusedError(problem)
-        self._operations.enqueue(lambda mission: mission.operator.drive(mode))
+        now = self._mux.status()
+        if request.mode != now.mode or request.speed_limit == now.speed_limit:
+            self._operations.enqueue(lambda mission: mission.operator.drive(mode))
         self._mux.set_mode(mode, request.speed_limit)
         return Accepted(detail=f"{request.mode}, at most {request.speed_limit:.0%} of the speed")
 

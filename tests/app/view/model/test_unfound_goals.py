@@ -68,3 +68,12 @@ def test_goals_of_a_tour_that_end_together_are_told_together_with_the_places_of_
     assert (latest.goals, latest.places) == ((laptop, mug), PLACES)
     latest = _followed(before, status_of("exhausted", goal=HAT, tour=[laptop, mug]))
     assert (latest.goals, latest.places) == ((mug, laptop), None), "the map is that of another one"
+
+
+def test_a_goal_that_goes_on_is_not_shown_as_not_found():
+    going = status_of(goal=HAT)
+    assert _followed(going, status_of("exhausted", goal=GONE), going) is None
+    assert (
+        _followed(going, status_of("exhausted", goal=GONE), going, status_of(goal=GONE)).goal
+        == GONE
+    )

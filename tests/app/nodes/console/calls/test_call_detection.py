@@ -68,6 +68,38 @@ def test_a_search_that_ended_in_vain_calls_once_whatever_else_happens(watch):
     assert watch(status_of("exhausted", goal=mug_gone))
 
 
+def test_an_end_whose_state_nobody_saw_calls_while_the_next_goal_runs(watch):
+    assert watch(status_of(goal=GoalStatus(goal_id=1, object="hat"))) == []
+    gone = GoalStatus(goal_id=1, object="hat", outcome="exhausted")
+    mug = GoalStatus(goal_id=2, object="mug", outcome="active")
+    next_one = status_of(goal=mug, history=[gone])
+    assert [kind for kind, _ in watch(next_one)] == ["not_found"]
+    assert watch(next_one) == []
+
+
+def test_goals_of_a_tour_that_end_together_call_once(watch):
+    going = [GoalStatus(goal_id=n, object=name, tour=1) for n, name in ((1, "hat"), (2, "mug"))]
+    assert watch(status_of(goal=going[0], tour=going)) == []
+    gone = [msgspec.structs.replace(one, outcome="exhausted") for one in going]
+    (told,) = watch(status_of("exhausted", goal=gone[0], tour=gone))
+    assert told[1].endswith("hat, mug")
+
+
+def test_what_was_not_found_before_the_console_started_calls_nobody(watch):
+    gone = GoalStatus(goal_id=1, object="hat", outcome="exhausted")
+    mug = GoalStatus(goal_id=2, object="mug", outcome="active")
+    assert watch(status_of(goal=mug, history=[gone])) == []
+
+
+def test_a_navigator_that_counts_from_one_again_calls_again(watch):
+    hat, mug = (GoalStatus(goal_id=1, object=name, outcome="active") for name in ("hat", "mug"))
+    for goal in (hat, hat, mug):
+        assert watch(status_of(goal=goal)) == []
+        gone = msgspec.structs.replace(goal, outcome="exhausted")
+        (told,) = watch(status_of("exhausted", goal=gone))
+        assert told[1].endswith(goal.object)
+
+
 def test_a_german_call_says_the_name_and_programs_get_the_label():
     (call,) = CallDetection(Words("de")).step(found(), (), 0.0, 0.0)
     assert (call.text, call.object) == ("Hut: bestätigen oder verwerfen", "hat")

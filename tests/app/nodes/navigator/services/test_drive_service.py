@@ -2,6 +2,7 @@
 
 import dataclasses
 import threading
+import time
 from types import SimpleNamespace
 from typing import Any
 
@@ -57,10 +58,30 @@ class Missionary:
         return True
 
 
+class Mux:
+    """Stands in for what commands the robot: keeps mode and limit."""
+
+    def __init__(self) -> None:
+        self.now = SimpleNamespace(mode="auto", speed_limit=1.0)
+
+    def set_mode(self, mode, limit) -> None:
+        self.now = SimpleNamespace(mode=mode.value, speed_limit=limit)
+
+    def status(self):
+        return self.now
+
+
 def room_of(points):
     if points[0][0] < 0.0:
         raise RequestRefusedError("the navigator is busy")
     return "Anna's room"
+
+
+def _await(condition):
+    deadline = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
 
 
 @pytest.fixture
@@ -74,7 +95,7 @@ def service(sessions):
 
     operations = ThreadPerOperation(wake=lambda: None)
 
-    mux: Any = SimpleNamespace(set_mode=lambda mode, _: mission.modes.append(mode))
+    mux: Any = Mux()
     goals = GoalQueue(3)
     painted = LatchedTopic(router, f"{ROBOT}/{keys.PAINTED}", sender)
     drive = DriveService(mux, operations, painted, ZED)
@@ -86,7 +107,7 @@ def service(sessions):
         return ask(client, f"{ROBOT}/{key}", message, kind, PATIENCE_S)
 
     yield SimpleNamespace(
-        mission=mission, goals=goals, request=request, client=client, parts=endpoints
+        mission=mission, mux=mux, goals=goals, request=request, client=client, parts=endpoints
     )
     sender.close()
 
@@ -94,7 +115,16 @@ def service(sessions):
 def test_the_mode_reaches_mux_and_mission(service):
     reply = service.request(keys.DRIVE, DriveRequest(mode="manual", speed_limit=0.5))
     assert reply.detail == "manual, at most 50% of the speed"
-    assert DriveMode.MANUAL in service.mission.modes
+    _await(lambda: service.mission.modes == [DriveMode.MANUAL])
+    assert service.mux.now == SimpleNamespace(mode="manual", speed_limit=0.5)
+
+
+def test_another_limit_alone_leaves_the_point_that_the_robot_drives_to(service):
+    # The mission forgets that point with each mode.
+    for mode, limit in (("auto", 0.5), ("auto", 0.8), ("auto", 0.8), ("manual", 0.8)):
+        service.request(keys.DRIVE, DriveRequest(mode=mode, speed_limit=limit))
+        assert service.mux.now == SimpleNamespace(mode=mode, speed_limit=limit)
+    _await(lambda: service.mission.modes == [DriveMode.AUTO, DriveMode.MANUAL])
 
 
 @pytest.mark.parametrize(
