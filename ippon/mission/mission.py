@@ -198,7 +198,7 @@ class Mission:
             return Command(tilt_rad=frame.tilt_rad)
         if self.navigation is not None:
             self.navigation.react(search)
-        elif self._behaviors.recovery.is_blocked(frame):
+        elif self._behaviors.recovery.is_blocked(frame, self.motion.last):
             self._journal.note("contact", "blocked: marking what is ahead and backing off")
             self._planner.mark_contact(frame.T_world_base, self.motion.last)
             if not self.robot.is_round:

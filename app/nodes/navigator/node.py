@@ -194,7 +194,7 @@ class Navigator:
         self._events.stamp_ns = result.snapshot.stamp_ns
         self._goals.elapsed_s = result.snapshot.elapsed_s
         self._report.planned(result.snapshot.plan)
-        self._command(result, frame)
+        self._command(result, frame, time.perf_counter() - self._intake.arrived_at)
         answered = self._stopwatch.lap("answer", self._intake.arrived_at)
         self._map.publish(result.snapshot)
         self._stopwatch.lap("publish", answered)
@@ -203,7 +203,7 @@ class Navigator:
         if self._persistence is not None:
             self._persistence.keep_map(self._mission.voxel_map)
 
-    def _command(self, result: StepResult, frame: Frame) -> None:
+    def _command(self, result: StepResult, frame: Frame, age_s: float) -> None:
         """Command what the mission or the operator wants, after the safety filter."""
         waypoint = self._mission.operator.waypoint
         command = self._services.mux.follow(
@@ -211,6 +211,7 @@ class Navigator:
             frame,
             self._mission.voxel_map.arrays(),
             waypoint,
+            age_s,
         )
         if moves_base(result.command) and not moves_base(command):
             self._mission.motion.resume_from(Command())

@@ -11,25 +11,32 @@ from ippon.robot import RobotProfile
 
 
 class Recovery:
-    """Backs off, or turns, for a moment when the robot is blocked."""
+    """Drives back from where the robot came, or turns, for a moment when it is blocked."""
 
     def __init__(self, config: RecoveryConfig, robot: RobotProfile) -> None:
         self._config = config
         self._robot = robot
         self._freeing_since_ns: int | None = None
+        self._frees_forwards = False
         self._unmoved_ns: int | None = None
         """Time of driving commands without movement; None without such a command."""
         self._watched_ns = 0
         self._moving_from = (0.0, 0.0, 0.0)
         self._was_contact = False
 
-    def is_blocked(self, frame: Frame) -> bool:
-        """Return whether the robot has just touched something or got stuck; once per event."""
+    def is_blocked(self, frame: Frame, motion: Command) -> bool:
+        """Return whether the robot has just touched something or got stuck; once per event.
+
+        Args:
+            frame: The newest frame.
+            motion: The last command: what stopped the robot lies where it drove to.
+        """
         stamp_ns, contact = frame.stamp_ns, frame.contact
         touched = contact and not self._was_contact
         self._was_contact = contact
         if touched or self._is_stuck(stamp_ns, frame.T_world_base):
             self._freeing_since_ns = stamp_ns
+            self._frees_forwards = motion.linear_m_s < 0.0
             self._unmoved_ns = None
             return True
         return False
@@ -66,7 +73,7 @@ class Recovery:
             return None
         if self._robot.can_reverse:
             speed = min(self._config.back_up_m_s, self._robot.max_linear_m_s)
-            return Command(linear_m_s=-speed, tilt_rad=tilt_rad)
+            return Command(linear_m_s=speed if self._frees_forwards else -speed, tilt_rad=tilt_rad)
         return Command(yaw_rate_rad_s=self._robot.max_yaw_rate_rad_s, tilt_rad=tilt_rad)
 
     @property

@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable
 from typing import Final
 
+import numpy as np
 import zenoh
 
 from app.messages.driving import DriveStatus, TeleopTag
@@ -27,7 +28,7 @@ from ippon.control.drive_mode import (
     follows_plan,
     scale_command,
 )
-from ippon.control.obstacles import mapped_obstacles
+from ippon.control.obstacles import mapped_obstacles, observed_obstacles
 from ippon.control.safety_filter import (
     OVERLAP_TOLERANCE_M,
     filter_among_obstacles,
@@ -36,15 +37,18 @@ from ippon.control.safety_filter import (
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, base_pose, yaw_of
 from ippon.mapping.arrays import MapArrays
+from ippon.mission.safe_motion import MAX_AGE_S
 from ippon.robot import RobotProfile
 
 TICK_S: Final = 0.05
 HAND_S: Final = 0.3
 """Silence after which the operator's input counts as released."""
 HORIZON_S: Final = 0.4
-"""Time over which a command is checked for collisions, the age of the frame included."""
-REACH_M: Final = 2.5
-"""Radius in which obstacles are kept for the filter; more than the braking distance."""
+"""Least time over which a command is checked for collisions, the age of the frame included."""
+AFTER_AGE_S: Final = 0.15
+"""Time over which a command is checked beyond the age that frames have when they come."""
+LEAST_REACH_M: Final = 2.5
+"""Radius in which obstacles are kept for the filter, at least; fast robots brake for longer."""
 HAND_ROOM_M: Final = 0.03
 """Clearance beside the body under teleoperation, added to half a voxel."""
 REASON_S: Final = 0.6
@@ -97,6 +101,7 @@ class CommandMux:
         self._voxel_m = 0.05
         self._stamp_ns = 0
         self._framed_at = -math.inf
+        self._horizon_s = HORIZON_S
         self._by_hand = False
         self._given = Command()
         self._given_at = time.monotonic()
@@ -148,6 +153,7 @@ class CommandMux:
         frame: Frame,
         arrays: MapArrays,
         waypoint: tuple[float, float] | None,
+        age_s: float = 0.0,
     ) -> Command:
         """Update pose and obstacles from a frame, and command.
 
@@ -156,13 +162,15 @@ class CommandMux:
             frame: The frame that it answers.
             arrays: The map that includes the frame.
             waypoint: Point that the operator sent the robot to, None for none.
+            age_s: Seconds since the frame was taken, during which the robot has driven on.
 
         Returns:
             The command that was sent.
         """
-        # Only the mission's thread may read the map, so the obstacles are copied here.
-        obstacles = mapped_obstacles(arrays, self._profile, frame.T_world_base, REACH_M)
+        horizon_s = max(HORIZON_S, min(age_s, MAX_AGE_S) + AFTER_AGE_S)
+        obstacles = self._obstacles_near(frame, arrays, horizon_s)
         with self._lock:
+            self._horizon_s = horizon_s
             self._planned, self._waypoint = planned, waypoint
             self._pose, self._obstacles = frame.T_world_base, obstacles
             self._voxel_m = arrays.voxel_size
@@ -171,6 +179,19 @@ class CommandMux:
             if self._mode is DriveMode.AUTO:
                 self._tilt_rad = frame.tilt_rad
             return self._tick(self._framed_at)
+
+    def _obstacles_near(self, frame: Frame, arrays: MapArrays, horizon_s: float) -> Float64Array:
+        """Copy the obstacles that matter: only the mission's thread may read the map."""
+        robot = self._profile
+        speed = robot.max_linear_m_s
+        braking_m = speed * (horizon_s + speed / robot.max_linear_acceleration_m_s2)
+        reach_m = max(LEAST_REACH_M, robot.radius_m + braking_m + 0.3)
+        mapped = mapped_obstacles(arrays, robot, frame.T_world_base, reach_m)
+        if self._mode is DriveMode.AUTO:
+            # The mission's command is filtered already.
+            return mapped
+        seen = observed_obstacles(frame, robot, arrays.voxel_size, reach_m)
+        return np.concatenate([mapped, seen])
 
     def status(self) -> DriveStatus:
         """Return drive mode, waypoint, limits and the filter's last intervention."""
@@ -282,7 +303,7 @@ class CommandMux:
             return still
         margin = -OVERLAP_TOLERANCE_M if as_planned else self._hand_margin_m
         safe, reason = filter_among_obstacles(
-            wanted, self._pose, self._profile, self._obstacles, HORIZON_S, margin, 1e-6
+            wanted, self._pose, self._profile, self._obstacles, self._horizon_s, margin, 1e-6
         )
         if reason is not None:
             self._intervention, self._intervened_at = reason, now
@@ -300,7 +321,7 @@ class CommandMux:
         """Advance the pose by dead reckoning with the commands since it was measured."""
         if self._pose is None or self._framed_at == now:
             return
-        dt_s = min(now - max(self._given_at, self._framed_at), 2 * TICK_S)
+        dt_s = min(now - max(self._given_at, self._framed_at), self._stale_s)
         v, w = self._given.linear_m_s, self._given.yaw_rate_rad_s
         if dt_s <= 0.0 or (abs(v) < STILL and abs(w) < STILL):
             return

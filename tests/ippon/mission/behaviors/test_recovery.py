@@ -29,17 +29,17 @@ def freeing(recovery, stamp_ns, tilt_rad):
 
 def test_contact_is_reported_once_while_it_lasts() -> None:
     recovery = Recovery(RecoveryConfig(), ZED)
-    assert recovery.is_blocked(frame(0, HERE, contact=True))
-    assert not recovery.is_blocked(frame(S // 5, HERE, contact=True))
-    assert not recovery.is_blocked(frame(2 * S, HERE, contact=False))
-    assert recovery.is_blocked(frame(3 * S, HERE, contact=True))
+    assert recovery.is_blocked(frame(0, HERE, contact=True), DRIVE)
+    assert not recovery.is_blocked(frame(S // 5, HERE, contact=True), DRIVE)
+    assert not recovery.is_blocked(frame(2 * S, HERE, contact=False), DRIVE)
+    assert recovery.is_blocked(frame(3 * S, HERE, contact=True), DRIVE)
 
 
 @pytest.mark.parametrize("robot", [ZED, HABITAT])
 def test_backs_off_for_a_moment_or_turns_where_it_cannot(robot: RobotProfile) -> None:
     config = RecoveryConfig()
     recovery = Recovery(config, robot)
-    recovery.is_blocked(frame(0, HERE, contact=True))
+    recovery.is_blocked(frame(0, HERE, contact=True), DRIVE)
     command = freeing(recovery, S // 10, -0.2)
     assert command is not None
     assert command.tilt_rad == -0.2
@@ -48,9 +48,19 @@ def test_backs_off_for_a_moment_or_turns_where_it_cannot(robot: RobotProfile) ->
     assert freeing(recovery, 3 * S, 0.0) is None
 
 
+def test_a_robot_that_drove_backwards_frees_itself_forwards() -> None:
+    recovery = Recovery(RecoveryConfig(), ZED)
+    for drove_m_s, sign in ((-0.2, 1.0), (0.3, -1.0), (0.0, -1.0)):
+        recovery.is_blocked(frame(0, HERE, contact=True), Command(linear_m_s=drove_m_s))
+        command = freeing(recovery, S // 10, 0.0)
+        assert command is not None
+        assert command.linear_m_s * sign > 0.0
+        recovery.is_blocked(frame(S, HERE), Command())
+
+
 def test_backs_off_no_faster_than_it_may_drive() -> None:
     recovery = Recovery(RecoveryConfig(), dataclasses.replace(ZED, max_linear_m_s=0.1))
-    recovery.is_blocked(frame(0, HERE, contact=True))
+    recovery.is_blocked(frame(0, HERE, contact=True), DRIVE)
     command = freeing(recovery, S // 10, 0.0)
     assert command is not None
     assert command.linear_m_s == -0.1
@@ -61,7 +71,7 @@ def test_a_robot_that_does_not_follow_its_commands_is_stuck() -> None:
     stuck_at = None
     for k in range(40):
         stamp = k * S // 5
-        if recovery.is_blocked(frame(stamp, HERE, contact=False)):
+        if recovery.is_blocked(frame(stamp, HERE, contact=False), DRIVE):
             stuck_at = stamp
             break
         recovery.watch(frame(stamp, HERE), DRIVE)
@@ -74,16 +84,16 @@ def test_a_moving_or_waiting_robot_is_not_stuck() -> None:
     for k in range(60):
         stamp = k * S // 5
         pose = base_pose(0.08 * k, 0.0, 0.0, 0.0)
-        assert not moving.is_blocked(frame(stamp, pose, contact=False))
+        assert not moving.is_blocked(frame(stamp, pose, contact=False), DRIVE)
         moving.watch(frame(stamp, pose), DRIVE)
-        assert not waiting.is_blocked(frame(stamp, HERE, contact=False))
+        assert not waiting.is_blocked(frame(stamp, HERE, contact=False), DRIVE)
         waiting.watch(frame(stamp, HERE), dataclasses.replace(DRIVE, linear_m_s=0.0))
 
 
 @pytest.mark.parametrize("robot", [ZED, HABITAT])
 def test_a_reset_of_the_clock_ends_the_recovery(robot: RobotProfile) -> None:
     recovery = Recovery(RecoveryConfig(), robot)
-    recovery.is_blocked(frame(1000 * S, HERE, contact=True))
+    recovery.is_blocked(frame(1000 * S, HERE, contact=True), DRIVE)
     assert freeing(recovery, 1000 * S, 0.0) is not None
     assert freeing(recovery, 3 * S, 0.0) is None
     # Nor does it go on when the new clock gets to where the old one was.
@@ -93,13 +103,13 @@ def test_a_reset_of_the_clock_ends_the_recovery(robot: RobotProfile) -> None:
 def test_a_robot_is_not_stuck_after_a_reset_of_the_clock() -> None:
     recovery = Recovery(RecoveryConfig(stuck_after_s=2.0), ZED)
     recovery.watch(frame(100 * S, HERE), DRIVE)
-    assert not recovery.is_blocked(frame(S, HERE, contact=False))
+    assert not recovery.is_blocked(frame(S, HERE, contact=False), DRIVE)
     stuck_at = next(n for n in range(5, 40) if _drives_and_is_blocked(recovery, n * S // 5))
     assert stuck_at / 5 == pytest.approx(3.2), "it counts from the new clock on"
 
 
 def _drives_and_is_blocked(recovery, stamp_ns):
-    blocked = recovery.is_blocked(frame(stamp_ns, HERE))
+    blocked = recovery.is_blocked(frame(stamp_ns, HERE), DRIVE)
     recovery.watch(frame(stamp_ns, HERE), DRIVE)
     return blocked
 
@@ -126,6 +136,6 @@ def test_a_robot_whose_pose_trembles_is_stuck_whichever_way_it_faces(yaw: float)
     blocked = False
     for k in range(40):
         here = base_pose(1.0, 2.0, 0.0, yaw + 1e-3 * (-1) ** k)
-        blocked = blocked or recovery.is_blocked(frame(k * S // 5, here, contact=False))
+        blocked = blocked or recovery.is_blocked(frame(k * S // 5, here, contact=False), DRIVE)
         recovery.watch(frame(k * S // 5, here), DRIVE)
     assert blocked

@@ -1,6 +1,7 @@
 """The operator's hand becomes a command within a moment, and nothing when it lets go."""
 
 import contextlib
+import dataclasses
 import itertools
 import queue
 import re
@@ -34,12 +35,15 @@ PATIENCE_S = 20.0
 END = StampedTwist(stamp_ns=10**18, linear_m_s=0.0, yaw_rate_rad_s=0.0)
 PLANNED = Command(linear_m_s=0.4, yaw_rate_rad_s=0.2, tilt_rad=-0.3)
 CAMERA = PinholeCamera(width=64, height=40, fx=40.0, fy=40.0, cx=32.0, cy=20.0)
+LOOKS_AHEAD = np.array(
+    [[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.5], [0.0, 0.0, 0.0, 1.0]]
+)
 
 
 class Bench:
     """A mux, the operator's end of the line, and the robot's."""
 
-    def __init__(self, router, client, *, stale_s) -> None:
+    def __init__(self, router, client, *, stale_s, profile=ZED) -> None:
         self.commands: queue.Queue[StampedTwist] = queue.Queue()
         self.refusal: str | None = None
         self.takeovers = 0
@@ -48,7 +52,7 @@ class Bench:
         self.mux = CommandMux(
             router,
             ROBOT,
-            ZED,
+            profile,
             self.stream,
             stale_s,
             refusal=lambda _: self.refusal,
@@ -62,18 +66,18 @@ class Bench:
     def _took_over(self) -> None:
         self.takeovers += 1
 
-    def frame(self, going=None) -> Command:
-        """Let the mission answer a frame."""
+    def frame(self, going=None, *, ahead_m=0.0, age_s=0.0) -> Command:
+        """Let the mission answer a frame, which shows a wall that far ahead of the camera."""
         frame = Frame(
             stamp_ns=time.monotonic_ns(),
             color=np.zeros((40, 64, 3), np.uint8),
-            depth=np.zeros((40, 64), np.float32),
+            depth=np.full((40, 64), ahead_m, np.float32),
             camera=CAMERA,
-            T_world_camera=np.eye(4),
+            T_world_camera=LOOKS_AHEAD,
             T_world_base=base_pose(0.0, 0.0, 0.0, 0.0),
             tilt_rad=0.1,
         )
-        return self.mux.follow(PLANNED, frame, self.arrays, going)
+        return self.mux.follow(PLANNED, frame, self.arrays, going, age_s)
 
     def hold(self, linear=0.0, yaw=0.0, tilt=0.0, seq=None, epoch=1) -> None:
         """Send one message of the hand."""
@@ -423,3 +427,32 @@ def test_along_the_plan_the_planner_goes_on_by_itself(bench):
     bench.hold(linear=0.8)
     bench.frame()
     assert bench.mux.by_hand() is None
+
+
+def _filtered(bench, wanted=0.8, mode=DriveMode.MANUAL, **frame) -> float:
+    """Return the speed that is left of what the hand wants right after a frame."""
+    bench.mux.set_mode(mode, 1.0)
+    bench.frame(**frame)
+    mux, command = bench.mux, Command(linear_m_s=wanted)
+    return mux._filtered(command, mux._framed_at, as_planned=False).linear_m_s
+
+
+@pytest.mark.parametrize("mode", [DriveMode.MANUAL, DriveMode.ASSISTED])
+def test_who_steps_in_front_stops_the_hand_with_the_first_image(bench, mode):
+    assert _filtered(bench, mode=mode) == 0.8
+    assert _filtered(bench, mode=mode, ahead_m=ZED.radius_m + 0.1) < 0.2
+    assert _filtered(bench, mode=mode, ahead_m=3.0) == 0.8
+
+
+def test_the_later_a_frame_comes_the_farther_ahead_the_hand_is_checked(bench):
+    speeds = [_filtered(bench, ahead_m=1.15, age_s=age_s) for age_s in (0.0, 0.2, 0.5, 0.9, 9.0)]
+    assert speeds[0] == speeds[1], "a frame of ordinary age costs nothing"
+    assert speeds[1] > speeds[2] > speeds[3] > speeds[4] > 0.0
+
+
+def test_obstacles_are_kept_as_far_as_a_fast_robot_brakes(sessions):
+    fast = dataclasses.replace(ZED, max_linear_m_s=2.0, max_linear_acceleration_m_s2=0.8)
+    bench = Bench(*sessions, stale_s=STALE_S, profile=fast)
+    braking_m = 2.0 * 2.0 / (2 * 0.8)
+    assert _filtered(bench, 2.0, ahead_m=fast.radius_m + braking_m + 0.5) < 2.0
+    bench.close()
