@@ -1,6 +1,8 @@
 // The path of this robot's page, "/" for the console's own robot, and what is fetched below it.
 
-export const BASE = document.getElementById("view").getAttribute("src").split("view/")[0];
+const scene = document.getElementById("view").getAttribute("src");
+// A robot's own name may end in "view".
+export const BASE = scene.slice(0, scene.lastIndexOf("view/"));
 
 const LIMIT_MS = 15000;
 

@@ -101,14 +101,17 @@ export class Calls {
     const [instance, number] = (localStorage.getItem(RUNG) ?? "").split(" ");
     if (instance === this.instance && Number(number) >= call.number) return;
     localStorage.setItem(RUNG, `${this.instance} ${call.number}`);
-    this.ring(call.title, text, off, kind);
+    this.ring(call.title, text, off, kind, call.number);
   }
 
-  ring(title, text, off, kind) {
+  ring(title, text, off, kind, number = 0) {
     if (!off.has(`sound ${kind}`)) this.beep();
     if (off.has(`notification ${kind}`) || this.permission !== "granted") return;
     try {
-      const notification = new Notification(`IPPON: ${title}`, { body: text, tag: `ippon-${kind}` });
+      // One of another call, or of another robot, stays beside it.
+      const tag = `ippon ${this.instance} ${number}`;
+      const from = at("robot").textContent;
+      const notification = new Notification(`IPPON ${from}: ${title}`, { body: text, tag });
       notification.onclick = () => window.focus();
     } catch {
       // Browsers of phones offer notifications to installed pages only.
@@ -162,7 +165,7 @@ export class Calls {
     const before = this.rows;
     this.rows = new Map();
     for (const call of this.calls) {
-      const id = `${call.number} ${call.wall_ns}`;
+      const id = `${call.number} ${call.wall_ns} ${call.occasion.goal_id}`;
       const row = before.get(id) ?? this.makeRow(call);
       row.text.textContent = call.judged
         ? say(`calls.judged.${call.judged}`, { name: nameOf(call.occasion.object) })
@@ -206,7 +209,7 @@ export class Calls {
       const hint = say("goals.show.hint", { name: nameOf(object) });
       acts.append(button(say("goals.show"), hint, () => this.showPlace(position_world)));
     }
-    if (kind === "not_found") {
+    if (kind === "not_found" && goal_id !== null) {
       const hint = say("goals.repeat.hint", { name: nameOf(object) });
       const change = { goal_id, action: "repeat" };
       const repeat = button(say("goals.repeat"), hint, async () => {

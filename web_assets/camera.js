@@ -53,7 +53,12 @@ export class Camera {
 
   onKey(event) {
     if (event.key === "Escape" && this.size === "full" && this.mode === "auto") {
-      if (!document.querySelector("dialog[open], body[data-side]")) this.resize("corner");
+      // One press closes one thing: what lies over the picture goes first.
+      if (this.isTyping(event.target)) return;
+      if (document.querySelector("dialog[open], body[data-side], #plan[data-size='full']")) return;
+      event.preventDefault();
+      event.stopImmediatePropagation();
+      this.resize("corner");
       return;
     }
     if (event.code !== "KeyC" || this.isTyping(event.target) || document.querySelector("dialog[open]")) return;

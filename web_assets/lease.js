@@ -1,6 +1,6 @@
 // Control lease: one browser commands, the others watch, and each can stop the robot.
 
-import { get } from "./base.js";
+import { BASE, get } from "./base.js";
 import { setText } from "./text.js";
 import { say } from "./words.js";
 
@@ -88,14 +88,19 @@ export class Lease {
 
   async logOut() {
     await fetch("/logout", { method: "POST", redirect: "manual" });
-    location.href = "/login";
+    logIn();
   }
+}
+
+// Who has logged in is on the page of the same robot again.
+function logIn() {
+  location.href = BASE === "/" ? "/login" : `/login?to=${encodeURIComponent(BASE)}`;
 }
 
 // A refused socket gives no reason: ask whether the login has expired.
 export async function logInAgainIfAsked() {
   try {
-    if ((await get("/health")).status === 401) location.href = "/login";
+    if ((await get("/health")).status === 401) logIn();
   } catch {
     // The console does not respond at all; the page already says so.
   }

@@ -237,6 +237,8 @@ function showOnPlan(position) {
 
 // Shows a thing, and has the scene fly there and explain it.
 function lookAt(position, size, thing, share) {
+  // There an open list covers what it shows.
+  if (matchMedia("(max-width: 760px)").matches && sides.open !== null) sides.toggle(sides.open);
   showOnPlan(position);
   const at_once = matchMedia("(prefers-reduced-motion: reduce)").matches;
   send({ type: "look", position, size, thing, share, at_once });
@@ -288,7 +290,9 @@ function render() {
   if (live) explanation.update(state.explanation);
   showWalk(state?.link === "live" ? state.walk : null);
   drive.update(state?.drive ?? { mode: "auto" }, state?.link === "live" && lease.watching === "");
-  camera.drive(live && state.link === "live" ? state.drive.mode : camera.mode);
+  // Who watches somebody else drive keeps the camera as it is.
+  const drives = lease.watching === "" ? state?.drive.mode : "auto";
+  camera.drive(live && state.link === "live" ? drives : camera.mode);
   // Stopping releases all keys: after Resume the operator must press one again.
   if (shown === "stopped") drive.release();
   notice.render(state, shown, notDelivered, mayChange());
@@ -327,7 +331,15 @@ function adoptScene(inner) {
   calls.listen(scene);
   showAnswers(inner);
   nameFields(inner);
+  inner.addEventListener("keydown", changeBox);
   scene.dispatchEvent(new Event("focus"));
+}
+
+// Space stops the robot wherever the focus is, so Enter changes a checkbox.
+function changeBox(event) {
+  if (event.key !== "Enter" || event.repeat || event.target.type !== "checkbox") return;
+  event.preventDefault();
+  event.target.click();
 }
 
 function listenToKeys(target) {

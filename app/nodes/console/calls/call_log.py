@@ -72,7 +72,11 @@ class CallLog:
                 self._call(one, count, wall_ns)
 
     def follow(self, status: Status) -> None:
-        """Note the verdicts on finds that were called for; of a judged one nobody needs to hear."""
+        """Note the verdicts on finds that were called for, and the goals that are no longer known.
+
+        Of a judged find nobody needs to hear. A navigator that was started again counts its goals
+        from 1: what can be repeated is only a goal of the same name.
+        """
         for kind, (one, _) in list(self._held.items()):
             if verdict_on(one, status):
                 del self._held[kind]
@@ -80,6 +84,9 @@ class CallLog:
             for place, call in enumerate(self._calls):
                 if not call.judged and (judged := verdict_on(call.occasion, status)):
                     self._calls[place] = msgspec.structs.replace(call, judged=judged)
+                if not _is_known(call.occasion, status):
+                    gone = msgspec.structs.replace(call.occasion, goal_id=None)
+                    self._calls[place] = msgspec.structs.replace(self._calls[place], occasion=gone)
 
     def note(self, number: int, webhook: str) -> None:
         """Note what became of a call at the webhook."""
@@ -109,6 +116,14 @@ class CallLog:
             self._calls.append(call)
         if self._send is not None:
             self._send(call)
+
+
+def _is_known(one: Occasion, status: Status) -> bool:
+    """Return whether an occasion is about no goal, or about one that the navigator knows."""
+    if one.goal_id is None:
+        return True
+    goal = goal_of(status, one.goal_id)
+    return goal is not None and name_of(goal) == one.object
 
 
 def verdict_on(one: Occasion, status: Status) -> Verdict:

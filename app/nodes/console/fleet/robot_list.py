@@ -14,6 +14,7 @@ from app.messages import keys
 from app.messages.control import decode
 from app.messages.status import Status
 from app.nodes.console.fleet.robot_paths import path_of
+from app.view.shown_state import shown_state
 from app.view.spoken import spoken
 from app.view.words import ENGLISH, Words
 from ippon.vocabulary import in_words
@@ -151,7 +152,7 @@ def _listed(name: str, replies: list[tuple[float, bytes]], say: Words) -> Listed
     holder = status.lease.holder
     return msgspec.structs.replace(
         one,
-        state=status.state,
+        state=shown_state(status),
         why=status.why,
         object="" if goal is None else in_words(goal.display or goal.object),
         waiting=len(status.queue),

@@ -4,7 +4,7 @@ import ipaddress
 import socket
 from collections.abc import Iterable
 from typing import Final
-from urllib.parse import urlsplit
+from urllib.parse import quote, urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import Request
@@ -182,10 +182,15 @@ def _with_cookie(browser: Browser, send: Send) -> Send:
     return send_with_cookie
 
 
+def login_path(page: str) -> str:
+    """Return the address at which to log in for a page, which is shown after it."""
+    return "/login" if page == "/" else f"/login?to={quote(page)}"
+
+
 async def _ask_to_log_in(scope: Scope, receive: Receive, send: Send) -> None:
     is_page = scope["type"] == "http" and page_path(scope["path"]) == "/"
     if is_page and scope["method"] == "GET":
-        await RedirectResponse("/login", status_code=303)(scope, receive, send)
+        await RedirectResponse(login_path(scope["path"]), status_code=303)(scope, receive, send)
         return
     await refuse("log in first", 401, scope, receive, send)
 

@@ -15,10 +15,11 @@ from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 from starlette.routing import Route
 
+from app.nodes.console.fleet.robot_paths import page_path, split_path
 from app.nodes.console.web.access import LoginAccess, cookie_of
 from app.nodes.console.web.accounts import Accounts
 from app.nodes.console.web.browsers import Browser
-from app.nodes.console.web.guard import read_body
+from app.nodes.console.web.guard import login_path, read_body
 from app.nodes.console.web.throttle import Throttle
 from app.view.words import ENGLISH, Words
 
@@ -54,8 +55,8 @@ class LoginPages:
 
     async def _show(self, request: Request) -> Response:
         if request.scope.get("browser") is not None:
-            return RedirectResponse("/", status_code=303)
-        return self._form("", 200)
+            return RedirectResponse(_page_after(request), status_code=303)
+        return self._form(request, "", 200)
 
     async def _log_in(self, request: Request) -> Response:
         form = await _form_of(request)
@@ -63,13 +64,13 @@ class LoginPages:
             return Response("a form of name and password was expected\n", status_code=400)
         expected = cookie_of(request.headers, FORM_COOKIE)
         if not expected or not hmac.compare_digest(expected.encode(), form["form"].encode()):
-            return self._form(self._words("login.stale"), 403)
+            return self._form(request, self._words("login.stale"), 403)
         address = request.client.host if request.client is not None else ""
         name = form["name"].strip()[:40]
         wait_s = self._throttle.wait_s(address, name, time.monotonic())
         if wait_s > 0.0:
             text = self._words("login.throttled", n=math.ceil(wait_s))
-            answer = self._form(text, 429)
+            answer = self._form(request, text, 429)
             answer.headers["Retry-After"] = str(math.ceil(wait_s))
             return answer
         # Counted before the check, so that concurrent guesses count as well.
@@ -78,11 +79,11 @@ class LoginPages:
             role = await asyncio.to_thread(self._accounts.verify, name, form["password"])
         if role is None:
             logger.warning("wrong password for %r from %s", name, address)
-            return self._form(self._words("login.wrong"), 401)
+            return self._form(request, self._words("login.wrong"), 401)
         self._throttle.succeeded(address, name)
         logger.info("%s (%s) logged in from %s", name, role, address)
         granted = self._access.issue(name, role)
-        answer = RedirectResponse("/", status_code=303)
+        answer = RedirectResponse(_page_after(request), status_code=303)
         answer.delete_cookie(FORM_COOKIE)
         answer.set_cookie(
             granted.cookie,
@@ -103,10 +104,12 @@ class LoginPages:
         answer.delete_cookie(self._access.cookie)
         return answer
 
-    def _form(self, problem: str, status: int) -> Response:
+    def _form(self, request: Request, problem: str, status: int) -> Response:
         token = secrets.token_urlsafe(24)
         hidden = "" if problem else "hidden"
-        page = self._page.replace("{form}", token).replace("{problem}", html.escape(problem))
+        to = login_path(_page_after(request)).removeprefix("/login")
+        page = self._page.replace("{to}", html.escape(to)).replace("{form}", token)
+        page = page.replace("{problem}", html.escape(problem))
         answer = Response(page.replace("{hidden}", hidden), status, media_type="text/html")
         answer.headers["Cache-Control"] = "no-store"
         answer.set_cookie(
@@ -118,6 +121,12 @@ class LoginPages:
             samesite="strict",
         )
         return answer
+
+
+def _page_after(request: Request) -> str:
+    """Return the page that the login was asked for: of a robot, or that of this console."""
+    page = request.query_params.get("to", "/")
+    return page if split_path(page) is not None and page_path(page) == "/" else "/"
 
 
 async def _form_of(request: Request) -> dict[str, str] | None:

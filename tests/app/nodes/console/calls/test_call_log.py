@@ -79,3 +79,17 @@ def test_of_several_finds_of_one_goal_each_has_its_own_verdict():
     log.step([find_of(1, 2)], 2 * EVERY_S, 2)
     log.follow(status_of(goal=GoalStatus(goal_id=1, object="hat", count=3, counted=counted)))
     assert [one.judged for one in log.shown().calls] == ["", "confirmed"]
+
+
+def test_a_goal_that_the_navigator_does_not_know_any_more_cannot_be_repeated():
+    log = CallLog()
+    lost = Occasion(kind="not_found", text="none", goal_id=1, object="hat")
+    log.step([lost, occasion("stairs", "stuck")], 0.0, 1)
+    hat = GoalStatus(goal_id=1, object="hat", outcome="exhausted")
+    log.follow(status_of(goal=hat))
+    assert {one.occasion.kind: one.occasion.goal_id for one in log.shown().calls} == {
+        "not_found": 1, "stuck": None,
+    }  # fmt: skip
+    # A navigator that was started again counts from 1.
+    log.follow(status_of(goal=replace(hat, object="cup")))
+    assert [one.occasion.goal_id for one in log.shown().calls] == [None, None]

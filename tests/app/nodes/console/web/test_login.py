@@ -4,6 +4,7 @@ import re
 import resource
 import socket
 import time
+from urllib.parse import quote
 
 import httpx
 import msgspec
@@ -84,6 +85,36 @@ def test_a_stranger_sees_nothing_but_the_form(client, path):
     assert "form-action 'self'" in form.headers["content-security-policy"]
     assert "<script" not in form.text
     assert client.get("/assets/login.css").status_code == 200
+
+
+@pytest.mark.parametrize(
+    ("page", "after"),
+    [
+        ("/robot/site~b/", "/robot/site~b/"),
+        ("/robot/site~b", "/robot/site~b"),
+        ("/", "/"),
+        ("//evil.example/", "/"),
+        ("https://evil.example/robot/b/", "/"),
+        ("/robot/b/assets/shell.js", "/"),
+        ('/robot/b/"><script>', "/"),
+    ],
+)
+def test_after_the_login_comes_the_page_of_the_robot_that_it_was_for(client, page, after):
+    address = f"/login?to={quote(page)}"
+    form = client.get(address).text
+    action = re.search(r'action="([^"]+)"', form)[1]
+    assert action == (f"/login?to={after}" if after != "/" else "/login")
+    data = {"form": re.search(r'name="form" value="([^"]+)"', form)[1], "name": "anna"}
+    again = client.post(action, data=data | {"password": "wrong"}).text
+    assert re.search(r'action="([^"]+)"', again)[1] == action
+    data["form"] = re.search(r'name="form" value="([^"]+)"', again)[1]
+    answer = client.post(action, data=data | {"password": PASSWORDS["anna"]})
+    assert (answer.status_code, answer.headers["location"]) == (303, after)
+
+
+def test_the_page_of_a_robot_asks_for_a_login_that_leads_back_to_it(client):
+    answer = client.get("/robot/site~b/")
+    assert (answer.status_code, answer.headers["location"]) == (303, "/login?to=/robot/site~b/")
 
 
 @pytest.mark.parametrize("cookie", [None, f"{COOKIE}=forged", f"{COOKIE}=" + "a" * 3000])
