@@ -161,14 +161,11 @@ class RobotConsoles:
             if opened is not None and not opened.has_failed:
                 return opened
             if not self._list.knows(robot):
-                return f"no navigator of the name {robot!r} is, or was, at {self._endpoint}"
+                return self._words("robots.unknown", name=robot, endpoint=self._endpoint)
             if opened is not None:
                 self._open.pop(robot).console.close()
             if len(self._open) >= MAX_OPEN:
-                return (
-                    f"{MAX_OPEN} robots are looked at besides {self._own!r}; close the page of "
-                    f"one and wait a minute"
-                )
+                return self._words("robots.most", n=MAX_OPEN, name=self._own)
             return self._begin(robot)
 
     def _begin(self, robot: str) -> _Opened:

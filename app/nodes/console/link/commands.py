@@ -233,6 +233,10 @@ class Actions(FloorCommands, Protocol):
         """End the current search."""
         ...
 
+    def change_queue(self, request: QueueRequest) -> str:
+        """Change the queue of goals, or search once more for one that has ended."""
+        ...
+
     def record(self, action: RecordAction, text: str) -> str:
         """Start or stop recording, or add a note or mark."""
         ...

@@ -1,8 +1,8 @@
 """The list of most likely places after a search without a find."""
 
-from collections.abc import Callable
 from typing import Any
 
+from app.messages.control import QueueRequest
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels.find_markup import candidate, not_found
 from app.nodes.console.panels.markup import Try
@@ -12,15 +12,12 @@ from app.view.model.candidates import LISTED
 from app.view.model.scene_model import SceneModel
 from app.view.model.unfound_goals import UnfoundGoal
 
-Search = Callable[[str, str], str]
-
 
 class CandidatesPanel:
     """Builds this list inside the Search tab."""
 
-    def __init__(self, gui: Any, actions: Actions, attempt: Try, search: Search) -> None:
+    def __init__(self, gui: Any, actions: Actions, attempt: Try) -> None:
         self._actions = actions
-        self._search = search
         self._shown: UnfoundGoal | None = None
         self._closed: int | None = None
         """Number of the goal whose list was closed."""
@@ -85,6 +82,6 @@ class CandidatesPanel:
         x, y, _ = places[n].point_world
         if word == self._words("panel.places.go"):
             return self._actions.go_to(x, y)
-        goal = self._shown.goal
-        asked, going = self._search(goal.object, goal.context), self._actions.go_to(x, y)
+        again = QueueRequest(goal_id=self._shown.goal.goal_id, action="repeat")
+        asked, going = self._actions.change_queue(again), self._actions.go_to(x, y)
         return self._words("panel.places.first", asked=asked, n=n + 1, going=going)

@@ -7,6 +7,7 @@ from app.messages.status import CountedFind, FindReport, GoalStatus, Status
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels.find_markup import counted_find, counted_head
 from app.nodes.console.panels.markup import Try
+from app.view.colors import QUIET
 from app.view.words import Words
 
 LISTED: Final = 6
@@ -20,6 +21,36 @@ class JudgedFind:
     goal_id: int
     name: str
     find: CountedFind
+
+
+class VerdictButtons:
+    """Confirm and reject the find that is shown."""
+
+    def __init__(self, gui: Any, box: Any, actions: Actions, attempt: Try) -> None:
+        self._gui, self._box, self._actions, self._attempt = gui, box, actions, attempt
+        self._judged: tuple[int, int | None] | None = None
+        """Numbers of goal and find that the buttons are about."""
+        self._buttons: tuple[Any, ...] = ()
+
+    def show(self, find: FindReport | None, *, waits: bool) -> None:
+        """Offer the verdict on a find while it waits for one."""
+        judged = None if find is None else (find.goal_id, find.number or None)
+        if judged is not None and judged != self._judged and not self._actions.recorded:
+            self._build(judged)
+        for button in self._buttons:
+            button.visible = waits
+
+    def _build(self, judged: tuple[int, int | None]) -> None:
+        """Build the buttons of a find anew: a press that is under way judges no other."""
+        for button in self._buttons:
+            button.remove()
+        self._judged, actions, say = judged, self._actions, self._actions.say
+        with self._box:
+            confirm = self._gui.add_button(say("panel.search.confirm"), color=(0, 121, 90))
+            reject = self._gui.add_button(say("panel.search.reject"), color=QUIET)
+        confirm.on_click(lambda _: self._attempt(lambda: actions.confirm_find(*judged)))
+        reject.on_click(lambda _: self._attempt(lambda: actions.reject_find(*judged)))
+        self._buttons = (confirm, reject)
 
 
 class CountedFindsPanel:

@@ -23,7 +23,7 @@ def painted(regions: Sequence[tuple[PaintedStroke, float]], say: Words) -> str:
     for one, area_m2 in reversed(regions):
         mapped = say("panel.painted.area", n=say.number(area_m2, 1))
         covered = mapped if area_m2 > 0.0 else say("panel.painted.unmapped")
-        where = " · ".join(filter(None, [covered, one.room]))
+        where = " · ".join(filter(None, [covered, say.room(one.room)]))
         rows.append(
             f"<li><b>{escape(say(f'panel.drive.{one.kind}'))}</b> <span>{escape(where)}</span></li>"
         )

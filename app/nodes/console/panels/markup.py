@@ -119,13 +119,13 @@ def _line(goal: Goal, number: int, say: Words) -> str:
     order = escape(say(f"panel.understood.{goal.order if number else 'look'}"))
     chips = [f"<b>{_chip(say.name(goal.object))}</b>"]
     if goal.count != 1:
-        chips.append(_chip(f"× {goal.count}"))
+        count = say("panel.understood.all") if goal.count == "all" else f"× {goal.count}"
+        chips.append(_chip(count))
     if goal.refers_to:
         chips.append(_chip(say(f"panel.understood.{goal.refers_to}")))
-    chips += [
-        _chip(say("panel.understood.not", value=one.value) if one.negated else one.value)
-        for one in goal.attributes
-    ]
+    for one in goal.attributes:
+        value = say.attribute(one.value)
+        chips.append(_chip(say("panel.understood.not", value=value) if one.negated else value))
     chips += [_chip(place.text) for place in goal.relations]
     return f'<p class="ip-understood">{order} {" ".join(chips)}</p>'
 

@@ -14,13 +14,12 @@ from app.messages.status import FindReport, MissionState, Status, awaited_find
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels import markup
 from app.nodes.console.panels.candidates import CandidatesPanel
-from app.nodes.console.panels.counted_finds import CountedFindsPanel, find_name
+from app.nodes.console.panels.counted_finds import CountedFindsPanel, VerdictButtons, find_name
 from app.nodes.console.panels.find_markup import find_card
 from app.nodes.console.panels.last_question import LastQuestion, Question
 from app.nodes.console.panels.proximity import ProximityPanel
 from app.nodes.console.panels.query_form import USUAL_SCENARIO, QueryForm
 from app.nodes.console.scene.find_picture import FindPictures
-from app.view.colors import QUIET
 from app.view.drawing.viser_private import show_jpeg_in_panel
 from app.view.model.scene_model import Part, SceneModel
 from app.view.words import Words
@@ -52,8 +51,6 @@ class SearchPanel:
         """Whether the find that is shown waits for a verdict."""
         self._verdict: tuple[Any, ...] = ()
         """The buttons for it; none for a recording."""
-        self._judged: tuple[int | None, int | None] = (None, None)
-        """Numbers of goal and find that are shown: a press judges no other."""
         self._state = ""
         self._fades = False
         """Whether the shown reply is removed when the search ends."""
@@ -81,7 +78,7 @@ class SearchPanel:
         self._steer = {words: self._build_steer(gui, words) for words in (_GOING, _HELD, _STOPPED)}
         self._build_find(gui)
         self._counted = CountedFindsPanel(gui, actions, self._try)
-        self._candidates = CandidatesPanel(gui, actions, self._try, self._search)
+        self._candidates = CandidatesPanel(gui, actions, self._try)
         self._camera = gui.add_image(np.zeros((2, 2, 3), np.uint8), format="jpeg", visible=False)
         self._goals = gui.add_html("")
         self._common_sense = ProximityPanel(gui, actions)
@@ -128,15 +125,7 @@ class SearchPanel:
         with gui.add_folder(None, visible=False) as self._find_box:
             self._found = gui.add_html("")
             self._crop = gui.add_image(np.zeros((2, 2, 3), np.uint8), format="jpeg", visible=False)
-            if not self._actions.recorded:
-                self._build_verdict(gui)
-
-    def _build_verdict(self, gui: Any) -> None:
-        confirm = gui.add_button(self._words("panel.search.confirm"), color=(0, 121, 90))
-        reject = gui.add_button(self._words("panel.search.reject"), color=QUIET)
-        self._verdict = (confirm, reject)
-        confirm.on_click(lambda _: self._try(lambda: self._actions.confirm_find(*self._judged)))
-        reject.on_click(lambda _: self._try(lambda: self._actions.reject_find(*self._judged)))
+        self._verdict = VerdictButtons(gui, self._find_box, self._actions, self._try)
 
     def _ask(self, form: QueryForm) -> None:
         question = typed, context, self._scenario = form.asked()
@@ -277,12 +266,10 @@ class SearchPanel:
         if (find, waits) == (self._find, self._find_waits):
             return
         self._find, self._find_waits = find, waits
-        self._judged = (None, None) if find is None else (find.goal_id, find.number or None)
         name = "" if find is None else find_name(find, status, self._words)
         self._found.content = "" if find is None else find_card(find, self._words, name=name)
         self._find_box.visible = find is not None
-        for button in self._verdict:
-            button.visible = waits
+        self._verdict.show(find, waits=waits)
 
     def _show_picture(self, find: FindReport, status: Status, model: SceneModel) -> None:
         """Show the picture of a find as soon as there is one."""

@@ -17,6 +17,7 @@ from app.messages.control import (
     ControlRequest,
     ErrorReply,
     FeedbackRequest,
+    QueueRequest,
     SavedSearch,
     SavedSearches,
     SearchAccepted,
@@ -95,7 +96,7 @@ class PublishedHome:
             keys.GOTO: self._accept,
             keys.DRIVE: lambda _: encode(Accepted(detail="manual")),
             keys.PAINT: self._accept,
-            keys.QUEUE: self._accept,
+            keys.QUEUE: self._queue,
             keys.SEARCHES: self._accept,
             keys.SEARCHES_SAVED: lambda _: encode(SavedSearches(searches=self.saved)),
             keys.ROOMS: lambda _: encode(rooms_of(self.room_name)),
@@ -238,6 +239,11 @@ class PublishedHome:
         )
         self.put(keys.STATUS, encode(self.status()))
         return encode(ControlReply(state=self.state))
+
+    def _queue(self, payload):
+        if decode(payload, QueueRequest).action == "repeat":
+            self.find, self.state = None, "searching"
+        return encode(Accepted())
 
     def _accept(self, _):
         return encode(Accepted())

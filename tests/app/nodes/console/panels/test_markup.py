@@ -31,7 +31,7 @@ from app.view.colors import COLOR_MODES, legend, tree_legend
 from app.view.model.candidates import Candidate
 from app.view.model.picture_store import StoredPicture
 from app.view.model.voxel_pictures import VoxelPicture
-from app.view.words import ENGLISH
+from app.view.words import ENGLISH, Words
 from ippon.camera import PinholeCamera
 from ippon.guidance.language.goals.goal import Attribute, Goal, Relation, Request
 from ippon.guidance.language.requests.sentence import read_request
@@ -125,6 +125,21 @@ def test_what_was_understood_is_shown_with_what_is_not_used():
     assert words.startswith("Look for mug red next to white sink not in kitchen then chair × 2")
     assert "“next to white sink” guides the search" in words
     assert "Read by rules: no answer within 8 s" in words
+
+
+@pytest.mark.parametrize(
+    ("language", "chips"),
+    [("en", ["mug", "all", "red", "not large"]), ("de", ["Becher", "alle", "rot", "nicht groß"])],
+)
+def test_what_was_understood_is_said_in_the_language_of_the_page(language, chips):
+    attributes = (
+        Attribute(kind="colour", value="red"),
+        Attribute(kind="size", value="large", negated=True),
+    )
+    goal = Goal(object="mug", display="mug", count="all", attributes=attributes)
+    answer = SentenceAnswer(Request(goals=(goal,), doubtful=False), RULES, "", "", "")
+    html = markup.understood(as_reading(answer, 1.0), Words(language))
+    assert re.findall(r'"ip-chip">([^<]+)<', html) == chips
 
 
 def test_what_was_not_understood_is_said_once():

@@ -46,13 +46,25 @@ def test_a_find_without_an_image_has_no_picture_until_one_comes(monkeypatch, sta
 def test_a_verdict_names_the_find_that_is_shown(monkeypatch, stage):
     monkeypatch.setattr(search, "show_jpeg_in_panel", lambda *_: None)
     gui, actions = MagicMock(), MagicMock(say=ENGLISH, recorded=False)
-    buttons = {}
-    gui.add_button.side_effect = lambda label, **_: buttons.setdefault(label, MagicMock())
+    buttons = []
+
+    def add_button(label, **_):
+        button = MagicMock()
+        if label == ENGLISH("panel.search.confirm"):
+            buttons.append(button)
+        return button
+
+    gui.add_button.side_effect = add_button
     panel = search.SearchPanel(gui, actions)
     model = SceneModel()
-    find = msgspec.structs.replace(stage.find_of(), number=2)
-    model.on_status(stage.status_of("found", find=find))
-    panel.update(model, model.take_changes())
-    (press,), _ = buttons[ENGLISH("panel.search.confirm")].on_click.call_args
-    press(None)
-    actions.confirm_find.assert_called_once_with(1, 2)
+    for number in (2, 2, 3):
+        find = msgspec.structs.replace(stage.find_of(), number=number)
+        model.on_status(stage.status_of("found", find=find))
+        panel.update(model, model.take_changes())
+    first, second = buttons
+    # The browser may still show the button of the find before, or a press of it be under way.
+    first.remove.assert_called_once_with()
+    for button in (first, second):
+        (press,), _ = button.on_click.call_args
+        press(None)
+    assert [call.args for call in actions.confirm_find.call_args_list] == [(1, 2), (1, 3)]

@@ -7,6 +7,7 @@ from playwright.sync_api import expect
 
 from app.links.network.session import open_router
 from app.messages import keys
+from app.messages.control import QueueRequest, encode
 from app.nodes.navigator.run import starting
 from tests.app.nodes.console.opened_page import (
     PageParts,
@@ -167,9 +168,8 @@ def _a_search_that_ends_without_a_find_lists_places(home, page):
     expect(view.get_by_role("button", name="Look again").first).to_be_hidden()
     # The place to look at follows the answer to the search.
     wait_until(page, lambda: [home.requests[-1][0]], keys.GOTO)
-    search, goto = home.requests[-2:]
-    assert search[0] == keys.SEARCH
-    assert b'"object":"hat"' in search[1]
+    again, goto = home.requests[-2:]
+    assert again == (keys.QUEUE, encode(QueueRequest(goal_id=1, action="repeat")))
     assert b'"x_m":2.' in goto[1]
 
 

@@ -236,7 +236,7 @@ def test_a_robot_that_is_not_there_is_refused(parts):
     page, console, *_ = parts
     answer = page.request.get(f"{console.url}/robot/nobody/")
     assert answer.status == 404
-    assert "no navigator of the name 'nobody' is, or was, at" in answer.text()
+    assert "no navigator of the name “nobody” is, or was, at" in answer.text()
     answer = page.request.get(f"{console.url}/robot/site~robot-03", max_redirects=0)
     assert (answer.status, answer.headers["location"]) == (303, "/robot/site~robot-03/")
     answer = page.request.get(f"{console.url}/robot/ippon/", max_redirects=0)
