@@ -8,7 +8,7 @@ from app.nodes.console.panels import markup
 from app.view.colors import COLOR_MODES, QUIET, ColorMode, LegendEntry, legend, tree_legend
 from app.view.model.label_colors import with_rest
 from app.view.model.scene_model import Part, SceneModel
-from app.view.view_options import LAYERS, SHOWN_FIRST, Layer, ViewOptions
+from app.view.view_options import LAYERS, Layer, ViewOptions
 from app.view.words import Words
 
 _HINTED: Final[frozenset[Layer]] = frozenset(
@@ -28,13 +28,15 @@ class MapPanel:
         on_change: Callable[[ViewOptions], None],
         on_follow: Callable[[], None],
         say: Words,
+        start: ViewOptions,
     ) -> None:
         self._on_change = on_change
         self._words = say
         self._modes: dict[str, ColorMode] = {say(f"panel.map.{mode}"): mode for mode in COLOR_MODES}
-        start = ViewOptions()
         self._mode = gui.add_button_group(say("panel.map.colour"), tuple(self._modes))
         self._chosen: ColorMode = start.mode
+        self._first_thing = start.thing
+        """Row of the thing that is chosen as soon as there are names; None for none."""
         self._legend = gui.add_html("")
         self._things: tuple[str, ...] = ()
         self._rows: dict[str, int] = {}
@@ -63,7 +65,7 @@ class MapPanel:
             self._layers: dict[Layer, Any] = {
                 layer: gui.add_checkbox(
                     say(f"panel.map.layer.{layer}"),
-                    initial_value=layer in SHOWN_FIRST,
+                    initial_value=layer in start.layers,
                     hint=say(f"panel.map.layer.{layer}.hint") if layer in _HINTED else None,
                 )
                 for layer in LAYERS
@@ -107,6 +109,10 @@ class MapPanel:
             names = self._words.choices(things)
             self._rows = {name: things.index(label) for name, label in names.items()}
             self._thing.options = (_NO_THING, *names)
+            first, self._first_thing = self._first_thing, None
+            for name, row in self._rows.items():
+                if row == first:
+                    self._thing.value = name
 
     def _choose(self, word: str) -> None:
         mode = self._modes.get(word)

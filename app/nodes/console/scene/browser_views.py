@@ -52,14 +52,14 @@ class BrowserView:
     ) -> None:
         self.client = client
         send_whole_changes(client)
-        self.options = ViewOptions()
+        self.options = ViewOptions() if browser is None else browser.view
         self.wants_framing = False
         self.browser = browser
         self._on_change = on_change
         self._words = say
         self._own: ViserScene | None = None
         self._is_new = True
-        self._has_changed = False
+        self._has_changed = self.options != ViewOptions()
         self._is_light = False
         self._search = search
         self._query = None
@@ -68,7 +68,7 @@ class BrowserView:
             with client.atomic():
                 self._query = search.open_form(client, draft, self._keep_draft)
         with client.atomic(), tab:
-            self._panel = MapPanel(client.gui, self._choose, self._recall, say)
+            self._panel = MapPanel(client.gui, self._choose, self._recall, say, self.options)
         self.tool: ClickTool | None = None
         """What a click on the map does; None where there is nothing to choose."""
         if clicks is not None:
@@ -123,6 +123,8 @@ class BrowserView:
 
     def _choose(self, options: ViewOptions) -> None:
         self.options = options
+        if self.browser is not None:
+            self.browser.view = options
         self._has_changed = True
         self._on_change()
 

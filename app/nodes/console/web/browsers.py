@@ -12,6 +12,7 @@ from contextvars import ContextVar
 from typing import Final, Literal, get_args
 
 from app.messages.lease import Credential, LeaseReply
+from app.view.view_options import ViewOptions
 
 Role = Literal["viewer", "operator", "supervisor"]
 Standing = Literal["holds", "waits", "denied", "watches"]
@@ -41,6 +42,8 @@ class Browser:
         self.draft: tuple[str, str, str] | None = None
         """What was typed last on the Search tab, as object, context and scenario; None for nothing.
         It stands there again when a page is loaded anew."""
+        self.view = ViewOptions()
+        """What was chosen last on the Map tab; it holds again when the line was broken."""
         self.own_controls: set[str] = set()
         """Controls that affect only this browser's view."""
         self._tasks: dict[asyncio.Task[object], float] = {}

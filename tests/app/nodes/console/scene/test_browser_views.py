@@ -183,6 +183,22 @@ def test_a_choice_is_each_browsers_own(console):
     second.close()
 
 
+def test_what_was_chosen_holds_again_when_the_line_was_broken(console):
+    first = console.open()
+    first.wait(lambda m: m.get("name") == "/map/0_0")
+    _choose(console, first, "Object")
+    (known,) = console.browsers
+    first.close()
+    console.wait_for_goodbye()
+    console.join_as = known
+    again = console.open()
+    again.wait(_mode_buttons)
+    console.draw()
+    again.wait(lambda m: m.get("name") == f"{OWN}/map/1_0")
+    assert console.views.options_of(1).mode == "ooi"
+    again.close()
+
+
 def test_what_a_click_does_is_each_browsers_own(console):
     first, second = console.open(), console.open()
     tools = first.wait(lambda m: m.get("props", {}).get("label") == "does")
