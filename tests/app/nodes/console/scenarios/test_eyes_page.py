@@ -127,6 +127,15 @@ def test_the_camera_is_on_every_tab_and_one_key_enlarges_it(page, shoot):
     assert box["x"] + box["width"] <= panel["x"] + 1, "the panel stays free"
     assert box["width"] > 0.6 * page.viewport_size["width"]
     shoot("camera-full", 1_500)
+    page.keyboard.press("p")
+    plan = page.locator("#plan")
+    expect(plan).to_have_attribute("data-size", "full")
+    for size in ("full", "corner"):
+        page.keyboard.press("Escape")
+        expect(plan).not_to_have_attribute("data-size", "full")
+        expect(camera).to_have_attribute("data-size", size)
+    page.locator("#camera-size").click()
+    expect(camera).to_have_attribute("data-size", "full")
     page.locator("#camera-size").click()
     expect(camera).to_have_attribute("data-size", "corner")
     page.keyboard.press("Shift+C")
@@ -691,7 +700,12 @@ def test_a_person_is_called_and_each_kind_can_be_muted(page, parts, shoot):
     shoot("calls", 500)
     page.set_viewport_size({"width": 390, "height": 844})
     shoot("phone-calls", 800)
+    # There the list would cover the scene that flies to the place.
+    calls.locator("#calls-list .acts button").first.click()
+    expect(calls).to_be_hidden()
     page.set_viewport_size({"width": 1440, "height": 900})
+    page.keyboard.press("n")
+    expect(calls).to_be_visible()
     page.keyboard.press("Escape")
     expect(calls).to_be_hidden()
     noted.home.begin_again()

@@ -180,11 +180,15 @@ def test_a_space_in_a_text_field_is_a_space(home, page):
     assert not [key for key, _ in home.requests if key == keys.CONTROL]
 
 
-def test_space_stops_after_a_click_on_a_checkbox(home, page):
+def test_space_stops_after_a_click_on_a_checkbox_and_enter_changes_it(home, page):
     expect_state(page, "Searching")
     open_tab(page, "Map")
     box = text_field(page, "Voxels")
     box.click()
+    expect(box).not_to_be_checked()
+    page.keyboard.press("Enter")
+    expect(box).to_be_checked()
+    page.keyboard.press("Enter")
     expect(box).not_to_be_checked()
     page.keyboard.press("Space")
     expect_state(page, "Stopped")
