@@ -49,8 +49,6 @@ class SearchPanel:
         """Whether the find that is shown has its picture."""
         self._find_waits = False
         """Whether the find that is shown waits for a verdict."""
-        self._verdict: tuple[Any, ...] = ()
-        """The buttons for it; none for a recording."""
         self._state = ""
         self._fades = False
         """Whether the shown reply is removed when the search ends."""

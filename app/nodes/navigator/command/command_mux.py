@@ -45,8 +45,6 @@ HAND_S: Final = 0.3
 """Silence after which the operator's input counts as released."""
 HORIZON_S: Final = 0.4
 """Least time over which a command is checked for collisions, the age of the frame included."""
-AFTER_AGE_S: Final = 0.15
-"""Time over which a command is checked beyond the age that frames have when they come."""
 LEAST_REACH_M: Final = 2.5
 """Radius in which obstacles are kept for the filter, at least; fast robots brake for longer."""
 HAND_ROOM_M: Final = 0.03
@@ -167,7 +165,8 @@ class CommandMux:
         Returns:
             The command that was sent.
         """
-        horizon_s = max(HORIZON_S, min(age_s, MAX_AGE_S) + AFTER_AGE_S)
+        # The next command comes a tick later, or two.
+        horizon_s = max(HORIZON_S, min(age_s, MAX_AGE_S) + 2 * TICK_S)
         obstacles = self._obstacles_near(frame, arrays, horizon_s)
         with self._lock:
             self._horizon_s = horizon_s
