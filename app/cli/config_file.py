@@ -20,6 +20,7 @@ FLAGS: Final[dict[type, dict[str, str]]] = {
         "robot": "robot",
         "seed": "seed",
         "map": "keep_map",
+        "resume": "resume",
         "map_memory_mb": "mission.map.memory_limit_mb",
         "step_budget_s": "mission.planner.step_budget_s",
         "llm.look_every_s": "look_every_s",

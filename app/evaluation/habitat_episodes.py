@@ -37,7 +37,8 @@ def search_data_set(
         count: Number of episodes; None for all.
 
     Raises:
-        EvaluationError: The network or habitat's process cannot be started, or has ended.
+        EvaluationError: The network or habitat's process cannot be started, or has ended; or the
+            agent cannot use what habitat sends.
     """
     try:
         segmenter = load_segmenter(SegmentationConfig(backend=segmentation), checkpoints)
@@ -49,7 +50,7 @@ def search_data_set(
         with RemoteEnv(python, str(config), overrides) as env:
             # habitat begins again after its last episode.
             yield from run_episodes(env, agent, min(count or env.episode_count, env.episode_count))
-    except HabitatProcessError as error:
+    except (HabitatProcessError, SegmentationError, ValueError) as error:
         raise EvaluationError(str(error)) from error
 
 

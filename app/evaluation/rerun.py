@@ -58,12 +58,16 @@ def rerun_episode(
     folder = EvaluationFolder(path)
     row = _row(folder.rows(), episode, method_name)
     trial = trial_of_row(folder.settings(), row)
-    present = config_hash(trial, method_named(row.method))
+    try:
+        method = method_named(row.method)
+    except ValueError as error:
+        raise EvaluationError(f"the method of {row.episode_id}: {error}") from error
+    present = config_hash(trial, method)
     if present != row.config_hash:
         tell(f"the row was made with configuration {row.config_hash}, this is {present}")
-    scene = load_home(row.home, coloured_mugs=bool(row.colour))
+    scene = load_home(row.home, coloured_mugs=_has_attributes(folder.settings()))
     spec = _spec(row, scene)
-    prior, method, version = EmbeddedPrior(), method_named(row.method), version_text([row.method])
+    prior, version = EmbeddedPrior(), version_text([row.method])
     clocks = Clocks(wall=time.perf_counter, cpu=time.process_time)
     guidance = Trial(trial, scene, version, clocks, prior).guidance(spec, method)
     root = path / SESSIONS / f"{row.episode_id}.{row.method}"
@@ -108,13 +112,18 @@ def trial_of_row(settings: dict[str, Any], row: EpisodeRow) -> TrialConfig:
         voxel_size_m=float(fixed.get("voxel_size_m", 0.1)),
         max_time_s=fixed.get("max_time_s"),
         segmentation_errors=fixed.get("segmentation_errors", "paper"),
-        attributes="attribute_error_rate" in fixed,
+        attributes=_has_attributes(settings),
         attribute_error_rate=float(fixed.get("attribute_error_rate", 0.0)),
     )
     try:
         return trial_of(config, _profile(settings, row), fixed.get("mission"))
     except ValueError as error:
         raise EvaluationError(f"the setup of {row.episode_id}: {error}") from error
+
+
+def _has_attributes(settings: dict[str, Any]) -> bool:
+    """Return whether the run was one with --attributes."""
+    return "attribute_error_rate" in settings.get("fixed", {})
 
 
 def _row(rows: tuple[EpisodeRow, ...], episode: str, method: str) -> EpisodeRow:

@@ -89,7 +89,12 @@ def _fetch(name: str, folder: Path, hub: str) -> None:
         reason = " ".join(str(error).split())[:200]
         raise ModelHubError(f"{hub} cannot be reached or gave an error: {reason}") from error
     shutil.rmtree(partial / ".cache", ignore_errors=True)
-    partial.rename(target)
+    try:
+        partial.rename(target)
+    except OSError as error:
+        # Another process may have fetched the same model meanwhile.
+        if not target.is_dir():
+            raise ModelHubError(f"{target} cannot be written: {error.strerror}") from error
 
 
 def _is_taken(path: str) -> bool:

@@ -107,7 +107,9 @@ def _add_label(session: zenoh.Session, robot: str, command: Ask) -> None:
         msgspec.json.decode(msgspec.json.encode(request), type=VocabularyRequest)
     except msgspec.ValidationError as error:
         raise UsageError(f"a common object has 1 to 40 characters ({error})") from error
-    done = ask(session, f"{robot}/{keys.VOCABULARY}", request, Accepted, command.timeout_s)
+    limit_s = command.timeout_s
+    with request_credential(session, robot, NAME, limit_s, take=command.take) as who:
+        done = ask(session, f"{robot}/{keys.VOCABULARY}", request, Accepted, limit_s, who)
     print(done.detail, file=sys.stderr if command.json else sys.stdout, flush=True)
 
 

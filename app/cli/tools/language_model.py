@@ -83,4 +83,6 @@ def as_arguments(options: Llm) -> tuple[str, ...]:
         "--llm.look-every-s": str(options.look_every_s),
     }
     words = tuple(word for name, value in given.items() if value for word in (name, value))
-    return (*words, "--llm.second-opinion") if options.second_opinion else words
+    # Also where it is off: the other process may read a file in which it is on.
+    opinion = "second-opinion" if options.second_opinion else "no-second-opinion"
+    return (*words, f"--llm.{opinion}")

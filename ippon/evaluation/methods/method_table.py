@@ -298,8 +298,15 @@ def _with_values(method: Method, given: list[str]) -> Method:
         if not math.isfinite(changed[parameter]):
             raise ValueError(f"{method.name}@{parameter}= takes a number; got {value!r}")
     values = {key: changed.get(key, usual) for key, usual in method.parameters.items()}
-    name = "@".join([method.name, *(f"{key}={values[key]:g}" for key in values if key in changed)])
+    told = [f"{key}={_text_of(values[key])}" for key in values if key in changed]
+    name = "@".join([method.name, *told])
     return replace(method, name=name, parameters=values)
+
+
+def _text_of(value: float) -> str:
+    """Return the shortest text of a number: another process reads the value from it."""
+    short = f"{value:g}"
+    return short if float(short) == value else repr(value)
 
 
 def _installed(name: str) -> Method:

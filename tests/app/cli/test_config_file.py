@@ -29,6 +29,17 @@ def test_the_file_s_values_stand_below_the_flags(file):
     assert (command.seed, command.voxel_size_m) == (0, 0.05)
 
 
+def test_a_robot_goes_on_after_a_crash_where_flag_or_file_say_so(tmp_path):
+    for said in (True, False):
+        path = tmp_path / f"{said}.yaml"
+        path.write_text(f"resume: {str(said).lower()}\n")
+        given = ("navigate", "--map", "home.map", "--config", str(path))
+        assert _command(*given).resume is said
+        assert _command(*given, "--resume").resume is True
+        assert _command(*given, "--no-resume").resume is False
+        assert beyond_flags(Navigate, read_config(path)) == {}
+
+
 def test_what_has_no_flag_is_left_for_the_command(file):
     rest = beyond_flags(Navigate, read_config(file))
     assert rest == {"mission": {"map": {"max_range_m": 3}, "planner": {}}, "hold_find_s": 2}

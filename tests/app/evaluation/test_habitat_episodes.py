@@ -7,12 +7,14 @@ from types import SimpleNamespace
 import pytest
 
 from app.evaluation import habitat_episodes
+from app.evaluation.errors import EvaluationError
 from app.evaluation.habitat_episodes import (
     MEASURES,
     mean_measures,
     run_episodes,
     search_data_set,
 )
+from ippon.segmentation.errors import SegmentationError
 
 
 class Env:
@@ -57,3 +59,24 @@ def test_no_episode_is_searched_twice(monkeypatch, count, searched):
         checkpoints=Path(), count=count,
     )  # fmt: skip
     assert len(list(results)) == searched
+
+
+@pytest.mark.parametrize(
+    "error", [ValueError("the agent needs the sensors"), SegmentationError("out of memory")]
+)
+def test_what_the_agent_cannot_use_ends_the_run_with_its_reason(monkeypatch, error):
+    def act(_):
+        raise error
+
+    env = Env()
+    env.episode_count = 1
+    agent = SimpleNamespace(reset=lambda: None, act=act, state="exhausted")
+    monkeypatch.setattr(habitat_episodes, "load_segmenter", lambda *_: None)
+    monkeypatch.setattr(habitat_episodes, "IpponAgent", lambda *_: agent)
+    monkeypatch.setattr(habitat_episodes, "RemoteEnv", lambda *_: nullcontext(env))
+    results = search_data_set(
+        config=Path("c"), python=Path("p"), overrides=(), segmentation="san",
+        checkpoints=Path(), count=None,
+    )  # fmt: skip
+    with pytest.raises(EvaluationError, match=str(error)):
+        next(results)

@@ -5,7 +5,9 @@ import json
 import pytest
 
 from app.errors import UsageError
+from app.evaluation import rerun
 from app.evaluation.config import EvaluationConfig
+from app.evaluation.errors import EvaluationError
 from app.evaluation.rerun import differences, rerun_episode, trial_of_row
 from app.evaluation.results_folder import EvaluationFolder
 from app.evaluation.run import run_evaluation
@@ -46,6 +48,33 @@ def test_rows_of_one_search_differ_in_times_only(make_row):
     row = make_row()
     assert differences(row, dataclasses.replace(row, cpu_s=9.0, version="other")) == ()
     assert differences(row, dataclasses.replace(row, spl=0.1, hits=2)) == ("spl", "hits")
+
+
+def test_a_method_that_is_not_installed_any_more_is_named(results, make_row):
+    results.write(make_row(method="mine", robot="habitat", image_width=240))
+    with pytest.raises(UsageError, match=r"method of 1\.bed\.0\.untold: no method 'mine'"):
+        rerun_episode(results.path, "1.bed.0.untold", "mine", print)
+
+
+def test_later_searches_of_a_run_by_attribute_are_repeated_in_its_home(
+    make_row, monkeypatch, tmp_path
+):
+    config = EvaluationConfig(out=tmp_path, attributes=True)
+    trial = trial_of(config)
+    results = EvaluationFolder(tmp_path / "by attribute")
+    results.open_for(json.loads(json.dumps(settings_of(config, trial, ("ippon",), "test"))))
+    name = "1.hat.0.untold.bed.fresh"
+    results.write(make_row(episode_id=name, robot="habitat", image_width=240, kind="fresh"))
+    loaded = []
+
+    def load_home(home, *, coloured_mugs):
+        loaded.append(coloured_mugs)
+        raise EvaluationError("enough")
+
+    monkeypatch.setattr(rerun, "load_home", load_home)
+    with pytest.raises(EvaluationError, match="enough"):
+        rerun_episode(results.path, name, "ippon", lambda _: None)
+    assert loaded == [True]
 
 
 def test_a_search_by_attribute_is_repeated_with_its_error_rate(make_row, tmp_path):

@@ -151,6 +151,20 @@ def test_a_full_disk_is_noticed_before(hub, tmp_path, said, monkeypatch):
     assert said.messages[0].startswith("some/tiny was not fetched: it needs 0 MB, and ")
 
 
+def test_a_model_that_another_process_fetched_meanwhile_is_taken(hub, tmp_path, said, monkeypatch):
+    download = model_hub.snapshot_download
+
+    def with_another(*arguments, **options):
+        download(*arguments, **options)
+        (tmp_path / "tiny").mkdir()
+        (tmp_path / "tiny" / "config.json").write_text("{}")
+
+    monkeypatch.setattr(model_hub, "snapshot_download", with_another)
+    fetch_missing(["some/tiny"], tmp_path, hub)
+    assert [one for one in said.messages if "was not fetched" in one] == []
+    assert is_here("some/tiny", tmp_path)
+
+
 def test_a_fetch_that_breaks_off_leaves_no_model(hub, tmp_path, said, monkeypatch):
     monkeypatch.setitem(FILES, "model-00002.safetensors", b"more")
     real = Hub._answer

@@ -365,3 +365,17 @@ def test_a_picture_stands_in_place_of_the_object(searches, capsys, photo, tmp_pa
     assert ask("--picture", str(tmp_path / "none.png")) == 2
     assert "cannot read the picture" in capsys.readouterr().err
     assert searches == []
+
+
+@pytest.mark.parametrize("take", [False, True])
+def test_a_common_object_is_added_with_the_control_that_was_taken(monkeypatch, searches, take):
+    credentials = []
+
+    def answer(session, key, request, kind, timeout_s, who):
+        credentials.append((request.label, who))
+        return Accepted(detail="added")
+
+    monkeypatch.setattr(asking, "ask", answer)
+    monkeypatch.setattr(asking, "request_credential", lambda *_, take: nullcontext(take))
+    assert ask("--add-label", "bookcase", *["--take"] * take) == 0
+    assert credentials == [("bookcase", take)]

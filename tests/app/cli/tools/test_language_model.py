@@ -4,7 +4,7 @@ import threading
 import pytest
 
 from app.cli.options.language_model import Llm
-from app.cli.tools.language_model import make_model
+from app.cli.tools.language_model import as_arguments, make_model
 from app.errors import UsageError
 
 KEY = "sk-very-secret-0123456789"
@@ -60,3 +60,12 @@ def test_openai_needs_a_key():
     model = make_model(Llm(model="gpt"), {"OPENAI_API_KEY": KEY})
     assert model.name == "gpt at api.openai.com"
     model.close()
+
+
+@pytest.mark.parametrize(
+    ("wanted", "word"), [(True, "second-opinion"), (False, "no-second-opinion")]
+)
+def test_another_process_is_told_of_the_second_opinion_either_way(wanted, word):
+    # A file that it reads may say otherwise.
+    assert as_arguments(Llm(model="tiny", second_opinion=wanted))[-1] == f"--llm.{word}"
+    assert as_arguments(Llm(second_opinion=wanted))[-1] == f"--llm.{word}"

@@ -119,6 +119,8 @@ def test_values_of_parameters_make_a_method_of_their_own(mine):
     assert other.name == "mine@power=3@look_s=0.5"
     assert other.parameters == {"power": 3.0, "look_s": 0.5}
     assert method_named(other.name) == other
+    for value in (1000001.0, 0.1234567, -2e-9, 1.0 / 3.0):
+        assert method_named(method_named(f"mine@power={value!r}").name).parameters["power"] == value
     assert method_named("mine@power=1").parameters == {"power": 1.0, "look_s": 1.0}
     assert base_name(other.name) == base_name("mine") == "mine"
     hashes = {config_hash(TrialConfig(), one) for one in (mine, other)}
