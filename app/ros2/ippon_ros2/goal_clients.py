@@ -194,7 +194,11 @@ class GoalAction:
             logger.error("the robot's navigation refuses to cancel a goal: stop it at the robot")
 
     def _repeat(self) -> None:
-        """Cancel what was not confirmed, and goals whose acceptance did not come."""
+        """Cancel what was not confirmed, and goals whose acceptance did not come.
+
+        Calls that wait are made as well: a robot must not drive on because one wake-up was missed.
+        """
+        self._run_calls()
         for number in tuple(self._uncancelled):
             self._cancel(number)
         old = time.monotonic() - ANSWER_S
