@@ -306,12 +306,12 @@ class Navigator:
             self._memory.exclude(self._mission.goals.running)
         else:
             self._mission.goals.set_goal(first.goal, first.guidance)
-            if self._mission.search is not None:
-                self._memory.begin(self._mission.search)
         self._report.goal_set(now if first.waited else first.asked_at)
         for search in searches:
             self._mission.goals.count_again(search.goal.goal_id, search.counted, search.rejected)
             logger.info("goal %d: %s", search.goal.goal_id, search.goal.display)
+        if len(searches) == 1 and self._mission.search is not None:
+            self._memory.begin(self._mission.search)
 
     # -- status ------------------------------------------------------------------------------
 

@@ -108,7 +108,8 @@ class Recollection:
         p = self._config.recalled_probability
         log_odds = math.log(p / (1.0 - p))
         for one in self.memory.instances() if named is None else (named,):
-            if one.source == "search" and not one.is_gone and _answers(one, search):
+            known = one.source == "search" and not one.is_gone and _answers(one, search)
+            if known and not search.is_rejected(_find_at(one)):
                 size = np.array(one.size_m) + self._map.config.voxel_size_m
                 evidence = recall_evidence(self._map, np.array(one.position_world), size, log_odds)
                 self._recalled.append(_Recalled(instance_id=one.instance_id, evidence=evidence))
@@ -153,8 +154,9 @@ class Recollection:
         """
         gone: list[Instance] = []
         if search is not None and search is self._search:
-            gone += self._disprove(search, now_ns)
+            # What is found moves the thing to where it was found, before that place is judged.
             self._note_finds(search, now_ns)
+            gone += self._disprove(search, now_ns)
         since = None if self._updated_ns is None else now_ns - self._updated_ns
         if since is None or not 0 <= since < self._config.update_every_s * _SECOND_NS:
             self._updated_ns = now_ns
@@ -177,13 +179,20 @@ class Recollection:
         return [one for one in gone if _answers(one, search)]
 
     def _disprove(self, search: Search, now_ns: int) -> list[Instance]:
-        """Return what was recalled, and what images and depth have worn off since."""
+        """Return what was recalled, and what images and depth have worn off since.
+
+        Evidence that the search itself has removed says nothing of whether the thing is there.
+        """
         gone: list[Instance] = []
         left: list[_Recalled] = []
         arrays = self._map.arrays()
         for recalled in self._recalled:
             known = self.memory.get(recalled.instance_id)
-            if known is None or known.is_gone:
+            if known is None or known.is_gone or search.is_rejected(_find_at(known)):
+                withdraw_evidence(self._map, recalled.evidence)
+                continue
+            if search.is_set_aside(_find_at(known)):
+                left.append(recalled)
                 continue
             believed = posterior_of(arrays, recalled.evidence.voxels)
             there = np.count_nonzero(believed >= self._config.disproved_probability)

@@ -69,6 +69,7 @@ def hat_search(position=(2.0, 0.0, 1.0), found=True):
         layer=None,
         judged=lambda _: (),
         is_rejected=lambda _: False,
+        is_set_aside=lambda _: False,
         exclusion=ExclusionConfig(),
     )
 
