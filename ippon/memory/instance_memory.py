@@ -116,6 +116,7 @@ class InstanceMemory:
             for one in self._near(sighting.position_world)
             if one.source == "search"
             and same_object(one.label, sighting.label)
+            and not any(same_object(label, sighting.label) for label in one.denied)
             and math.dist(one.position_world, sighting.position_world) <= self._config.find_within_m
         ]
         if not near:

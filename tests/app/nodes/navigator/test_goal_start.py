@@ -36,7 +36,7 @@ def test_what_an_earlier_run_has_judged_is_excluded_before_memory_is_asked():
             goals=SimpleNamespace(availability=SimpleNamespace(holds=False)),
         ),
         _mission=SimpleNamespace(goals=goals, search=search),
-        _memory=SimpleNamespace(begin=lambda search: calls.append(search)),
+        _memory=SimpleNamespace(begin=calls.append),
         _report=SimpleNamespace(goal_set=lambda _: None),
     )
     Navigator._start_next_goal(navigator)
