@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -104,17 +104,19 @@ class InstanceMemory:
         left = [k for k in dict.fromkeys(waiting) if k not in self._cluster_of]
         return self._without_cluster(left, set(freed), now_ns, share_observed)
 
-    def note_find(self, sighting: Sighting, now_ns: int) -> Instance:
+    def note_find(self, sighting: Sighting, now_ns: int, others: Collection[int] = ()) -> Instance:
         """Remember what a search found, or found again.
 
         Args:
             sighting: The object where the search saw it.
             now_ns: Nanoseconds since 1970.
+            others: Numbers of things that it is not.
         """
         near = [
             one
             for one in self._near(sighting.position_world)
             if one.source == "search"
+            and one.instance_id not in others
             and same_object(one.label, sighting.label)
             and not any(same_object(label, sighting.label) for label in one.denied)
             and math.dist(one.position_world, sighting.position_world) <= self._config.find_within_m

@@ -175,7 +175,9 @@ class Recollection:
         if search.goal.object not in self._map.labels:
             for find in search.candidates:
                 if search.image_check.confirms(find) and not search.is_rejected(find):
-                    self.memory.note_find(_sighting(search, find), now_ns)
+                    number = search.find and search.find.number
+                    others = self._found_besides(number) if search is self._search else ()
+                    self.memory.note_find(_sighting(search, find), now_ns, others)
         return [one for one in gone if _answers(one, search)]
 
     def _disprove(self, search: Search, now_ns: int) -> list[Instance]:
@@ -216,9 +218,14 @@ class Recollection:
         finds = {find.number: find for find in search.finds}
         for number in self._found.keys() - finds.keys():
             self.memory.remove(self._found.pop(number))
-        for number in finds.keys() - self._found.keys():
-            noted = self.memory.note_find(_sighting(search, finds[number]), now_ns)
+        for number in sorted(finds.keys() - self._found.keys()):
+            sighting = _sighting(search, finds[number])
+            noted = self.memory.note_find(sighting, now_ns, self._found_besides(number))
             self._found[number] = noted.instance_id
+
+    def _found_besides(self, number: int | None) -> set[int]:
+        """Return the things that the present search has found, without that of a find."""
+        return {thing for find, thing in self._found.items() if find != number}
 
 
 def _answers(one: Instance, search: Search) -> bool:

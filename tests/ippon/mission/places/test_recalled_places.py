@@ -89,6 +89,9 @@ class Home:
         self.now_ns += 2 * SECOND_NS
         return [one.instance_id for one in self.recollection.step(self.search, self.now_ns)]
 
+    def places(self):
+        return [one.position_world for one in self.memory.instances()]
+
     def is_gone(self, number):
         return self.memory.get(number).is_gone
 
@@ -170,3 +173,44 @@ def test_a_recalled_find_that_is_rejected_is_not_said_to_be_gone(home):
     home.step()
     assert home.mission.goals.reject_find()
     assert home.step() == []
+
+
+def test_two_finds_close_together_are_two_things_and_one_that_is_rejected_leaves_the_other(home):
+    home.ask(count=3)
+    home.mission.goals.count_again(1, [find(), find(BESIDE)])
+    home.step()
+    assert home.places() == [ON_WALL, BESIDE]
+    assert home.mission.goals.reject_find(number=1)
+    home.step()
+    assert home.places() == [BESIDE]
+
+
+def test_a_candidate_beside_a_counted_find_is_another_thing(home, monkeypatch):
+    home.ask(count=3)
+    home.mission.goals.count_again(1, [find()])
+    home.step()
+    monkeypatch.setattr(home.search.image_check, "confirms", lambda _: True)
+    home.search.candidates = (find(BESIDE),)
+    home.step()
+    home.step()
+    assert home.places() == [ON_WALL, BESIDE]
+    home.announce(find(BESIDE))
+    home.step()
+    assert home.places() == [ON_WALL, BESIDE]
+
+
+def test_what_an_earlier_search_found_is_the_thing_that_a_tour_sees_again(home, monkeypatch):
+    mug = home.remember()
+    home.ask()
+    home.announce(find())
+    home.step()
+    home.ask(goal_id=2)
+    tour = home.search
+    home.ask(goal_id=3)
+    home.announce(find())
+    home.step()
+    monkeypatch.setattr(tour.image_check, "confirms", lambda _: True)
+    tour.candidates = (find(),)
+    # The recollection did not begin this one, as those of a tour.
+    home.recollection.step(tour, home.now_ns + 2 * SECOND_NS)
+    assert [one.instance_id for one in home.memory.instances()] == [mug]
