@@ -83,6 +83,8 @@ class Recollection:
         self._search: Search | None = None
         self._found: dict[int, int] = {}
         """Things that the present search has found, by the number of the find."""
+        self._known_before: frozenset[int] = frozenset()
+        """Things that were remembered when it began."""
         self._updated_ns: int | None = None
 
     def begin(self, search: Search) -> tuple[Instance, ...]:
@@ -101,6 +103,7 @@ class Recollection:
                 f"memory begins searches for one goal; {search.goal.display} belongs to a tour"
             )
         self._search, self._found, self._recalled = search, {}, []
+        self._known_before = frozenset(one.instance_id for one in self.memory.instances())
         self.exclude(search)
         named = self._named(search)
         if search.goal.object in self._map.labels:
@@ -217,11 +220,23 @@ class Recollection:
             return
         finds = {find.number: find for find in search.finds}
         for number in self._found.keys() - finds.keys():
-            self.memory.remove(self._found.pop(number))
+            self._forget(self._found.pop(number), search)
         for number in sorted(finds.keys() - self._found.keys()):
             sighting = _sighting(search, finds[number])
             noted = self.memory.note_find(sighting, now_ns, self._found_besides(number))
             self._found[number] = noted.instance_id
+
+    def _forget(self, instance_id: int, search: Search) -> None:
+        """Forget what was rejected, unless people have said something of it.
+
+        Where the search is for a certain one, what it did not find itself stays: it may be another.
+        """
+        known, goal = self.memory.get(instance_id), search.goal
+        if known is None or known.name or known.denied:
+            return
+        is_for_any = not (goal.attributes or goal.context or goal.other) and goal.thing_id is None
+        if is_for_any or instance_id not in self._known_before:
+            self.memory.remove(instance_id)
 
     def _found_besides(self, number: int | None) -> set[int]:
         """Return the things that the present search has found, without that of a find."""

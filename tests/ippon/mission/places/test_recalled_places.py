@@ -8,6 +8,7 @@ import pytest
 from ippon.camera import PinholeCamera
 from ippon.frame import Frame
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
+from ippon.guidance.language.goals.goal import Attribute
 from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mapping.config import MapConfig
@@ -214,3 +215,49 @@ def test_what_an_earlier_search_found_is_the_thing_that_a_tour_sees_again(home, 
     # The recollection did not begin this one, as those of a tour.
     home.recollection.step(tour, home.now_ns + 2 * SECOND_NS)
     assert [one.instance_id for one in home.memory.instances()] == [mug]
+
+
+@pytest.mark.parametrize(
+    "said", [{"name": "Anna's mug", "denied": ()}, {"name": "", "denied": ("cup",)}]
+)
+def test_a_rejected_find_of_which_people_have_said_something_is_kept(home, said):
+    mug = home.remember()
+    home.memory.note(mug, **said)
+    home.ask()
+    home.announce(find())
+    home.step()
+    assert home.mission.goals.reject_find()
+    home.step()
+    assert [one.instance_id for one in home.memory.instances()] == [mug]
+
+
+@pytest.mark.parametrize(
+    ("said", "kept"),
+    [
+        ({}, False),
+        ({"attributes": (Attribute(kind="colour", value="red"),)}, True),
+        ({"context": "on the table"}, True),
+        ({"other": True}, True),
+        ({"thing_id": 99}, True),
+    ],
+)
+def test_what_is_rejected_is_forgotten_unless_it_may_be_another_than_was_asked_for(
+    home, said, kept
+):
+    home.remember()
+    home.ask(**said)
+    home.announce(find())
+    home.step()
+    assert home.mission.goals.reject_find()
+    home.step()
+    assert home.places() == ([ON_WALL] if kept else [])
+
+
+def test_what_only_this_search_has_found_is_forgotten_when_it_is_rejected(home):
+    home.ask(attributes=(Attribute(kind="colour", value="red"),))
+    home.announce(find())
+    home.step()
+    assert home.places() == [ON_WALL]
+    assert home.mission.goals.reject_find()
+    home.step()
+    assert home.places() == []
