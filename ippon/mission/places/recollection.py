@@ -18,6 +18,7 @@ from ippon.memory.instance import Instance, Sighting
 from ippon.memory.instance_memory import InstanceMemory
 from ippon.memory.map_clusters import MapClusters, share_observed
 from ippon.mission.finds.attributes.attribute_check import seen_attributes
+from ippon.mission.finds.image_check import ImageCheck
 from ippon.mission.finds.rejection import exclude_only, is_clear_of
 from ippon.mission.search import Search
 from ippon.mission.snapshot import Find
@@ -86,6 +87,9 @@ class Recollection:
         self._known_before: frozenset[int] = frozenset()
         """Things that were remembered when it began."""
         self._updated_ns: int | None = None
+        self._check: ImageCheck | None = None
+        self._images = 0
+        """Images that the search of the last update had compared with its candidates by then."""
 
     def begin(self, search: Search) -> tuple[Instance, ...]:
         """Give a search that begins the places where its object was seen before.
@@ -176,8 +180,13 @@ class Recollection:
         if search is None:
             return []
         if search.goal.object not in self._map.labels:
+            check = search.image_check
+            before = self._images if check is self._check else check.images
+            self._check, self._images = check, check.images
             for find in search.candidates:
-                if search.image_check.confirms(find) and not search.is_rejected(find):
+                # The map shows it also where no image does any more.
+                is_seen = check.last_image_of(find) > before
+                if is_seen and check.confirms(find) and not search.is_rejected(find):
                     number = search.find and search.find.number
                     others = self._found_besides(number) if search is self._search else ()
                     self.memory.note_find(_sighting(search, find), now_ns, others)

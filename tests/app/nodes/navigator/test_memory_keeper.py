@@ -71,6 +71,7 @@ def hat_search(position=(2.0, 0.0, 1.0), found=True):
         is_rejected=lambda _: False,
         is_set_aside=lambda _: False,
         exclusion=ExclusionConfig(),
+        image_check=SimpleNamespace(images=0),
     )
 
 

@@ -186,35 +186,62 @@ def test_two_finds_close_together_are_two_things_and_one_that_is_rejected_leaves
     assert home.places() == [BESIDE]
 
 
-def test_a_candidate_beside_a_counted_find_is_another_thing(home, monkeypatch):
+@pytest.fixture
+def see(monkeypatch):
+    """Have images confirm the candidates of a search; they show them where `shows` says so."""
+
+    def look(search, *candidates, shows=True):
+        check = search.image_check
+        check.images += 1
+        shown = check.images if shows else check.images - 1
+        monkeypatch.setattr(check, "last_image_of", lambda _: shown)
+        monkeypatch.setattr(check, "confirms", lambda _: True)
+        search.candidates = candidates
+
+    return look
+
+
+def test_a_candidate_beside_a_counted_find_is_another_thing(home, see):
     home.ask(count=3)
     home.mission.goals.count_again(1, [find()])
     home.step()
-    monkeypatch.setattr(home.search.image_check, "confirms", lambda _: True)
-    home.search.candidates = (find(BESIDE),)
-    home.step()
-    home.step()
+    for _ in range(2):
+        see(home.search, find(BESIDE))
+        home.step()
     assert home.places() == [ON_WALL, BESIDE]
     home.announce(find(BESIDE))
     home.step()
     assert home.places() == [ON_WALL, BESIDE]
 
 
-def test_what_an_earlier_search_found_is_the_thing_that_a_tour_sees_again(home, monkeypatch):
+def test_what_an_earlier_search_found_is_the_thing_that_a_tour_sees_again(home, see):
     mug = home.remember()
-    home.ask()
-    home.announce(find())
-    home.step()
     home.ask(goal_id=2)
     tour = home.search
     home.ask(goal_id=3)
     home.announce(find())
     home.step()
-    monkeypatch.setattr(tour.image_check, "confirms", lambda _: True)
-    tour.candidates = (find(),)
     # The recollection did not begin this one, as those of a tour.
-    home.recollection.step(tour, home.now_ns + 2 * SECOND_NS)
-    assert [one.instance_id for one in home.memory.instances()] == [mug]
+    for seconds in (2, 4):
+        see(tour, find())
+        home.recollection.step(tour, home.now_ns + seconds * SECOND_NS)
+    (one,) = home.memory.instances()
+    assert (one.instance_id, one.last_seen_ns) == (mug, home.now_ns + 4 * SECOND_NS)
+
+
+def test_a_find_was_last_seen_when_an_image_showed_it_last(home, see):
+    home.ask()
+    home.announce(find())
+    home.step()
+    see(home.search, find())
+    home.step()
+    seen_ns = home.now_ns
+    for _ in range(3):
+        # The robot has turned away: the map alone shows it.
+        see(home.search, find(), shows=False)
+        home.step()
+    (one,) = home.memory.instances()
+    assert one.last_seen_ns == seen_ns
 
 
 @pytest.mark.parametrize(
