@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from ippon.guidance.language.naming import is_instance_of
+from ippon.mapping.arrays import UNKNOWN
 from ippon.mapping.objects.recalled_evidence import (
     RecalledEvidence,
     posterior_of,
@@ -112,16 +113,21 @@ class Recollection:
         named = self._named(search)
         if search.goal.object in self._map.labels:
             return () if named is None else (named,)
-        p = self._config.recalled_probability
-        log_odds = math.log(p / (1.0 - p))
         for one in self.memory.instances() if named is None else (named,):
             known = one.source == "search" and not one.is_gone and _answers(one, search)
             if known and not search.is_rejected(_find_at(one)):
-                size = np.array(one.size_m) + self._map.config.voxel_size_m
-                evidence = recall_evidence(self._map, np.array(one.position_world), size, log_odds)
-                self._recalled.append(_Recalled(instance_id=one.instance_id, evidence=evidence))
+                self._recalled.append(self._recall(one))
         recalled = (self.memory.get(one.instance_id) for one in self._recalled)
         return tuple(one for one in recalled if one is not None)
+
+    def _recall(self, one: Instance) -> _Recalled:
+        """Add to the map what memory knows of a place."""
+        p = self._config.recalled_probability
+        size = np.array(one.size_m) + self._map.config.voxel_size_m
+        evidence = recall_evidence(
+            self._map, np.array(one.position_world), size, math.log(p / (1.0 - p))
+        )
+        return _Recalled(instance_id=one.instance_id, evidence=evidence)
 
     def exclude(self, search: Search) -> None:
         """Keep a search from what a person has said that it is not.
@@ -200,12 +206,18 @@ class Recollection:
         gone: list[Instance] = []
         left: list[_Recalled] = []
         arrays = self._map.arrays()
-        for recalled in self._recalled:
-            known = self.memory.get(recalled.instance_id)
+        for before in self._recalled:
+            known = self.memory.get(before.instance_id)
             if known is None or known.is_gone or search.is_rejected(_find_at(known)):
-                withdraw_evidence(self._map, recalled.evidence)
+                withdraw_evidence(self._map, before.evidence)
                 continue
             if search.is_set_aside(_find_at(known)):
+                left.append(before)
+                continue
+            # What the map had given up, and sees again, begins anew.
+            lost = not len(before.evidence.voxels) or not self._is_observed(before, known)
+            recalled = self._recall(known) if lost else before
+            if not self._is_observed(recalled, known):
                 left.append(recalled)
                 continue
             believed = posterior_of(arrays, recalled.evidence.voxels)
@@ -222,6 +234,15 @@ class Recollection:
             gone += [] if instance is None else [instance]
         self._recalled = left
         return gone
+
+    def _is_observed(self, recalled: _Recalled, known: Instance) -> bool:
+        """Return whether the map has enough of a place to tell what is there."""
+        voxels, edge = recalled.evidence.voxels, self._map.config.voxel_size_m
+        if len(voxels):
+            share = float((self._map.state_at((voxels + 0.5) * edge) != UNKNOWN).mean())
+        else:
+            share = share_observed(self._map, known)
+        return share >= self.memory.config.gone_share
 
     def _note_finds(self, search: Search, now_ns: int) -> None:
         """Remember what a search has found; forget what is rejected."""

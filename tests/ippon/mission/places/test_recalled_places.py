@@ -90,6 +90,11 @@ class Home:
         self.now_ns += 2 * SECOND_NS
         return [one.instance_id for one in self.recollection.step(self.search, self.now_ns)]
 
+    def drop(self):
+        """Have the map give up everything, as its oldest parts at its bound."""
+        rows = np.flatnonzero(self.map._pools.used)
+        self.map._integrator._blocks.forget(self.map._layers, rows)
+
     def places(self):
         return [one.position_world for one in self.memory.instances()]
 
@@ -184,6 +189,30 @@ def test_two_finds_close_together_are_two_things_and_one_that_is_rejected_leaves
     assert home.mission.goals.reject_find(number=1)
     home.step()
     assert home.places() == [BESIDE]
+
+
+def test_a_recalled_place_that_the_map_has_given_up_is_not_gone_and_begins_anew(home):
+    mug = home.remember()
+    home.ask()
+    home.step()
+    home.drop()
+    assert home.step() == []
+    assert not home.is_gone(mug)
+    home.map.integrate(wall())
+    assert home.step() == [], "no image has said anything yet"
+    assert home.map.best_ooi() == pytest.approx(0.9, abs=0.01), "the robot goes there first"
+    home.drop()
+    for _ in range(20):
+        home.map.integrate(wall(4.0))
+    assert home.step() == [mug], "the map sees again that nothing is there"
+
+
+def test_a_place_that_the_map_had_given_up_before_the_search_is_not_gone(home):
+    mug = home.remember()
+    home.drop()
+    assert home.ask() == [mug]
+    assert home.step() == []
+    assert not home.is_gone(mug)
 
 
 @pytest.fixture
