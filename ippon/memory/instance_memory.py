@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -35,7 +35,7 @@ class InstanceMemory:
     def __init__(
         self, config: MemoryConfig | None = None, instances: Iterable[Instance] = ()
     ) -> None:
-        self._config = config or MemoryConfig()
+        self.config = config or MemoryConfig()
         self._instances: dict[int, Instance] = {}
         self._cells: dict[tuple[int, int], set[int]] = {}
         self._cluster_of: dict[int, int] = {}
@@ -104,19 +104,22 @@ class InstanceMemory:
         left = [k for k in dict.fromkeys(waiting) if k not in self._cluster_of]
         return self._without_cluster(left, set(freed), now_ns, share_observed)
 
-    def note_find(self, sighting: Sighting, now_ns: int) -> Instance:
+    def note_find(self, sighting: Sighting, now_ns: int, others: Collection[int] = ()) -> Instance:
         """Remember what a search found, or found again.
 
         Args:
             sighting: The object where the search saw it.
             now_ns: Nanoseconds since 1970.
+            others: Numbers of things that it is not.
         """
         near = [
             one
             for one in self._near(sighting.position_world)
             if one.source == "search"
+            and one.instance_id not in others
             and same_object(one.label, sighting.label)
-            and math.dist(one.position_world, sighting.position_world) <= self._config.find_within_m
+            and not any(same_object(label, sighting.label) for label in one.denied)
+            and math.dist(one.position_world, sighting.position_world) <= self.config.find_within_m
         ]
         if not near:
             return self._new(sighting, "search", now_ns)
@@ -188,7 +191,7 @@ class InstanceMemory:
                 if known.source != "map" or known.instance_id in self._cluster_of:
                     continue
                 same, overlap = known.label == sighting.label, box_overlap(known, sighting)
-                config = self._config
+                config = self.config
                 enough = config.same_overlap if same else config.relabel_overlap
                 if overlap < enough or (known.is_gone and not same):
                     continue
@@ -205,7 +208,7 @@ class InstanceMemory:
 
     def _show(self, known: Instance, sighting: Sighting, now_ns: int) -> None:
         """Update a thing by what its cluster shows now."""
-        shrunk = sighting.voxels < self._config.shrink_share * known.voxels
+        shrunk = sighting.voxels < self.config.shrink_share * known.voxels
         settling = self._is_recent(known.last_seen_ns, now_ns)
         if shrunk and settling and not known.is_gone and known.label == sighting.label:
             self._shrunk.add(known.instance_id)
@@ -217,7 +220,7 @@ class InstanceMemory:
         """Remember a new thing, unless its cluster is a part of one that is remembered."""
         for known in self._near(sighting.position_world):
             is_part = known.label == sighting.label and known.instance_id in self._cluster_of
-            if is_part and box_overlap(known, sighting) >= self._config.relabel_overlap:
+            if is_part and box_overlap(known, sighting) >= self.config.relabel_overlap:
                 return
         self._attach(self._new(sighting, "map", now_ns).instance_id, number)
 
@@ -246,7 +249,7 @@ class InstanceMemory:
                 continue
             checked += 1
             unchecked = instance_id not in freed and checked > _UNSEEN_PER_UPDATE
-            if unchecked or share_observed(known) < self._config.gone_share:
+            if unchecked or share_observed(known) < self.config.gone_share:
                 unseen.append(instance_id)
             elif self._is_absorbed(known) or (
                 self._is_recent(known.first_seen_ns, now_ns) and not _noted(known)
@@ -266,7 +269,7 @@ class InstanceMemory:
         """
         for other in self._near(known.position_world):
             is_other = other.instance_id in self._cluster_of and other.label == known.label
-            if is_other and box_overlap(known, other) >= self._config.relabel_overlap:
+            if is_other and box_overlap(known, other) >= self.config.relabel_overlap:
                 if _noted(known):
                     denied = tuple(dict.fromkeys((*other.denied, *known.denied)))
                     name = other.name or known.name
@@ -276,7 +279,7 @@ class InstanceMemory:
 
     def _is_recent(self, at_ns: int, now_ns: int) -> bool:
         # A time ahead is of before the clock was set back.
-        return 0 <= now_ns - at_ns < self._config.settle_s * 1e9
+        return 0 <= now_ns - at_ns < self.config.settle_s * 1e9
 
     # -- bookkeeping -------------------------------------------------------------------------
 
@@ -307,7 +310,7 @@ class InstanceMemory:
         return self._put(instance)
 
     def _make_room(self) -> None:
-        if len(self._instances) < self._config.max_instances:
+        if len(self._instances) < self.config.max_instances:
             return
         oldest = min(
             self._instances.values(),

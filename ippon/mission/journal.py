@@ -30,9 +30,18 @@ class Journal:
                 "longest ago are dropped; ippon navigate --map-memory-mb sets the bound",
             )
 
-    def note(self, kind: str, text: str, find: int | None = None) -> None:
-        """Keep an event for the next snapshot, with the number of the find that was judged."""
-        self._events.append(MissionEvent(kind=kind, text=text, find=find))
+    def note(
+        self, kind: str, text: str, find: int | None = None, goal_id: int | None = None
+    ) -> None:
+        """Keep an event for the next snapshot.
+
+        Args:
+            kind: Kind of the event.
+            text: One line for the operator.
+            find: Number of the find that was judged.
+            goal_id: Number of the goal whose search ended.
+        """
+        self._events.append(MissionEvent(kind=kind, text=text, find=find, goal_id=goal_id))
 
     def take(self) -> tuple[MissionEvent, ...]:
         """Return the events since the last call, the oldest first."""

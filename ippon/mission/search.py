@@ -225,6 +225,10 @@ class Search:
         """Return whether a find is part of one that was rejected."""
         return self._continues(find, self.rejected)
 
+    def is_set_aside(self, find: Find) -> bool:
+        """Return whether a find is part of one that was set aside and may be reconsidered."""
+        return self._continues(find, (one.region for one in self.set_aside))
+
     def is_reconsidered(self, find: Find) -> bool:
         """Return whether a find was set aside before."""
         return self._continues(find, self.reconsidered)

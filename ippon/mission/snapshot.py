@@ -115,6 +115,8 @@ class MissionEvent:
     text: str
     find: int | None = None
     """Number of the find that was confirmed or rejected."""
+    goal_id: int | None = None
+    """Number of the goal whose search ended; None for another event."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -230,8 +230,7 @@ class Navigator:
             ended = [goal.goal_id]
         for event in snapshot.events:
             # The end of a search is reported for its goal, which does not lead any more.
-            of = ended[0] if ended and event.kind in ("found", "exhausted") else None
-            self._events.report(event.kind, event.text, of, event.find)
+            self._events.report(event.kind, event.text, event.goal_id, event.find)
             if event.kind == "confirmed" and self._goals.announced() is None:
                 self._services.goals.availability.hold(0.0)
         if ended:
@@ -306,12 +305,13 @@ class Navigator:
             self._memory.exclude(self._mission.goals.running)
         else:
             self._mission.goals.set_goal(first.goal, first.guidance)
-            if self._mission.search is not None:
-                self._memory.begin(self._mission.search)
         self._report.goal_set(now if first.waited else first.asked_at)
         for search in searches:
             self._mission.goals.count_again(search.goal.goal_id, search.counted, search.rejected)
             logger.info("goal %d: %s", search.goal.goal_id, search.goal.display)
+        # What an earlier run has judged is not recalled.
+        if len(searches) == 1 and self._mission.search is not None:
+            self._memory.begin(self._mission.search)
 
     # -- status ------------------------------------------------------------------------------
 

@@ -164,7 +164,7 @@ class Confirmation:
             why = f"{why}, in another room than you said"
         if sentence is not None:
             why = f"{why}; {sentence}"
-        self._journal.note(MissionState.FOUND.value, why)
+        self._journal.note(MissionState.FOUND.value, why, goal_id=search.goal.goal_id)
         return Action(Command(tilt_rad=step.frame.tilt_rad), MissionState.FOUND, why)
 
     def _pass_by(self, search: Search, find: Find, still: Command, instead: str) -> Action:

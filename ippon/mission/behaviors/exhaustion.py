@@ -35,6 +35,9 @@ class Exhaustion:
         idle = search.idle_steps >= self._config.idle_steps
         readmitted = self._readmit(step) if exhausted or idle else None
         if readmitted is not None:
+            # The others of a tour have not ended either while the robot goes back.
+            for one in step.searches:
+                one.empty_steps = one.idle_steps = 0
             why = f"going back to what may be {readmitted.goal.display} after all"
             self._journal.note("reconsidered", f"nothing better is left: {why}")
             return Action(step.hold, MissionState.SEARCHING, why) if exhausted else None
@@ -42,7 +45,8 @@ class Exhaustion:
             return None
         for one in step.searches:
             one.end()
-            self._journal.note(one.state.value, one.ended_text(full=plan.full))
+            text = one.ended_text(full=plan.full)
+            self._journal.note(one.state.value, text, goal_id=one.goal.goal_id)
         return Action(step.hold, search.state, search.ended_text(full=plan.full))
 
     def _readmit(self, step: StepContext) -> Search | None:

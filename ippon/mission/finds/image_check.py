@@ -109,6 +109,8 @@ class _Track:
     """The votes are those of a detector."""
     points: deque[Float64Array]
     """(M, 2) where each of its last images recognised it, oldest first, metres."""
+    last_image: int = 0
+    """Number of the last image that showed it; 0 for none."""
 
 
 class ImageScore(NamedTuple):
@@ -158,6 +160,8 @@ class ImageCheck:
         self._label = label
         self._models = models or ObservationModels()
         self._tracks: list[_Track] = []
+        self.images = 0
+        """Images that were compared with candidates so far."""
 
     def observe(self, frame: Frame, centres_world: Float64Array, finds: Sequence[Find]) -> None:
         """Add the votes of an image.
@@ -173,6 +177,7 @@ class ImageCheck:
         seen, wins = votes(
             frame, self._label, centres_world, self._models, self._config.depth_tolerance_m
         )
+        self.images += 1
         by_instance = heatmap.kind == "scores"
         recognised = np.zeros((0, 3))
         if by_instance:
@@ -197,6 +202,7 @@ class ImageCheck:
             if mine.any():
                 votes_for = wins[mine]
                 track.shares.append(float(votes_for.any() if by_instance else votes_for.mean()))
+                track.last_image = self.images
             kept.append(track)
         self._tracks = kept
 
@@ -204,6 +210,11 @@ class ImageCheck:
         """Return the mean share of a find's images; None with fewer than `min_images`."""
         track = self._track_with_enough(find)
         return None if track is None else float(np.mean(track.shares))
+
+    def last_image_of(self, find: Find) -> int:
+        """Return the number, as in `images`, of the last image that showed a find; 0 for none."""
+        track = self._of(find)
+        return 0 if track is None else track.last_image
 
     def recognised_at(self, find: Find) -> tuple[Float64Array, ...]:
         """Return where each of the last images of a detector recognised a find.

@@ -81,7 +81,7 @@ def is_clear_of(search: Search, voxel_map: VoxelMap, find: Find, kept: Find) -> 
 
 
 def _beside(search: Search, voxel_map: VoxelMap) -> ExclusionConfig:
-    return replace(search.exclusion, margin_m=voxel_map.config.voxel_size_m)
+    return replace(search.exclusion, margin_m=voxel_map.config.voxel_size_m, margin_share=0.0)
 
 
 def set_aside(search: Search, voxel_map: VoxelMap, find: Find) -> None:

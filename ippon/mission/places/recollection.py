@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from ippon.guidance.language.naming import is_instance_of
+from ippon.mapping.arrays import UNKNOWN
 from ippon.mapping.objects.recalled_evidence import (
     RecalledEvidence,
     posterior_of,
@@ -18,6 +19,7 @@ from ippon.memory.instance import Instance, Sighting
 from ippon.memory.instance_memory import InstanceMemory
 from ippon.memory.map_clusters import MapClusters, share_observed
 from ippon.mission.finds.attributes.attribute_check import seen_attributes
+from ippon.mission.finds.image_check import ImageCheck
 from ippon.mission.finds.rejection import exclude_only, is_clear_of
 from ippon.mission.search import Search
 from ippon.mission.snapshot import Find
@@ -83,7 +85,12 @@ class Recollection:
         self._search: Search | None = None
         self._found: dict[int, int] = {}
         """Things that the present search has found, by the number of the find."""
+        self._known_before: frozenset[int] = frozenset()
+        """Things that were remembered when it began."""
         self._updated_ns: int | None = None
+        self._check: ImageCheck | None = None
+        self._images = 0
+        """Images that the search of the last update had compared with its candidates by then."""
 
     def begin(self, search: Search) -> tuple[Instance, ...]:
         """Give a search that begins the places where its object was seen before.
@@ -101,19 +108,26 @@ class Recollection:
                 f"memory begins searches for one goal; {search.goal.display} belongs to a tour"
             )
         self._search, self._found, self._recalled = search, {}, []
+        self._known_before = frozenset(one.instance_id for one in self.memory.instances())
         self.exclude(search)
         named = self._named(search)
         if search.goal.object in self._map.labels:
             return () if named is None else (named,)
-        p = self._config.recalled_probability
-        log_odds = math.log(p / (1.0 - p))
         for one in self.memory.instances() if named is None else (named,):
-            if one.source == "search" and not one.is_gone and _answers(one, search):
-                size = np.array(one.size_m) + self._map.config.voxel_size_m
-                evidence = recall_evidence(self._map, np.array(one.position_world), size, log_odds)
-                self._recalled.append(_Recalled(instance_id=one.instance_id, evidence=evidence))
+            known = one.source == "search" and not one.is_gone and _answers(one, search)
+            if known and not search.is_rejected(_find_at(one)):
+                self._recalled.append(self._recall(one))
         recalled = (self.memory.get(one.instance_id) for one in self._recalled)
         return tuple(one for one in recalled if one is not None)
+
+    def _recall(self, one: Instance) -> _Recalled:
+        """Add to the map what memory knows of a place."""
+        p = self._config.recalled_probability
+        size = np.array(one.size_m) + self._map.config.voxel_size_m
+        evidence = recall_evidence(
+            self._map, np.array(one.position_world), size, math.log(p / (1.0 - p))
+        )
+        return _Recalled(instance_id=one.instance_id, evidence=evidence)
 
     def exclude(self, search: Search) -> None:
         """Keep a search from what a person has said that it is not.
@@ -153,8 +167,9 @@ class Recollection:
         """
         gone: list[Instance] = []
         if search is not None and search is self._search:
-            gone += self._disprove(search, now_ns)
+            # What is found moves the thing to where it was found, before that place is judged.
             self._note_finds(search, now_ns)
+            gone += self._disprove(search, now_ns)
         since = None if self._updated_ns is None else now_ns - self._updated_ns
         if since is None or not 0 <= since < self._config.update_every_s * _SECOND_NS:
             self._updated_ns = now_ns
@@ -171,19 +186,39 @@ class Recollection:
         if search is None:
             return []
         if search.goal.object not in self._map.labels:
+            check = search.image_check
+            before = self._images if check is self._check else check.images
+            self._check, self._images = check, check.images
             for find in search.candidates:
-                if search.image_check.confirms(find) and not search.is_rejected(find):
-                    self.memory.note_find(_sighting(search, find), now_ns)
+                # The map shows it also where no image does any more.
+                is_seen = check.last_image_of(find) > before
+                if is_seen and check.confirms(find) and not search.is_rejected(find):
+                    number = search.find and search.find.number
+                    others = self._found_besides(number) if search is self._search else ()
+                    self.memory.note_find(_sighting(search, find), now_ns, others)
         return [one for one in gone if _answers(one, search)]
 
     def _disprove(self, search: Search, now_ns: int) -> list[Instance]:
-        """Return what was recalled, and what images and depth have worn off since."""
+        """Return what was recalled, and what images and depth have worn off since.
+
+        Evidence that the search itself has removed says nothing of whether the thing is there.
+        """
         gone: list[Instance] = []
         left: list[_Recalled] = []
         arrays = self._map.arrays()
-        for recalled in self._recalled:
-            known = self.memory.get(recalled.instance_id)
-            if known is None or known.is_gone:
+        for before in self._recalled:
+            known = self.memory.get(before.instance_id)
+            if known is None or known.is_gone or search.is_rejected(_find_at(known)):
+                withdraw_evidence(self._map, before.evidence)
+                continue
+            if search.is_set_aside(_find_at(known)):
+                left.append(before)
+                continue
+            # What the map had given up, and sees again, begins anew.
+            lost = not len(before.evidence.voxels) or not self._is_observed(before, known)
+            recalled = self._recall(known) if lost else before
+            if not self._is_observed(recalled, known):
+                left.append(recalled)
                 continue
             believed = posterior_of(arrays, recalled.evidence.voxels)
             there = np.count_nonzero(believed >= self._config.disproved_probability)
@@ -200,16 +235,42 @@ class Recollection:
         self._recalled = left
         return gone
 
+    def _is_observed(self, recalled: _Recalled, known: Instance) -> bool:
+        """Return whether the map has enough of a place to tell what is there."""
+        voxels, edge = recalled.evidence.voxels, self._map.config.voxel_size_m
+        if len(voxels):
+            share = float((self._map.state_at((voxels + 0.5) * edge) != UNKNOWN).mean())
+        else:
+            share = share_observed(self._map, known)
+        return share >= self.memory.config.gone_share
+
     def _note_finds(self, search: Search, now_ns: int) -> None:
         """Remember what a search has found; forget what is rejected."""
         if search.goal.object in self._map.labels:
             return
         finds = {find.number: find for find in search.finds}
         for number in self._found.keys() - finds.keys():
-            self.memory.remove(self._found.pop(number))
-        for number in finds.keys() - self._found.keys():
-            noted = self.memory.note_find(_sighting(search, finds[number]), now_ns)
+            self._forget(self._found.pop(number), search)
+        for number in sorted(finds.keys() - self._found.keys()):
+            sighting = _sighting(search, finds[number])
+            noted = self.memory.note_find(sighting, now_ns, self._found_besides(number))
             self._found[number] = noted.instance_id
+
+    def _forget(self, instance_id: int, search: Search) -> None:
+        """Forget what was rejected, unless people have said something of it.
+
+        Where the search is for a certain one, what it did not find itself stays: it may be another.
+        """
+        known, goal = self.memory.get(instance_id), search.goal
+        if known is None or known.name or known.denied:
+            return
+        is_for_any = not (goal.attributes or goal.context or goal.other) and goal.thing_id is None
+        if is_for_any or instance_id not in self._known_before:
+            self.memory.remove(instance_id)
+
+    def _found_besides(self, number: int | None) -> set[int]:
+        """Return the things that the present search has found, without that of a find."""
+        return {thing for find, thing in self._found.items() if find != number}
 
 
 def _answers(one: Instance, search: Search) -> bool:

@@ -122,6 +122,15 @@ def test_a_find_near_an_earlier_one_is_the_same_thing():
     assert not memory.note_find(find(), 6 * MINUTE_NS).is_gone, "it was put back"
 
 
+def test_a_find_beside_what_is_none_as_a_person_said_is_another_thing():
+    memory = InstanceMemory()
+    denied = memory.note_find(find("mug"), MINUTE_NS)
+    denied = memory.note(denied.instance_id, name="", denied=("mug",))
+    mug = memory.note_find(find("mug", (1.45, 1.0, 0.5)), 2 * MINUTE_NS)
+    assert (mug.denied, mug.believed) == ((), "mug")
+    assert memory.instances() == (denied, mug)
+
+
 def test_what_never_was_is_forgotten_and_removed_from_files():
     memory = InstanceMemory()
     one = memory.note_find(find(), MINUTE_NS)

@@ -13,7 +13,12 @@ from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.config import MissionConfig
 from ippon.mission.finds.find_geometry import exclusion_sphere
 from ippon.mission.finds.image_check import _Track
-from ippon.mission.finds.rejection import readmit_most_likely, set_aside
+from ippon.mission.finds.rejection import (
+    count_known,
+    is_clear_of,
+    readmit_most_likely,
+    set_aside,
+)
 from ippon.mission.goal import Goal
 from ippon.mission.search import Search
 from ippon.mission.snapshot import Find
@@ -172,6 +177,20 @@ def test_finds_that_are_too_large_are_reconsidered_last(searching):
     set_aside(search, voxel_map, bin_)
     assert not readmit_most_likely(search, voxel_map)
     assert len(search.rejected) == 1
+
+
+def test_a_large_thing_a_metre_from_one_that_is_counted_remains_a_candidate(searching):
+    """Of two sofas that face each other one is found first."""
+    search = searching(0.9, goal="sofa", category="sofa")
+    search.goal = replace(search.goal, count=2)
+    voxel_map = VoxelMap(MapConfig(memory_limit_mb=64.0), MATTERPORT_40)
+    first = replace(speck(voxels=200), position_world=(0.0, 0.0, 0.4), size_m=(2.0, 0.9, 0.8))
+    second = replace(first, position_world=(0.0, 1.9, 0.4))
+    more = replace(speck(voxels=9), position_world=(0.9, 0.5, 0.4), size_m=(0.4, 0.4, 0.2))
+    count_known(search, voxel_map, first)
+    assert not search.is_rejected(second)
+    assert is_clear_of(search, voxel_map, first, second)
+    assert search.is_rejected(more), "the rest of the first one"
 
 
 def test_an_object_beside_a_rejected_find_remains_a_candidate(searching):

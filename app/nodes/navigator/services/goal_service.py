@@ -23,7 +23,7 @@ from app.nodes.navigator.services.guidance_service import GuidanceService
 from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.state.availability import Availability
 from app.nodes.navigator.state.goal_queue import GoalQueue
-from app.nodes.navigator.state.planned_search import PlannedSearch
+from app.nodes.navigator.state.planned_search import FOUND, PlannedSearch
 from ippon.guidance.language.requests.sentence import name_notes
 from ippon.memory.instance import Instance
 from ippon.memory.lookup import instance_named
@@ -213,9 +213,12 @@ class GoalService:
         if self._goals.in_tour():
             # The number is fixed now: another find may be announced before the operation runs.
             goal_id = self._goals.announced(goal_id)
-        active = self._goals.active()
-        is_last = active is not None and request.goal_id in (None, active.goal.goal_id)
-        waits = goal_id is not None if self._goals.in_tour() else self.state == "found" and is_last
+            waits = goal_id is not None
+        else:
+            # By the goal's end: the robot's state may be "stopped", "manual" or "lost" by now.
+            lead, _, _ = self._goals.statuses()
+            is_lead = lead is not None and goal_id in (None, lead.goal_id)
+            waits = lead is not None and is_lead and lead.outcome in FOUND
         if not waits and request.goal_id is None:
             raise RequestRefusedError("there is no find to confirm or reject")
         if not waits:
@@ -231,10 +234,22 @@ class GoalService:
                 f"each goal of a tour numbers its finds; name the goal of find {number}, too"
             )
         judged = self._goals.judged(request.goal_id, number)
-        if judged is None:
+        if judged is None or (request.verdict == "reject" and self._is_settled(*judged)):
             raise RequestRefusedError(f"there is no find {number} to confirm or reject")
         goal_id, is_last = judged
         return self._judge(request, goal_id, None if is_last else number)
+
+    def _is_settled(self, goal_id: int, is_last: bool) -> bool:
+        """Return whether a tour goes on without what a person has confirmed.
+
+        Args:
+            goal_id: Number of the goal.
+            is_last: The find ended its search; the others are settled once all are confirmed.
+        """
+        search = self._goals.find(goal_id)
+        if search is None or not self._goals.in_tour() or not search.confirmed:
+            return False
+        return is_last or all(one.confirmed for one in search.counted)
 
     def _judge(
         self, request: FeedbackRequest, goal_id: int | None, number: int | None = None

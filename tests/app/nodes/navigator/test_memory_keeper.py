@@ -9,15 +9,21 @@ from app.memory.memory_file import memory_path, read_memory, read_picture, write
 from app.messages.memory import MemoryNoteRequest
 from app.nodes.navigator import memory_keeper
 from app.nodes.navigator.memory_keeper import MemoryKeeper
+from app.nodes.navigator.node import Navigator
+from app.nodes.navigator.state.planned_search import PlannedSearch
 from ippon.camera import PinholeCamera
 from ippon.frame import Frame
 from ippon.geometry import R_BASE_CAMERA_LEVEL, make_transform
+from ippon.guidance.language.naming import resolve_object
+from ippon.guidance.prior import EmbeddedPrior
 from ippon.mapping.voxel_map import MapConfig, VoxelMap
 from ippon.memory.instance_memory import MemoryChanges
 from ippon.mission.finds.find_geometry import ExclusionConfig
+from ippon.mission.goal import Goal
 from ippon.mission.snapshot import Find
 from ippon.vocabulary import MATTERPORT_40
 from tests.app.memory.test_memory_file import thing
+from tests.app.nodes.navigator.conftest import finds
 
 CONFIG = MapConfig(voxel_size_m=0.2, memory_limit_mb=128.0)
 
@@ -69,7 +75,9 @@ def hat_search(position=(2.0, 0.0, 1.0), found=True):
         layer=None,
         judged=lambda _: (),
         is_rejected=lambda _: False,
+        is_set_aside=lambda _: False,
         exclusion=ExclusionConfig(),
+        image_check=SimpleNamespace(images=0),
     )
 
 
@@ -238,3 +246,35 @@ def test_the_room_of_a_find_is_known_once_it_is_announced(open_keeper, frame, mo
     assert keeper.room_of(elsewhere) == "hall"
     assert keeper.room_of(found) == "kitchen"
     keeper.close()
+
+
+def test_what_an_earlier_run_has_judged_is_excluded_before_memory_is_asked():
+    one, two = finds(2)
+    resolved = resolve_object("mug", MATTERPORT_40)
+    goal = Goal.of(resolved, 3)
+    planned = PlannedSearch(
+        goal=goal,
+        resolved=resolved,
+        guidance=EmbeddedPrior().levels(resolved, "", MATTERPORT_40),
+        elapsed_ms=0.0,
+        counted=(one,),
+        rejected=(two,),
+    )
+    calls = []
+    search = SimpleNamespace(goal=goal)
+    goals = SimpleNamespace(
+        set_goal=lambda *_: calls.append("set_goal"),
+        count_again=lambda *known: calls.append(known),
+    )
+    navigator = SimpleNamespace(
+        _goals=SimpleNamespace(next=lambda *_, **__: (planned,)),
+        _services=SimpleNamespace(
+            guidance=SimpleNamespace(fitted=lambda search: search),
+            goals=SimpleNamespace(availability=SimpleNamespace(holds=False)),
+        ),
+        _mission=SimpleNamespace(goals=goals, search=search),
+        _memory=SimpleNamespace(begin=calls.append),
+        _report=SimpleNamespace(goal_set=lambda _: None),
+    )
+    Navigator._start_next_goal(navigator)
+    assert calls == ["set_goal", (3, (one,), (two,)), search]

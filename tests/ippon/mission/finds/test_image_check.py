@@ -157,6 +157,15 @@ def test_a_heatmap_that_comes_late_is_asked_too(searcher, room):
     assert asked == [None, frame.heatmap]
 
 
+def test_it_is_known_which_image_showed_a_find_last():
+    look, find = after([0.9] * 5)
+    assert (look.images, look.last_image_of(find)) == (5, 5)
+    beyond = dataclasses.replace(find, position_world=(5.0, 3.0, 1.0))
+    assert look.last_image_of(beyond) == 0
+    look.observe(frame(0.9, depth=0.5), voxels(), [find])
+    assert (look.images, look.last_image_of(find)) == (6, 5)
+
+
 def test_another_find_has_its_own_images():
     look, find = after([0.0] * 20)
     elsewhere = dataclasses.replace(find, position_world=(5.0, 3.0, 1.0))

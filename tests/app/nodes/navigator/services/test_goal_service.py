@@ -234,6 +234,22 @@ def test_feedback_belongs_to_a_find(office):
     assert office.goals.statuses()[0].outcome == "active"
 
 
+@pytest.mark.parametrize("state", ["stopped", "paused", "manual", "lost", "ended"])
+@pytest.mark.parametrize("verdict", ["confirm", "reject"])
+def test_a_find_is_judged_whatever_the_robot_does_since(office, state, verdict):
+    start(office)
+    office.service.state = "found"
+    with pytest.raises(RequestRefusedError, match="there is no find"):
+        office.service.feedback(FeedbackRequest(verdict=verdict))
+    office.goals.conclude("found")
+    office.service.state = state
+    with pytest.raises(RequestRefusedError, match="there is no find of goal 7"):
+        office.service.feedback(FeedbackRequest(verdict=verdict, goal_id=7))
+    office.service.feedback(FeedbackRequest(verdict=verdict))
+    office.operations.run_queued(office.mission)
+    assert office.mission.calls == [(f"{verdict}_find", None, None)]
+
+
 def test_one_of_several_finds_is_judged_by_its_number(office):
     start(office)
     first, last = finds(2)
@@ -264,6 +280,29 @@ def test_a_find_of_a_tour_is_named_with_its_goal(office):
     office.service.feedback(FeedbackRequest(verdict="reject", goal_id=1, find=1))
     office.operations.run_queued(office.mission)
     assert office.mission.calls == [("reject_find", 1, 1)]
+
+
+def test_a_find_of_a_tour_that_is_confirmed_can_no_longer_be_rejected(office):
+    start_tour(office)
+    first, last = finds(2)
+    office.goals.note_finds(1, (first,), ())
+    office.goals.conclude("found", 1, last)
+
+    def reject(number):
+        office.service.feedback(FeedbackRequest(verdict="reject", goal_id=1, find=number))
+
+    office.service.feedback(FeedbackRequest(verdict="confirm", goal_id=1))
+    office.operations.run_queued(office.mission)
+    with pytest.raises(RequestRefusedError, match="there is no find 2 to confirm or reject"):
+        reject(2)
+    office.goals.note_finds(1, (dataclasses.replace(first, confirmed=True),), ())
+    with pytest.raises(RequestRefusedError, match="there is no find 1 to confirm or reject"):
+        reject(1)
+    # Nobody has judged the first one yet: the goal goes on without it.
+    office.goals.note_finds(1, (first,), ())
+    reject(1)
+    office.operations.run_queued(office.mission)
+    assert office.mission.calls == [("confirm_find", 1, None), ("reject_find", 1, 1)]
 
 
 def start_tour(office):
