@@ -16,7 +16,7 @@ from app.messages.depth.depth_images import encode_depth
 from app.messages.images import decode_color_raw, encode_camera, encode_color
 from app.messages.keys import CAMERA_FRAME
 from app.messages.motion import encode_transforms, robot_transforms
-from app.recording.camera_topics import COLORS, DEPTHS, topic_problem
+from app.recording.camera_topics import COLORS, DEPTHS, mixed, topic_problem
 from app.recording.channels import USUAL, Names
 from app.recording.depth_pairs import FEW
 from app.recording.errors import RecordingError
@@ -157,15 +157,18 @@ def bag_messages(
         unreadable: Counts what is skipped; None logs it at the end.
 
     Raises:
-        DatasetError: It is not a bag, lacks a topic of a frame, has those of two cameras, or none
-            of its raw colour images can be read.
+        DatasetError: It is not a bag, lacks a topic of a frame, has those of two cameras or
+            sources of poses, or none of its raw colour images can be read.
     """
     seen = keys.SEEN if heatmaps else ()
     wanted = [*FROM_CAMERA, *seen, *(poses.keys if poses is not None else ())]
     if poses is not None and (fixed := poses.fixed()) is not None:
         yield RobotMessage(0.0, keys.TF_STATIC, fixed)
     known, skipped = poses is not None, unreadable or Unreadable()
-    messages = _bag_messages(path, start_s, wanted, names, poses=known, colors=True, told=told)
+    messages = _bag_messages(
+        path, start_s, wanted, names, poses=known, odometry=keys.ODOM in wanted, colors=True,
+        told=told,
+    )  # fmt: skip
     for message in messages:
         try:
             sent = _converted(message, poses)
@@ -198,6 +201,7 @@ def _bag_messages(
     names: Names,
     *,
     poses: bool = True,
+    odometry: bool = False,
     colors: bool = False,
     told: bool = False,
 ) -> Iterator[RobotMessage]:
@@ -209,6 +213,8 @@ def _bag_messages(
         for problem in recording.index.problems if told else ():
             logger.warning("%s: %s; what can be read is used", path, problem)
         if problem := topic_problem(recording, poses=poses):
+            raise DatasetError(f"{path}: {problem}")
+        if odometry and (problem := mixed(recording, (keys.ODOM,))):
             raise DatasetError(f"{path}: {problem}")
         if colors and (problem := _color_problem(recording)):
             raise DatasetError(f"{path}: {problem}")

@@ -19,6 +19,7 @@ from app.messages.keys import BASE_FRAME, WORLD_FRAME
 from app.messages.motion import decode_transforms
 from app.nodes.review.player import Player
 from app.recording.base_pose import BasePose
+from app.recording.camera_topics import mixed
 from app.recording.errors import RecordingError
 from app.recording.map_alignment import MapAlignments
 from app.recording.reading.recording import Recording
@@ -77,7 +78,7 @@ class SessionData:
         """Every pose of the base, read from the file once.
 
         Raises:
-            RecordingError: There is none.
+            RecordingError: There is none, or those of several topics.
         """
         return _trajectory(self.recording, self.robot)
 
@@ -118,14 +119,26 @@ def read_session_data(
 
 
 def _trajectory(recording: Recording, robot: BagRobot) -> Trajectory:
+    _check_topics(recording, TF_ALONE)
     trajectory = _follow(recording, TF_ALONE) if robot.base == BASE_FRAME else None
     if trajectory is None:
         poses = _other_poses(recording, robot)
+        _check_topics(recording, poses)
         logger.warning("%s", poses.note(recording.path))
         trajectory = _follow(recording, poses)
     if trajectory is None:
         raise RecordingError(_no_pose(recording.path, robot.base))
     return trajectory
+
+
+def _check_topics(recording: Recording, poses: BagPoses) -> None:
+    """Refuse poses of several topics.
+
+    Raises:
+        RecordingError: There are several; says which, and how one is chosen.
+    """
+    if several := mixed(recording, poses.keys):
+        raise RecordingError(f"{recording.path}: {several}")
 
 
 def _other_poses(recording: Recording, robot: BagRobot) -> BagPoses:

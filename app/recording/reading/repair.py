@@ -13,7 +13,7 @@ from mcap.writer import CompressionType, Writer
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.keys import BASE_FRAME
-from app.recording.camera_topics import COLORS, DEPTHS, POSES, image_problems, topic_problem
+from app.recording.camera_topics import COLORS, DEPTHS, POSES, image_problems, mixed, topic_problem
 from app.recording.channels import GAP_KEY, USUAL, Names, Topic, to_recorded, topic_of
 from app.recording.depth_pairs import FEW, DepthPairs
 from app.recording.errors import RecordingError
@@ -174,6 +174,8 @@ def _pose_problem(recording: Recording, tree: FrameTree, colors: list[int], *, m
         problem += NO_MOUNT
     if problem:
         return f"no image has a pose: {problem}"
+    if with_odometry is not None and (several := mixed(recording, (keys.ODOM,))):
+        return several
     count = used.count_unposed(colors)
     if count <= FEW * len(colors):
         return ""

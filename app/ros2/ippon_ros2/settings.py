@@ -83,6 +83,8 @@ class Topic:
     """Coordinate frame of goals; empty for `map`."""
     compress: bool = False
     """Raw depth goes as PNG, without loss."""
+    is_named: bool = False
+    """The profile names it, and does not leave it to what is usual."""
 
 
 @dataclass
@@ -134,6 +136,7 @@ def read_settings(profile: dict[str, Any]) -> Settings:
         entry = section.get(key, usual[key])
         if entry is not None:
             topics[key] = _topic(key, entry, namespace)
+            topics[key].is_named = key in section
     return Settings(
         topics,
         _limit(motion, "max_speed_m_s"),

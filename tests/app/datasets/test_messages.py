@@ -11,7 +11,7 @@ from app.datasets.messages import bag_messages
 from app.messages import keys
 from app.recording.writing.writer import SessionWriter
 from tests.app.messages.robot_messages import odometry, raw_color
-from tests.app.recording.conftest import all_messages, write_session
+from tests.app.recording.conftest import all_messages, with_two_odometries, write_bag, write_session
 
 ODOMETRY = BagPoses(odometry_child="base_link")
 
@@ -60,6 +60,13 @@ def test_messages_that_cannot_be_read_are_skipped_and_counted(tmp_path, caplog):
         f"{bag}: odom: 3 skipped as unreadable; the first: tf 'odom' -> 'base_link': rotation is "
         "not a unit quaternion, its norm is 0"
     )
+
+
+def test_two_odometries_are_not_mixed_where_the_poses_are_those_of_one(tmp_path):
+    bag = write_bag(tmp_path / "bag.mcap", with_two_odometries())
+    with pytest.raises(DatasetError, match=r"several topics that end in odom: /visual/odom, /wh"):
+        list(bag_messages(bag, 0.0, heatmaps=False, poses=ODOMETRY))
+    assert list(bag_messages(bag, 0.0, heatmaps=False))
 
 
 def test_a_bag_without_a_readable_colour_image_is_refused_at_once(tmp_path):

@@ -24,7 +24,11 @@ def session_of(messages, **options):
     def all_messages(wanted):
         return (one for one in messages if one.key in wanted)
 
-    recording = SimpleNamespace(path=Path("a"), all_messages=all_messages)
+    def topics(key):
+        found = {getattr(one, "topic", key) for one in messages if one.key == key}
+        return sorted(found)
+
+    recording = SimpleNamespace(path=Path("a"), all_messages=all_messages, topics=topics)
     return SessionData(
         path=recording.path, recording=recording, timeline=None, scene=None, **options
     )
@@ -82,6 +86,19 @@ def test_a_base_that_is_called_something_else_is_named(root):
 def test_a_bag_that_has_a_base_link_keeps_it():
     with pytest.raises(RecordingError, match="has a frame 'base_link' already"):
         _ = session_of(ROOTED, robot=BagRobot(base="base_footprint")).trajectory
+
+
+@pytest.mark.parametrize("poses", [ODOMETRY, ROOTED])
+def test_the_poses_of_two_topics_are_not_mixed(poses):
+    two = [SimpleNamespace(**vars(one), topic=f"/{n}") for n, one in enumerate(poses)]
+    with pytest.raises(RecordingError, match=r"several topics that end in .*: /0, /1"):
+        _ = session_of(two).trajectory
+
+
+def test_a_second_odometry_is_nothing_to_a_bag_whose_poses_are_those_of_tf():
+    two = [SimpleNamespace(**vars(one), topic=f"/{n}") for n, one in enumerate(ODOMETRY)]
+    trajectory = session_of([*two, tf(1, "map", "odom"), *ROOTED]).trajectory
+    assert tuple(trajectory.time_ns) == STAMPS
 
 
 def test_a_bag_without_poses_is_refused():
