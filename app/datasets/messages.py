@@ -32,6 +32,8 @@ logger = logging.getLogger(__name__)
 FROM_CAMERA: Final = (
     keys.COLOR, keys.COLOR_RAW, keys.DEPTH, keys.DEPTH_RAW, keys.CAMERA_INFO, keys.CONTACT,
 )  # fmt: skip
+SENT_ONCE: Final = (keys.CAMERA_INFO, keys.LABEL_NAMES, keys.DETECTOR_NAME)
+"""Some drivers send these at their start alone: the last ones before a later start count there."""
 TF_ALONE: Final = BagPoses()
 """The poses of a bag whose tf begins at `map`."""
 
@@ -149,7 +151,8 @@ def bag_messages(
 
     Args:
         path: An MCAP file, a session's folder, or a rosbag2 folder.
-        start_s: Earlier messages are skipped, except fixed transforms.
+        start_s: Earlier messages are skipped, except fixed transforms and the last ones of
+            `SENT_ONCE`.
         heatmaps: Whether to send recorded heatmaps and detections.
         poses: Which of them are sent (`bag_poses`); None for none, and a bag needs none.
         names: Topics of a robot that has names of its own.
@@ -220,10 +223,17 @@ def _bag_messages(
             raise DatasetError(f"{path}: {problem}")
         if told and (note := _thinning_note(recording)):
             logger.warning("%s %s", path, note)
+        before: dict[str, RobotMessage] = {}
         for message in recording.all_messages(_used(wanted, recording.keys)):
             at = (message.time_ns - recording.start_ns) * 1e-9 - start_s
-            if at >= 0.0 or message.key == keys.TF_STATIC:
-                yield RobotMessage(max(at, 0.0), message.key, message.payload)
+            sent = RobotMessage(max(at, 0.0), message.key, message.payload)
+            if at < 0.0 and message.key in SENT_ONCE:
+                before[message.key] = sent
+            elif at >= 0.0 or message.key == keys.TF_STATIC:
+                if at >= 0.0:
+                    yield from before.values()
+                    before.clear()
+                yield sent
         for problem, count in recording.damaged.items():
             logger.warning("%s: %s (%d messages)", path, problem, count)
     finally:
