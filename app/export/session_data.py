@@ -69,6 +69,8 @@ class SessionData:
     @property
     def name(self) -> str:
         """Name of the session's folder, or of its file where the folder has others."""
+        if self.path.is_dir():
+            return self.path.resolve().name
         path = self.recording.path.resolve()
         alone = len(list(path.parent.glob("*.mcap"))) == 1
         return path.parent.name if alone else path.name

@@ -116,7 +116,9 @@ def test_a_session_is_named_by_its_folder_and_a_file_among_others_by_itself(tmp_
         return SessionData(path=path, recording=recording, timeline=None, scene=None).name
 
     assert name_of(folder / "session_0.mcap") == "morning"
+    assert name_of(folder) == "morning"
     monkeypatch.chdir(folder)
     assert name_of(Path("session_0.mcap")) == "morning"
     (folder / "other.mcap").touch()
+    assert name_of(folder) == "morning"
     assert name_of(Path("other.mcap")) == "other.mcap"
