@@ -13,6 +13,7 @@ from app.datasets.bag_poses import BagPoses, poses_of
 from app.datasets.bag_robot import BagRobot
 from app.datasets.dataset import DatasetError
 from app.datasets.messages import TF_ALONE
+from app.links.robot_streams.transforms import BACKWARDS_NS
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.keys import BASE_FRAME, WORLD_FRAME
@@ -43,7 +44,7 @@ class Trajectory:
     """Poses of the base over time."""
 
     time_ns: NDArray[np.int64]
-    """(N,) nanoseconds of the robot's clock."""
+    """(N,) nanoseconds of the robot's clock; ascending, except where that was set back."""
     T_world_base: Float64Array
     """(N, 4, 4) rigid transforms."""
 
@@ -164,6 +165,7 @@ def _follow(recording: Recording, source: BagPoses) -> Trajectory | None:
     base, alignments = BasePose(source.world, source.base), MapAlignments(recording)
     stamps: list[int] = []
     poses: list[Float64Array] = []
+    steps_back = 0
     for message in recording.all_messages(source.keys):
         try:
             is_odometry = message.key == keys.ODOM
@@ -175,12 +177,22 @@ def _follow(recording: Recording, source: BagPoses) -> Trajectory | None:
         base.T_map_world = alignments.at(message.time_ns)
         base.take(came, fixed=message.key == keys.TF_STATIC)
         stamp_ns, pose = base.stamp_ns(), base.pose()
-        if stamp_ns is None or pose is None or stamp_ns <= (stamps[-1] if stamps else -1):
+        if stamp_ns is None or pose is None:
             continue
+        early_ns = stamps[-1] - stamp_ns if stamps else -1
+        if 0 <= early_ns < BACKWARDS_NS:
+            # It is the same pose, or one that was overtaken on its way.
+            continue
+        steps_back += early_ns >= BACKWARDS_NS
         stamps.append(stamp_ns)
         poses.append(pose)
     if not stamps:
         return None
+    if steps_back:
+        logger.warning(
+            "%s: steps back of the robot's clock: %d; the times of the trajectory begin anew after "
+            "each", recording.path, steps_back,
+        )  # fmt: skip
     return Trajectory(time_ns=np.array(stamps, np.int64), T_world_base=np.stack(poses))
 
 

@@ -101,6 +101,16 @@ def test_a_second_odometry_is_nothing_to_a_bag_whose_poses_are_those_of_tf():
     assert tuple(trajectory.time_ns) == STAMPS
 
 
+def test_poses_after_a_step_back_of_the_clock_are_kept_and_overtaken_ones_are_not(caplog):
+    seconds = (8.0, 9.0, 8.9, 2.0, 3.0)
+    messages = [tf(1, "map", "odom")]
+    messages += [tf(round(s * 1e9), "odom", "base_link", float(k)) for k, s in enumerate(seconds)]
+    trajectory = session_of(messages).trajectory
+    assert tuple(trajectory.time_ns * 1e-9) == (8.0, 9.0, 2.0, 3.0)
+    np.testing.assert_allclose(trajectory.T_world_base[:, 0, 3], (0.0, 1.0, 3.0, 4.0))
+    assert "steps back of the robot's clock: 1; the times" in caplog.text
+
+
 def test_a_bag_without_poses_is_refused():
     with pytest.raises(RecordingError, match="neither tf nor odometry leads to base_link"):
         _ = session_of([tf(1, "map", "odom")]).trajectory
