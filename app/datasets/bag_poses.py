@@ -11,7 +11,7 @@ from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.keys import BASE_FRAME, ODOMETRY_FRAME, WORLD_FRAME
 from app.messages.motion import StampedTransform, decode_odometry, encode_transforms
-from app.recording.frame_tree import NO_MOUNT, FrameTree
+from app.recording.frame_tree import FrameTree
 from ippon.geometry import Float64Array
 
 
@@ -41,7 +41,8 @@ class BagPoses:
         if self.odometry_child:
             notes.append(f"{path}: the poses are those of its odometry, which drifts")
         if self.camera_frame:
-            notes.append("where the camera is on the base is taken from the profile")
+            mount = "where the camera is on the base is taken from the profile"
+            notes.append(mount if notes else f"{path}: {mount}")
         if self.world != WORLD_FRAME:
             notes.append(f"{path} has no frame 'map': {self.world!r} is taken as the world")
         return "; ".join(notes)
@@ -109,6 +110,7 @@ def poses_of(
         if (
             base == BASE_FRAME
             and tree.has_images
+            and tree.camera
             and WORLD_FRAME in tree.names
             and not tree.problem()
         ):
@@ -121,22 +123,19 @@ def poses_of(
     problem = tree.problem()
     if not problem:
         return BagPoses(world=tree.world, base=base)
-    mount = T_base_camera is not None
-    with_odometry = tree.with_odometry(mount=mount)
-    if with_odometry is not None:
-        problem = with_odometry.problem()
+    mount, used = T_base_camera is not None, tree
+    for used in tree.completions(mount=mount):
+        problem = used.problem()
         if not problem:
             mounted = mount and tree.lacks_mount
             return BagPoses(
-                world=with_odometry.world,
-                odometry_child=tree.odometry_child,
+                world=used.world,
+                odometry_child=tree.odometry_child if used.by_odometry else "",
                 camera_frame=tree.camera if mounted else "",
                 T_base_camera=T_base_camera if mounted else None,
                 base=base,
             )
-        if not mount and tree.lacks_mount:
-            problem += NO_MOUNT
-    raise _no_pose(path, problem, with_odometry or tree)
+    raise _no_pose(path, problem + ("" if mount else tree.mount_hint), used)
 
 
 def _no_pose(path: Path, problem: str, tree: FrameTree) -> DatasetError:

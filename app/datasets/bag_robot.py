@@ -55,14 +55,16 @@ def _names(settings: Settings) -> Names:
     """Return the keys of a robot's topics.
 
     The compressed topics that image_transport puts beside an image are among them, and the raw ones
-    beside a usual name. Topics with usual names in no namespace are left to the ends of names.
+    beside a usual name. Usual names in no namespace that the profile does not name itself are left
+    to the ends of names.
     """
     names: dict[tuple[str, str], str] = {}
     for stream, topic in settings.topics.items():
         usual, kinds = STREAMS.get(stream, (None, {}))
         ending = "/" + (usual or "").strip("/")
         is_usual = usual is not None and topic.name.endswith(ending)
-        if is_usual and topic.name == ending and settings.namespace == "/":
+        is_by_end = is_usual and not topic.is_named and settings.namespace == "/"
+        if is_by_end and topic.name == ending:
             continue
         for kind, key in kinds.items():
             names[topic.name, kind] = key

@@ -16,7 +16,7 @@ from app.messages.depth.depth_images import encode_depth
 from app.messages.images import decode_color_raw, encode_camera, encode_color
 from app.messages.keys import CAMERA_FRAME
 from app.messages.motion import encode_transforms, robot_transforms
-from app.recording.camera_topics import COLORS, DEPTHS, topic_problem
+from app.recording.camera_topics import COLORS, DEPTHS, mixed, topic_problem
 from app.recording.channels import USUAL, Names
 from app.recording.depth_pairs import FEW
 from app.recording.errors import RecordingError
@@ -32,6 +32,8 @@ logger = logging.getLogger(__name__)
 FROM_CAMERA: Final = (
     keys.COLOR, keys.COLOR_RAW, keys.DEPTH, keys.DEPTH_RAW, keys.CAMERA_INFO, keys.CONTACT,
 )  # fmt: skip
+SENT_ONCE: Final = (keys.CAMERA_INFO, keys.LABEL_NAMES, keys.DETECTOR_NAME)
+"""Some drivers send these at their start alone: the last ones before a later start count there."""
 TF_ALONE: Final = BagPoses()
 """The poses of a bag whose tf begins at `map`."""
 
@@ -149,7 +151,8 @@ def bag_messages(
 
     Args:
         path: An MCAP file, a session's folder, or a rosbag2 folder.
-        start_s: Earlier messages are skipped, except fixed transforms.
+        start_s: Earlier messages are skipped, except fixed transforms and the last ones of
+            `SENT_ONCE`.
         heatmaps: Whether to send recorded heatmaps and detections.
         poses: Which of them are sent (`bag_poses`); None for none, and a bag needs none.
         names: Topics of a robot that has names of its own.
@@ -157,15 +160,18 @@ def bag_messages(
         unreadable: Counts what is skipped; None logs it at the end.
 
     Raises:
-        DatasetError: It is not a bag, lacks a topic of a frame, has those of two cameras, or none
-            of its raw colour images can be read.
+        DatasetError: It is not a bag, lacks a topic of a frame, has those of two cameras or
+            sources of poses, or none of its raw colour images can be read.
     """
     seen = keys.SEEN if heatmaps else ()
     wanted = [*FROM_CAMERA, *seen, *(poses.keys if poses is not None else ())]
     if poses is not None and (fixed := poses.fixed()) is not None:
         yield RobotMessage(0.0, keys.TF_STATIC, fixed)
     known, skipped = poses is not None, unreadable or Unreadable()
-    messages = _bag_messages(path, start_s, wanted, names, poses=known, colors=True, told=told)
+    messages = _bag_messages(
+        path, start_s, wanted, names, poses=known, odometry=keys.ODOM in wanted, colors=True,
+        told=told,
+    )  # fmt: skip
     for message in messages:
         try:
             sent = _converted(message, poses)
@@ -198,6 +204,7 @@ def _bag_messages(
     names: Names,
     *,
     poses: bool = True,
+    odometry: bool = False,
     colors: bool = False,
     told: bool = False,
 ) -> Iterator[RobotMessage]:
@@ -210,14 +217,23 @@ def _bag_messages(
             logger.warning("%s: %s; what can be read is used", path, problem)
         if problem := topic_problem(recording, poses=poses):
             raise DatasetError(f"{path}: {problem}")
+        if odometry and (problem := mixed(recording, (keys.ODOM,))):
+            raise DatasetError(f"{path}: {problem}")
         if colors and (problem := _color_problem(recording)):
             raise DatasetError(f"{path}: {problem}")
         if told and (note := _thinning_note(recording)):
             logger.warning("%s %s", path, note)
+        before: dict[str, RobotMessage] = {}
         for message in recording.all_messages(_used(wanted, recording.keys)):
             at = (message.time_ns - recording.start_ns) * 1e-9 - start_s
-            if at >= 0.0 or message.key == keys.TF_STATIC:
-                yield RobotMessage(max(at, 0.0), message.key, message.payload)
+            sent = RobotMessage(max(at, 0.0), message.key, message.payload)
+            if at < 0.0 and message.key in SENT_ONCE:
+                before[message.key] = sent
+            elif at >= 0.0 or message.key == keys.TF_STATIC:
+                if at >= 0.0:
+                    yield from before.values()
+                    before.clear()
+                yield sent
         for problem, count in recording.damaged.items():
             logger.warning("%s: %s (%d messages)", path, problem, count)
     finally:

@@ -13,12 +13,14 @@ from app.datasets.bag_poses import BagPoses, poses_of
 from app.datasets.bag_robot import BagRobot
 from app.datasets.dataset import DatasetError
 from app.datasets.messages import TF_ALONE
+from app.links.robot_streams.transforms import BACKWARDS_NS
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.keys import BASE_FRAME, WORLD_FRAME
 from app.messages.motion import decode_transforms
 from app.nodes.review.player import Player
 from app.recording.base_pose import BasePose
+from app.recording.camera_topics import mixed
 from app.recording.errors import RecordingError
 from app.recording.map_alignment import MapAlignments
 from app.recording.reading.recording import Recording
@@ -42,7 +44,7 @@ class Trajectory:
     """Poses of the base over time."""
 
     time_ns: NDArray[np.int64]
-    """(N,) nanoseconds of the robot's clock."""
+    """(N,) nanoseconds of the robot's clock; ascending, except where that was set back."""
     T_world_base: Float64Array
     """(N, 4, 4) rigid transforms."""
 
@@ -68,6 +70,8 @@ class SessionData:
     @property
     def name(self) -> str:
         """Name of the session's folder, or of its file where the folder has others."""
+        if self.path.is_dir():
+            return self.path.resolve().name
         path = self.recording.path.resolve()
         alone = len(list(path.parent.glob("*.mcap"))) == 1
         return path.parent.name if alone else path.name
@@ -77,7 +81,7 @@ class SessionData:
         """Every pose of the base, read from the file once.
 
         Raises:
-            RecordingError: There is none.
+            RecordingError: There is none, or those of several topics.
         """
         return _trajectory(self.recording, self.robot)
 
@@ -118,14 +122,26 @@ def read_session_data(
 
 
 def _trajectory(recording: Recording, robot: BagRobot) -> Trajectory:
+    _check_topics(recording, TF_ALONE)
     trajectory = _follow(recording, TF_ALONE) if robot.base == BASE_FRAME else None
     if trajectory is None:
         poses = _other_poses(recording, robot)
+        _check_topics(recording, poses)
         logger.warning("%s", poses.note(recording.path))
         trajectory = _follow(recording, poses)
     if trajectory is None:
         raise RecordingError(_no_pose(recording.path, robot.base))
     return trajectory
+
+
+def _check_topics(recording: Recording, poses: BagPoses) -> None:
+    """Refuse poses of several topics.
+
+    Raises:
+        RecordingError: There are several; says which, and how one is chosen.
+    """
+    if several := mixed(recording, poses.keys):
+        raise RecordingError(f"{recording.path}: {several}")
 
 
 def _other_poses(recording: Recording, robot: BagRobot) -> BagPoses:
@@ -149,6 +165,7 @@ def _follow(recording: Recording, source: BagPoses) -> Trajectory | None:
     base, alignments = BasePose(source.world, source.base), MapAlignments(recording)
     stamps: list[int] = []
     poses: list[Float64Array] = []
+    steps_back = 0
     for message in recording.all_messages(source.keys):
         try:
             is_odometry = message.key == keys.ODOM
@@ -160,12 +177,22 @@ def _follow(recording: Recording, source: BagPoses) -> Trajectory | None:
         base.T_map_world = alignments.at(message.time_ns)
         base.take(came, fixed=message.key == keys.TF_STATIC)
         stamp_ns, pose = base.stamp_ns(), base.pose()
-        if stamp_ns is None or pose is None or stamp_ns <= (stamps[-1] if stamps else -1):
+        if stamp_ns is None or pose is None:
             continue
+        early_ns = stamps[-1] - stamp_ns if stamps else -1
+        if 0 <= early_ns < BACKWARDS_NS:
+            # It is the same pose, or one that was overtaken on its way.
+            continue
+        steps_back += early_ns >= BACKWARDS_NS
         stamps.append(stamp_ns)
         poses.append(pose)
     if not stamps:
         return None
+    if steps_back:
+        logger.warning(
+            "%s: steps back of the robot's clock: %d; the times of the trajectory begin anew after "
+            "each", recording.path, steps_back,
+        )  # fmt: skip
     return Trajectory(time_ns=np.array(stamps, np.int64), T_world_base=np.stack(poses))
 
 

@@ -15,6 +15,7 @@ from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import COLOR_DECODERS
 from app.messages.scene import decode_voxels
+from app.recording.camera_topics import mixed
 from app.recording.errors import RecordingError
 from app.recording.map_alignment import alignment_message
 from app.recording.reading.recording import RecordedMessage
@@ -44,7 +45,7 @@ def write_camera_video(
     """Write every camera image at its time.
 
     Raises:
-        RecordingError: There is no image, or no package that encodes it.
+        RecordingError: There is no image, those of two cameras, or no package that encodes them.
     """
     if not _write(path, _camera_pictures(session), session.recording.duration_s, on_progress):
         raise RecordingError(f"{session.recording.path} has no picture of a camera")
@@ -112,6 +113,8 @@ def _grow(above: MapFromAbove, message: RecordedMessage, voxel_m: float) -> None
 def _camera_pictures(session: SessionData) -> Pictures:
     recording = session.recording
     key = keys.COLOR if keys.COLOR in recording.keys else keys.COLOR_RAW
+    if several := mixed(recording, (key,)):
+        raise RecordingError(f"{recording.path}: {several}")
     for message in recording.all_messages((key,)):
         try:
             image = COLOR_DECODERS[key](message.payload)

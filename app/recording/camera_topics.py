@@ -12,6 +12,7 @@ from app.recording.reading.recording import Recording
 COLORS: Final = tuple(COLOR_DECODERS)
 DEPTHS: Final = tuple(DEPTH_DECODERS)
 POSES: Final = (keys.TF, keys.ODOM)
+TRANSFORMS: Final = (keys.TF, keys.TF_STATIC)
 MOST_NAMED: Final = 12
 """Topics that a text names."""
 _NAMING: Final = "--profile FILE with a section `ros2` that names"
@@ -26,7 +27,10 @@ def topic_problem(recording: Recording, *, poses: bool) -> str:
     """
     needed = [COLORS, DEPTHS, (keys.CAMERA_INFO,), *((POSES,) if poses else ())]
     missing = [several for several in needed if not set(several) & set(recording.keys)]
-    return _missing(recording, missing) if missing else _ambiguous(recording)
+    if missing:
+        return _missing(recording, missing)
+    images = mixed(recording, (*COLORS, *DEPTHS, keys.CAMERA_INFO))
+    return images or (mixed(recording, TRANSFORMS) if poses else "")
 
 
 def _missing(recording: Recording, missing: Sequence[tuple[str, ...]]) -> str:
@@ -47,14 +51,22 @@ def _missing(recording: Recording, missing: Sequence[tuple[str, ...]]) -> str:
     return text
 
 
-def _ambiguous(recording: Recording) -> str:
-    """Return which topics of two cameras would be taken for one; empty where none would."""
-    for key in (*COLORS, *DEPTHS, keys.CAMERA_INFO):
+def mixed(recording: Recording, used: Sequence[str]) -> str:
+    """Return which topics of two cameras or robots would be taken for one; empty where none would.
+
+    Args:
+        recording: The recording.
+        used: Keys of images, of camera info, or of poses.
+    """
+    for key in used:
         topics = recording.topics(key)
         if len(topics) > 1 and not (key == keys.COLOR_RAW and keys.COLOR in recording.keys):
+            several = f"it has several topics that end in {key}: {', '.join(topics[:MOST_NAMED])}. "
+            if key in (*TRANSFORMS, keys.ODOM):
+                return f"{several}Poses of two sources are not mixed: {_NAMING} one of them"
             return (
-                f"it has several topics that end in {key}: {', '.join(topics[:MOST_NAMED])}. The "
-                f"images of two cameras are not mixed: {_NAMING} those of one, or their `namespace`"
+                f"{several}The images of two cameras are not mixed: {_NAMING} those of one, or "
+                "their `namespace`"
             )
     return ""
 

@@ -12,7 +12,7 @@ from app.messages.control import decode
 from app.messages.status import GoalStatus
 from app.recording.errors import RecordingError
 from app.recording.live_file import is_held
-from app.recording.reading.bag_files import is_one_bag
+from app.recording.reading.bag_files import STORED, files_of, is_one_bag
 from app.recording.reading.file_index import ByteRange
 from app.recording.reading.recording import Recording
 from app.recording.session_goals import SessionGoal, session_goal
@@ -69,14 +69,12 @@ def list_sessions(
         name = _id(folder, path)
         entry = known.get(name)
         try:
-            state = path.stat()
-            if entry is None or (entry.size, entry.changed_ns) != (
-                state.st_size, state.st_mtime_ns,
-            ):  # fmt: skip
-                entry = _read(path, name, state.st_size, state.st_mtime_ns)
+            size, changed_ns = _state(path)
+            if entry is None or (entry.size, entry.changed_ns) != (size, changed_ns):
+                entry = _read(path, name, size, changed_ns)
                 fresh += 1
             entries.append(entry)
-        except FileNotFoundError:
+        except (FileNotFoundError, RecordingError):
             # It was removed meanwhile, or is a link to a file that was.
             logger.info("%s is not there any more", path)
         if progress is not None:
@@ -87,7 +85,7 @@ def list_sessions(
 
 
 def path_of(folder: Path, name: str, entries: list[SessionEntry]) -> Path | None:
-    """Return the file of a listed session, None for any other name."""
+    """Return the file of a listed session, or the folder of a bag; None for any other name."""
     if not any(entry.id == name for entry in entries):
         return None
     return folder / name
@@ -113,13 +111,40 @@ def is_folder_of_recordings(path: Path) -> bool:
 
 
 def recordings_in(folder: Path) -> list[Path]:
-    """Return the recordings in a folder and its sessions' folders, in the order of their names."""
-    found: list[Path] = []
+    """Return the recordings in a folder and the folders below, in the order of their names.
+
+    Returns:
+        Files, and in place of those of one bag the folder that holds them, unless that is a single
+        MCAP file.
+    """
+    files: dict[Path, list[Path]] = {}
     pattern = ""
     for _ in range(MAX_DEPTH):
-        found.extend(folder.glob(f"{pattern}*.mcap"))
+        for path in folder.glob(f"{pattern}*"):
+            if path.name.endswith(STORED) and not path.is_dir():
+                files.setdefault(path.parent, []).append(path)
         pattern += "*/"
+    found: list[Path] = []
+    for parent, inside in files.items():
+        is_alone = len(inside) == 1 and inside[0].suffix == ".mcap"
+        is_bag = parent != folder and not is_alone and is_one_bag(parent)
+        found += [parent] if is_bag else inside
     return sorted(found)
+
+
+def _state(path: Path) -> tuple[int, int]:
+    """Return the size of a recording, and when it was changed, nanoseconds since 1970.
+
+    Raises:
+        FileNotFoundError: It is not there.
+        RecordingError: Its folder holds no bag any more.
+    """
+    if not path.is_dir():
+        state = path.stat()
+        return state.st_size, state.st_mtime_ns
+    # A part that metadata.yaml names may be missing.
+    states = [part.stat() for part in files_of(path) if part.exists()]
+    return sum(s.st_size for s in states), max((s.st_mtime_ns for s in states), default=0)
 
 
 def _id(folder: Path, path: Path) -> str:
@@ -143,7 +168,7 @@ def _read(path: Path, name: str, size: int, changed_ns: int) -> SessionEntry:
         summary = recording.index.metadata.get(SUMMARY)
         if summary is None:
             # What is being recorded changes until the list is shown again.
-            is_growing = not recording.index.complete and is_held(path)
+            is_growing = not (recording.index.complete or path.is_dir()) and is_held(path)
             timeline = sampled_timeline(recording) if is_growing else timeline_of(recording)
             summary = summary_of(timeline, recording.duration_s)
         picture = recording.index.attachments.get(THUMBNAIL, ByteRange(offset=0, length=0))

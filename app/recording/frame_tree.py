@@ -16,8 +16,7 @@ IMAGES: Final = (keys.COLOR, keys.COLOR_RAW)
 TOPICS: Final = (*IMAGES, keys.CAMERA_INFO, keys.TF, keys.TF_STATIC, keys.ODOM)
 """Topics that tell the frames and their times."""
 NO_MOUNT: Final = (
-    ". Odometry says where the base is; --profile FILE with a fixed `tilt` says where the camera "
-    "is on it"
+    ". {} says where the base is; --profile FILE with a fixed `tilt` says where the camera is on it"
 )
 NO_BASE: Final = (
     f"; the base must be called {BASE_FRAME!r}: a fixed transform from the frame that it has to "
@@ -77,6 +76,8 @@ class FrameTree:
 
     def __init__(self, clock_offset_s: float = 0.0, base: str = BASE_FRAME) -> None:
         self.base = base
+        self.by_odometry = False
+        """Whether the odometry is one of the transforms, see `completions`."""
         self._offset_ns = round(NANOSECONDS * clock_offset_s)
         self._parents: dict[str, str] = {}
         self._moving: dict[str, _Span] = {}
@@ -152,8 +153,17 @@ class FrameTree:
 
     @property
     def lacks_mount(self) -> bool:
-        """Whether there is odometry, and no transform says where the camera is on the base."""
-        return self._odometry is not None and self.camera not in self._parents
+        """Whether no transform says where the camera is on the base."""
+        return bool(self.camera) and self.camera not in self._parents
+
+    @property
+    def mount_hint(self) -> str:
+        """That a profile would say where the camera is on the base; empty where it would not."""
+        if not self.lacks_mount:
+            return ""
+        if self._odometry is not None:
+            return NO_MOUNT.format("Odometry")
+        return "" if self._completed(mount=True).problem() else NO_MOUNT.format("tf")
 
     @property
     def lacks_base(self) -> bool:
@@ -162,20 +172,25 @@ class FrameTree:
             return False
         return self.world != self.base or self.base not in self.names
 
-    def with_odometry(self, *, mount: bool) -> "FrameTree | None":
-        """Return the tree with the odometry as a transform; None where it adds nothing.
+    def completions(self, *, mount: bool) -> list["FrameTree"]:
+        """Return the tree with what may be taken for missing transforms, the best first.
 
         Args:
             mount: A profile says where the camera is on the base, where no transform does.
         """
-        if self._odometry is None or self.odometry_child in self._parents:
-            return None
+        found = [self._completed(mount=True)] if mount and self.lacks_mount else []
+        if self._odometry is not None and self.odometry_child not in self._parents:
+            found.append(self._completed(mount=mount, odometry=True))
+        return found
+
+    def _completed(self, *, mount: bool, odometry: bool = False) -> "FrameTree":
         tree = FrameTree(self._offset_ns / NANOSECONDS, self.base)
         tree._parents, tree._moving = dict(self._parents), dict(self._moving)
         tree._images, tree._camera, tree._has_fixed = self._images, self._camera, self._has_fixed
-        tree._refused = self._refused
-        tree._parents[self.odometry_child] = self._odometry[0]
-        tree._moving[self.odometry_child] = self._odometry[2]
+        tree._refused, tree.by_odometry = self._refused, odometry
+        if odometry and self._odometry is not None:
+            tree._parents[self.odometry_child] = self._odometry[0]
+            tree._moving[self.odometry_child] = self._odometry[2]
         if mount and self.camera and self.camera not in tree._parents:
             tree._parents[self.camera] = self.base
         return tree

@@ -1,7 +1,6 @@
 """All checks of a live robot, in the order in which they are to be read."""
 
 import math
-from typing import Final
 
 from app.doctor.finding import Finding
 from app.doctor.robot.clock_offset import check_offset
@@ -9,7 +8,7 @@ from app.doctor.robot.clocks import check_clocks
 from app.doctor.robot.command_loop import check_commands
 from app.doctor.robot.frames import check_frames
 from app.doctor.robot.images import CameraCheck, check_camera
-from app.doctor.robot.samples import Samples
+from app.doctor.robot.samples import MOST_POSES, Samples
 from app.links.robot_streams.transforms import TransformBuffer
 from app.messages import keys
 from app.messages.cdr import MessageError
@@ -21,8 +20,6 @@ from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, invert_transform
 from ippon.robot import RobotProfile
-
-MOST_POSES: Final = 5000
 
 
 def check_robot(

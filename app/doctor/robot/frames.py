@@ -8,7 +8,7 @@ import numpy as np
 from app.doctor.finding import Finding
 from app.doctor.robot.clocks import rate_hz
 from app.doctor.robot.images import read_all, unreadable
-from app.doctor.robot.samples import Samples
+from app.doctor.robot.samples import MOST_POSES, Samples
 from app.links.robot_streams.transforms import TransformBuffer
 from app.messages import keys
 from app.messages.cdr import MessageError
@@ -53,7 +53,7 @@ def check_frames(samples: Samples, optical: str | None, stamps_ns: list[int]) ->
         ]
     if findings:
         return findings
-    buffer = TransformBuffer()
+    buffer = TransformBuffer(history=MOST_POSES)
     poses: list[StampedTransform] = []
     for transforms, is_fixed in (*((t, True) for _, t in fixed), *((t, False) for _, t in moving)):
         for transform in transforms:

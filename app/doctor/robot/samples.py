@@ -14,6 +14,8 @@ from app.messages import keys
 SECONDS: Final = 5.0
 MOST_KEPT: Final = 30
 """Messages of one key that are kept whole; of earlier ones only the stamp stays."""
+MOST_POSES: Final = 5000
+"""Poses of one frame that are looked at; a navigator keeps fewer, as it meets images at once."""
 HEARD: Final = (
     keys.COLOR, keys.COLOR_RAW, keys.DEPTH, keys.DEPTH_RAW, keys.CAMERA_INFO, keys.TF,
     keys.TF_STATIC, keys.ODOM, keys.CMD_VEL, keys.NAVIGATION_ACTIVE, keys.NAVIGATION_STATUS,

@@ -51,6 +51,11 @@ class Inbox:
                 self.dropped += 1
             self._arrived.notify()
 
+    def has_room(self) -> bool:
+        """Return whether at most half of what it holds waits, so that a sender may go on."""
+        with self._arrived:
+            return 2 * len(self._queue) <= _LIMIT
+
     def wake(self) -> None:
         """Let `drain` return, or the next one return at once."""
         with self._arrived:

@@ -267,7 +267,10 @@ def run_review(config: ReviewConfig) -> None:
     gateway = Gateway(
         viser_server, shell, link, OpenAccess(browsers), Hosts("127.0.0.1"), assets=Assets(say)
     )
-    playback = Playback(tuple(inbox.put for inbox in inboxes), timeline, fail, say)
+    playback = Playback(
+        tuple(inbox.put for inbox in inboxes), timeline, fail, say,
+        has_room=lambda: all(inbox.has_room() for inbox in inboxes),
+    )  # fmt: skip
     scene_thread = SceneThread(viser_server, link, inboxes[0], shell, fail)
     second = SideBySideScene(viser_server, inboxes[1], scene_thread.follow, fail)
     pages = ReviewPages(config, playback, timeline, second, say)

@@ -74,6 +74,7 @@ class Playback:
         state_feed: StateFeed,
         on_failure: OnFailure,
         say: Words = ENGLISH,
+        has_room: Callable[[], bool] = lambda: True,
     ) -> None:
         """Create a playback without recordings.
 
@@ -82,9 +83,10 @@ class Playback:
             state_feed: Receives `ReviewState`.
             on_failure: Called when a thread has failed.
             say: The words for what was said in the sessions.
+            has_room: Whether the receivers keep up; while they do not, nothing is played.
         """
         self._emits, self._say = emits, say
-        self._state_feed = state_feed
+        self._state_feed, self._has_room = state_feed, has_room
         self._work: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._players: list[Player] = []
         self._playing = False
@@ -290,8 +292,16 @@ class Playback:
         self._describe([notes, *others])
 
     def _advance(self, seconds: float) -> None:
-        for player in self._players:
-            player.advance(seconds)
+        """Play for a time, or less where the receivers do not keep up.
+
+        A review asks for no message again, so that none may be lost: in short parts none is, also
+        after a thread was held up.
+        """
+        part_s = TICK_S * self._speed
+        while seconds > 0.0 and self._has_room():
+            for player in self._players:
+                player.advance(min(seconds, part_s))
+            seconds -= part_s
         if all(player.ended for player in self._players) and not self._growing:
             self._playing = False
 

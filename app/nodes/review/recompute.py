@@ -75,11 +75,10 @@ class Recomputation:
         self._settings = settings
         self._status = decode(status.payload, Status)
         self._answered = _answered(recording)
-        self._goal_stamps = _stamps_of(recording, "goal_set")
+        self._begun_ns = _begun(recording)
         self._operator = [e for e in _events(recording) if e.kind in SAME_EVENTS]
         self._tables: list[LevelTable] = []
         self._goal_id: int | None = None
-        self._goals = 0
         self._tracker = SurfaceTracker(self.mission.voxel_map)
         self._stamp_ns = -1
         self._last: Snapshot | None = None
@@ -146,8 +145,7 @@ class Recomputation:
         waiting, self._tables = self._tables, []
         for table in waiting:
             new = table.goal_id != self._goal_id
-            stamps = self._goal_stamps
-            if new and self._goals < len(stamps) and stamps[self._goals] > stamp_ns:
+            if new and self._begun_ns.get(table.goal_id, stamp_ns) > stamp_ns:
                 # The search began with a later frame.
                 self._tables.append(table)
                 continue
@@ -173,7 +171,7 @@ class Recomputation:
             ooi=table.object, context=table.context, provider=table.provider, rows=rows
         )
         if new:
-            self._goal_id, self._goals = table.goal_id, self._goals + 1
+            self._goal_id = table.goal_id
             named = resolve_object(table.object, labels)
             goal = Goal(
                 goal_id=table.goal_id,
@@ -249,28 +247,44 @@ def recompute(
     """
     work = Recomputation(recording, settings)
     robot = f"{settings.navigator.robot}_recomputed"
+    config = dataclasses.replace(settings.navigator, robot=robot)
     try:
         session = Session(root, robot, RecordingLimits(min_free_gb=0.0), time.time_ns())
-        config = dataclasses.replace(settings.navigator, robot=robot)
-        start = recording.start_ns
-        session.add(keys.CONFIGURATION, msgspec.json.encode(config), start, 0.0)
-        for message in work.messages():
-            at_s = (message.time_ns - start) * 1e-9
-            session.add(message.key, message.payload, message.time_ns, at_s)
-            progress(at_s / max(recording.duration_s, 1e-9))
-        session.close()
+        try:
+            session.add(keys.CONFIGURATION, msgspec.json.encode(config), recording.start_ns, 0.0)
+            _write(work, recording, session, progress)
+        except BaseException:
+            # A part of a session would be listed, and shown, as one.
+            session.writer.discard()
+            raise
     except OSError as error:
         raise RecordingError(f"cannot write to {root}: {error.strerror}") from error
+    return session.writer.folder
+
+
+def _write(
+    work: Recomputation, recording: Recording, session: Session, progress: Callable[[float], None]
+) -> None:
+    start = recording.start_ns
+    for message in work.messages():
+        at_s = (message.time_ns - start) * 1e-9
+        session.add(message.key, message.payload, message.time_ns, at_s)
+        progress(at_s / max(recording.duration_s, 1e-9))
     if not work.frames:
         raise RecordingError(
             f"{recording.path} has no frame: depth images and poses are needed ({work.refused} "
             "parts could not be used)"
         )
-    return session.writer.folder
+    session.close()
 
 
 def _answered(recording: Recording) -> frozenset[int]:
-    """Return the stamps of answered frames, because a slow navigator skips some."""
+    """Return the stamps of answered frames, because a slow navigator skips some.
+
+    There are none where goals were sent: while one is in force, no velocity tells of an answer.
+    """
+    if keys.NAVIGATION_GOAL in recording.keys:
+        return frozenset()
     stamps: set[int] = set()
     for message in recording.all_messages((keys.CMD_VEL,)):
         try:
@@ -303,5 +317,13 @@ def _events(recording: Recording) -> list[Event]:
     return events
 
 
-def _stamps_of(recording: Recording, kind: str) -> list[int]:
-    return [event.stamp_ns for event in _events(recording) if event.kind == kind]
+def _begun(recording: Recording) -> dict[int, int]:
+    """Return by number of a goal the stamp at which its search began first.
+
+    A search that was under way when the recording began is not among them.
+    """
+    begun: dict[int, int] = {}
+    for event in _events(recording):
+        if event.kind == "goal_set" and event.goal_id is not None:
+            begun.setdefault(event.goal_id, event.stamp_ns)
+    return begun

@@ -13,11 +13,11 @@ from mcap.writer import CompressionType, Writer
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.keys import BASE_FRAME
-from app.recording.camera_topics import COLORS, DEPTHS, POSES, image_problems, topic_problem
+from app.recording.camera_topics import COLORS, DEPTHS, POSES, image_problems, mixed, topic_problem
 from app.recording.channels import GAP_KEY, USUAL, Names, Topic, to_recorded, topic_of
 from app.recording.depth_pairs import FEW, DepthPairs
 from app.recording.errors import RecordingError
-from app.recording.frame_tree import NO_MOUNT, FrameTree
+from app.recording.frame_tree import FrameTree
 from app.recording.live_file import is_held
 from app.recording.reading.recording import OtherTopic, Recording
 from app.recording.timeline import (
@@ -165,15 +165,18 @@ def _pose_problem(recording: Recording, tree: FrameTree, colors: list[int], *, m
     if tree.base != BASE_FRAME and BASE_FRAME in tree.names:
         return f"it has a frame {BASE_FRAME!r}, whose place {tree.base!r} cannot take"
     used, problem = tree, tree.problem()
-    with_odometry = tree.with_odometry(mount=mount) if problem else None
-    if with_odometry is not None:
-        used, problem = with_odometry, with_odometry.problem()
+    for other in tree.completions(mount=mount) if problem else ():
+        used, problem = other, other.problem()
+        if not problem:
+            break
     if problem and used.lacks_base:
         problem += ", or --base-frame names the frame of the base"
-    if with_odometry is not None and problem and tree.lacks_mount and not mount:
-        problem += NO_MOUNT
+    if problem and not mount:
+        problem += tree.mount_hint
     if problem:
         return f"no image has a pose: {problem}"
+    if used.by_odometry and (several := mixed(recording, (keys.ODOM,))):
+        return several
     count = used.count_unposed(colors)
     if count <= FEW * len(colors):
         return ""

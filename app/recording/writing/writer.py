@@ -115,7 +115,7 @@ class SessionWriter:
             return
 
     def discard(self) -> None:
-        """Remove a file that could not be begun, and its folder."""
+        """Remove a file that could not be begun or completed, and its folder."""
         self.abandon()
         with suppress(OSError):
             self.path.unlink(missing_ok=True)

@@ -59,6 +59,8 @@ PUBLISHED = ("cmd_vel", "cmd_tilt")
 IMAGES = ("color", "depth", "masks")
 KEPT = ("tf_static", "label_info", "vision_info")
 """Streams that are sent once, to late subscribers, too (transient local)."""
+NO_HEADER = ("tf", "tf_static", "contact")
+"""Streams whose messages have no stamp of their own, so that their rate is not limited."""
 
 BRIDGE, RMW_ZENOH = "bridge", "rmw_zenoh"
 _LINK = ("namespace", "middleware", "domain", "router")
@@ -83,6 +85,8 @@ class Topic:
     """Coordinate frame of goals; empty for `map`."""
     compress: bool = False
     """Raw depth goes as PNG, without loss."""
+    is_named: bool = False
+    """The profile names it, and does not leave it to what is usual."""
 
 
 @dataclass
@@ -134,6 +138,7 @@ def read_settings(profile: dict[str, Any]) -> Settings:
         entry = section.get(key, usual[key])
         if entry is not None:
             topics[key] = _topic(key, entry, namespace)
+            topics[key].is_named = key in section
     return Settings(
         topics,
         _limit(motion, "max_speed_m_s"),
@@ -239,6 +244,11 @@ def _topic(key: str, entry: Any, namespace: str) -> Topic:
         raise Ros2Error(
             f"`ros2: {key}` takes topic, type, max_hz, for depth compress (true or false), for a "
             f"trajectory joint and sign (1 or -1), and for goals frame; got {entry!r}"
+        )
+    if max_hz and key in NO_HEADER:
+        raise Ros2Error(
+            f"`ros2: {key}` takes no max_hz: its messages have no stamp by which some are left "
+            "out. Limit color and depth, which need the most of a network"
         )
     if key == "cmd_tilt" and kind == TRAJECTORY and not joint:
         raise Ros2Error("`ros2: cmd_tilt` with a JointTrajectory needs `joint`: NAME")

@@ -47,3 +47,9 @@ def test_a_namespace_chooses_one_of_two_robots(names_of):
     assert key_of("/rover/camera/color/image_raw", IMAGE, {}, names) is None
     assert key_of("/tf", TF, {}, names) == keys.TF
     assert key_of("/rover/tf", TF, {}, names) is None
+
+
+def test_a_usual_name_that_the_profile_names_is_the_only_one(names_of):
+    names = names_of("{tf: /tf}")
+    assert key_of("/tf", TF, {}, names) == keys.TF
+    assert key_of("/rover/tf", TF, {}, names) is None

@@ -7,11 +7,17 @@ import pytest
 
 from app.datasets.bag_poses import BagPoses
 from app.datasets.dataset import DatasetError
-from app.datasets.messages import bag_messages
+from app.datasets.messages import SENT_ONCE, bag_messages
 from app.messages import keys
 from app.recording.writing.writer import SessionWriter
 from tests.app.messages.robot_messages import odometry, raw_color
-from tests.app.recording.conftest import all_messages, write_session
+from tests.app.recording.conftest import (
+    START_NS,
+    all_messages,
+    with_two_odometries,
+    write_bag,
+    write_session,
+)
 
 ODOMETRY = BagPoses(odometry_child="base_link")
 
@@ -60,6 +66,27 @@ def test_messages_that_cannot_be_read_are_skipped_and_counted(tmp_path, caplog):
         f"{bag}: odom: 3 skipped as unreadable; the first: tf 'odom' -> 'base_link': rotation is "
         "not a unit quaternion, its norm is 0"
     )
+
+
+def test_two_odometries_are_not_mixed_where_the_poses_are_those_of_one(tmp_path):
+    bag = write_bag(tmp_path / "bag.mcap", with_two_odometries())
+    with pytest.raises(DatasetError, match=r"several topics that end in odom: /visual/odom, /wh"):
+        list(bag_messages(bag, 0.0, heatmaps=False, poses=ODOMETRY))
+    assert list(bag_messages(bag, 0.0, heatmaps=False))
+
+
+@pytest.mark.parametrize("key", SENT_ONCE)
+def test_what_was_sent_before_the_start_alone_is_sent_at_the_start(tmp_path, key):
+    bag = [(f"/{k}", k, t, p) for t, k, p in all_messages() if k not in SENT_ONCE]
+    kinds = [k for k in SENT_ONCE if k != key]
+    once = [(f"/{k}", k, START_NS + n, p) for k in kinds for n, p in [(1, b"\0\1\0\0")]]
+    once += [(f"/{key}", key, START_NS + n, p) for n, p in [(1, b"\0\1\0\0"), (2, b"last")]]
+    known = [one for one in [*once, *bag] if one[1] in keys.ROS_TYPES]
+    path = write_bag(tmp_path / "bag.mcap", sorted(known, key=lambda one: one[2]))
+    read = list(bag_messages(path, 2.0, heatmaps=True))
+    assert [one.payload for one in read if one.key == key] == [b"last"]
+    assert read[0].at_s == 0.0
+    assert {one.key for one in read[:3]} == set(SENT_ONCE)
 
 
 def test_a_bag_without_a_readable_colour_image_is_refused_at_once(tmp_path):

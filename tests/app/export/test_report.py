@@ -9,6 +9,7 @@ from app.export.report import part_of
 from app.export.session_data import read_session_data
 from app.export.tables import write_csv
 from app.messages import keys
+from app.recording.notes import notes_path
 from app.recording.writing.limits import RecordingLimits
 from app.recording.writing.session import Session
 from tests.app.messages.robot_messages import odometry
@@ -45,3 +46,11 @@ def test_the_way_of_a_bag_of_odometry_is_that_of_its_trajectory(bag, tmp_path):
 
 def test_the_way_of_a_recording_without_poses_is_not_said(bag):
     assert re.findall(r"<td>([^<]*)</td>", part_of(bag(keys.CONTACT)).row)[-1] == ""
+
+
+def test_notes_that_cannot_be_read_are_a_problem_of_their_session_and_end_no_report(bag):
+    session = bag()
+    notes_path(session.recording.path).write_text("half a no")
+    body = part_of(session).body
+    assert re.search(r"<p>the notes in \S+\.notes\.json cannot be read: ", body)
+    assert "<h2>Events" not in body

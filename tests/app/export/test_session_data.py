@@ -24,7 +24,11 @@ def session_of(messages, **options):
     def all_messages(wanted):
         return (one for one in messages if one.key in wanted)
 
-    recording = SimpleNamespace(path=Path("a"), all_messages=all_messages)
+    def topics(key):
+        found = {getattr(one, "topic", key) for one in messages if one.key == key}
+        return sorted(found)
+
+    recording = SimpleNamespace(path=Path("a"), all_messages=all_messages, topics=topics)
     return SessionData(
         path=recording.path, recording=recording, timeline=None, scene=None, **options
     )
@@ -84,6 +88,29 @@ def test_a_bag_that_has_a_base_link_keeps_it():
         _ = session_of(ROOTED, robot=BagRobot(base="base_footprint")).trajectory
 
 
+@pytest.mark.parametrize("poses", [ODOMETRY, ROOTED])
+def test_the_poses_of_two_topics_are_not_mixed(poses):
+    two = [SimpleNamespace(**vars(one), topic=f"/{n}") for n, one in enumerate(poses)]
+    with pytest.raises(RecordingError, match=r"several topics that end in .*: /0, /1"):
+        _ = session_of(two).trajectory
+
+
+def test_a_second_odometry_is_nothing_to_a_bag_whose_poses_are_those_of_tf():
+    two = [SimpleNamespace(**vars(one), topic=f"/{n}") for n, one in enumerate(ODOMETRY)]
+    trajectory = session_of([*two, tf(1, "map", "odom"), *ROOTED]).trajectory
+    assert tuple(trajectory.time_ns) == STAMPS
+
+
+def test_poses_after_a_step_back_of_the_clock_are_kept_and_overtaken_ones_are_not(caplog):
+    seconds = (8.0, 9.0, 8.9, 2.0, 3.0)
+    messages = [tf(1, "map", "odom")]
+    messages += [tf(round(s * 1e9), "odom", "base_link", float(k)) for k, s in enumerate(seconds)]
+    trajectory = session_of(messages).trajectory
+    assert tuple(trajectory.time_ns * 1e-9) == (8.0, 9.0, 2.0, 3.0)
+    np.testing.assert_allclose(trajectory.T_world_base[:, 0, 3], (0.0, 1.0, 3.0, 4.0))
+    assert "steps back of the robot's clock: 1; the times" in caplog.text
+
+
 def test_a_bag_without_poses_is_refused():
     with pytest.raises(RecordingError, match="neither tf nor odometry leads to base_link"):
         _ = session_of([tf(1, "map", "odom")]).trajectory
@@ -99,7 +126,9 @@ def test_a_session_is_named_by_its_folder_and_a_file_among_others_by_itself(tmp_
         return SessionData(path=path, recording=recording, timeline=None, scene=None).name
 
     assert name_of(folder / "session_0.mcap") == "morning"
+    assert name_of(folder) == "morning"
     monkeypatch.chdir(folder)
     assert name_of(Path("session_0.mcap")) == "morning"
     (folder / "other.mcap").touch()
+    assert name_of(folder) == "morning"
     assert name_of(Path("other.mcap")) == "other.mcap"

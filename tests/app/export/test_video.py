@@ -3,6 +3,7 @@
 import av
 import numpy as np
 import pytest
+from mcap.writer import Writer
 
 from app.export.session_data import read_session_data
 from app.export.video import write_camera_video
@@ -46,6 +47,24 @@ def film(tmp_path):
 @pytest.mark.parametrize("kinds", [(keys.COLOR,), (keys.COLOR_RAW,), (keys.COLOR_RAW, keys.COLOR)])
 def test_the_video_shows_raw_colour_where_no_compressed_one_is(film, kinds):
     np.testing.assert_allclose(film(*kinds), [40 * k for k in range(5)], atol=6)
+
+
+def test_the_pictures_of_two_cameras_are_not_mixed(tmp_path):
+    kind = keys.ROS_TYPES[keys.COLOR]
+    with (tmp_path / "bag.mcap").open("wb") as file:
+        writer = Writer(file)
+        writer.start(profile="ros2")
+        schema = writer.register_schema(kind, "ros2msg", b"")
+        for n, camera in enumerate(("front", "rear")):
+            channel = writer.register_channel(f"/{camera}/{keys.COLOR}", "cdr", schema)
+            image = encode_color(np.full((32, 48, 3), 100 * n, np.uint8), n, camera)
+            writer.add_message(channel, n, image, n)
+        writer.finish()
+    data = read_session_data(tmp_path / "bag.mcap")
+    with pytest.raises(RecordingError, match=r"several topics.*/front/.*/rear/"):
+        write_camera_video(data, tmp_path / "camera.mp4")
+    data.recording.close()
+    assert not (tmp_path / "camera.mp4").exists()
 
 
 def test_a_recording_without_pictures_says_so(film):

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from mcap.writer import Writer
 
 from app.messages import keys
 from app.messages.control import encode
@@ -46,6 +47,7 @@ from ippon.geometry import base_pose
 from ippon.observation import Heatmap
 from ippon.planning.plan import TreeView
 from ippon.robot import ZED
+from tests.app.messages.robot_messages import odometry
 
 START_NS = 1_750_000_000_000_000_000
 HZ = 5
@@ -188,6 +190,37 @@ def write_session(root, seconds=6.0, *, end=True, more=()):
     if end:
         session.close()
     return session
+
+
+def write_bag(path, messages):
+    """Write an MCAP file of another program, of (topic, key, time_ns, payload); return its path."""
+    channels = {}
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start(profile="ros2")
+        for topic, key, time_ns, payload in messages:
+            if topic not in channels:
+                schema = writer.register_schema(keys.ROS_TYPES[key], "ros2msg", b"")
+                channels[topic] = writer.register_channel(topic, "cdr", schema)
+            writer.add_message(channels[topic], time_ns, payload, time_ns)
+        writer.finish()
+    return path
+
+
+def with_two_odometries():
+    """Return the messages of a camera with two odometries and without tf, for `write_bag`."""
+    camera = [
+        (f"/{key}", key, time_ns, payload)
+        for time_ns, key, payload in all_messages()
+        if key in (keys.COLOR, keys.DEPTH, keys.CAMERA_INFO)
+    ]
+    poses = [
+        (f"/{source}/odom", keys.ODOM, time_ns, odometry(time_ns - START_NS, x, 0.0, 0.0))
+        for topic, _, time_ns, _ in camera
+        if topic == f"/{keys.COLOR}"
+        for source, x in (("visual", 1.0), ("wheels", 2.0))
+    ]
+    return [*camera, *poses]
 
 
 @pytest.fixture

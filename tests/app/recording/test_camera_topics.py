@@ -62,6 +62,16 @@ def test_the_images_of_two_cameras_are_not_mixed(problem_of):
     assert "--profile" in problem
 
 
+@pytest.mark.parametrize("key", [keys.TF, keys.TF_STATIC])
+def test_the_transforms_of_two_robots_are_not_mixed(problem_of, key):
+    topics = [*_camera("/x"), TF, *((f"{prefix}/{key}", keys.ROS_TYPES[key]) for prefix in "ab")]
+    problem = problem_of(topics)
+    assert f"several topics that end in {key}: " in problem
+    assert "a/tf" in problem
+    assert "--profile FILE with a section `ros2` that names one of them" in problem
+    assert not problem_of(topics, poses=False)
+
+
 def test_a_topic_of_another_type_is_none_of_a_camera(problem_of):
     other = "theora_image_transport/msg/Packet"
     problem = problem_of([(f"/x/{keys.COLOR}", other), *_camera("/x")[1:], TF])

@@ -5,6 +5,7 @@ import shutil
 
 import msgspec
 import pytest
+import zstandard
 from PIL import Image
 
 from app.messages import keys
@@ -47,6 +48,47 @@ def test_a_folder_of_several_recordings_is_listed_and_not_read_as_its_first(sess
     assert is_folder_of_recordings(session_folder)
     with pytest.raises(RecordingError, match=r"part_1.mcap, session_0.mcap: name one"):
         Recording(session_folder)
+
+
+def test_a_bag_in_a_folder_is_one_recording_whatever_its_parts_and_its_format(session_folder):
+    root, file = session_folder.parent, session_folder / "session_0.mcap"
+    (root / "split").mkdir()
+    for n in range(3):
+        shutil.copy(file, root / "split" / f"split_{n}.mcap")
+    (root / "packed").mkdir()
+    packed = zstandard.compress(file.read_bytes())
+    (root / "packed" / "packed_0.mcap.zstd").write_bytes(packed)
+    (root / "sqlite").mkdir()
+    (root / "sqlite" / "sqlite_0.db3").write_bytes(b"no database")
+    (root / "others").mkdir()
+    for name in ("morning.mcap", "evening.mcap"):
+        shutil.copy(file, root / "others" / name)
+    entries = {entry.id: entry for entry in list_sessions(root)}
+    assert set(entries) == {
+        f"{session_folder.name}/session_0.mcap", "split", "packed", "sqlite",
+        "others/morning.mcap", "others/evening.mcap",
+    }  # fmt: skip
+    assert entries["split"].object == entries["packed"].object == "hat"
+    assert entries["split"].size == 3 * file.stat().st_size
+    assert entries["sqlite"].problem
+    Recording(path_of(root, "split", list(entries.values()))).close()
+    assert picture_of(root, "split", list(entries.values())) is None
+
+
+def test_a_bag_that_gets_another_part_is_read_again(session_folder, monkeypatch):
+    root, file = session_folder.parent, session_folder / "session_0.mcap"
+    (root / "split").mkdir()
+    for n in range(2):
+        shutil.copy(file, root / "split" / f"split_{n}.mcap")
+    list_sessions(root)
+    reads = []
+    read = catalogue._read
+    monkeypatch.setattr(catalogue, "_read", lambda *a: reads.append(a) or read(*a))
+    list_sessions(root)
+    assert reads == []
+    shutil.copy(file, root / "split" / "split_2.mcap")
+    list_sessions(root)
+    assert [one[1] for one in reads] == ["split"]
 
 
 def test_a_link_to_a_file_that_is_gone_hides_no_session(session_folder):

@@ -6,6 +6,9 @@ import threading
 import msgspec
 import pytest
 
+from app.links.network import inbox as inbox_module
+from app.links.network.inbox import Inbox
+from app.messages import keys
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.review import playback as playback_module
 from app.nodes.review.playback import Playback, ReviewCommand, ReviewState
@@ -102,3 +105,36 @@ def test_a_page_may_ask_for_any_number(made_up, tmp_path):
     finally:
         playback.close()
     assert not failures
+
+
+def test_no_voxel_is_lost_where_the_scene_is_slower_than_the_playback(
+    made_up, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(inbox_module, "_LIMIT", 20)
+    folder = made_up.write_session(tmp_path, seconds=20.0).writer.folder
+    inbox, board, failures = Inbox((keys.MAP_VOXELS, keys.TF)), _Board(), []
+    drawn, stop = [], threading.Event()
+
+    def draw():
+        while not stop.wait(0.2):
+            drawn.extend(inbox.drain(0.0))
+
+    scene = threading.Thread(target=draw)
+    playback = Playback((inbox.put,), board, failures.append, has_room=inbox.has_room)
+    playback.start()
+    scene.start()
+    try:
+        playback.show([folder])
+        playback.command(ReviewCommand(action="seek", value=0.0))
+        playback.command(ReviewCommand(action="speed", value=16.0))
+        board.wait(lambda state: state.speed == 16.0 and state.position_s == 0.0)
+        playback.command(ReviewCommand(action="play"))
+        board.wait(lambda state: state.ended and not state.playing)
+    finally:
+        playback.close()
+        stop.set()
+        scene.join()
+    drawn.extend(inbox.drain(0.0))
+    assert not failures
+    assert inbox.dropped == 0
+    assert [key for key, _ in drawn].count(keys.TF) >= 100

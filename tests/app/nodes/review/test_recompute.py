@@ -1,6 +1,7 @@
 """The same images and settings give the same map; other settings another."""
 
 import dataclasses
+from contextlib import contextmanager
 
 import msgspec
 import numpy as np
@@ -20,10 +21,12 @@ from app.messages.images import decode_camera, decode_color, encode_camera, enco
 from app.messages.motion import (
     StampedTwist,
     decode_transforms,
+    decode_twist,
     encode_transforms,
     encode_twist,
     robot_transforms,
 )
+from app.messages.navigation import StampedPose, encode_pose
 from app.messages.perception.heatmaps import decode_heatmap, encode_heatmap
 from app.messages.status import Event, GoalStatus, LevelRow, LevelTable
 from app.nodes.navigator.config import NavigatorConfig
@@ -147,6 +150,65 @@ def test_the_same_settings_give_the_same_map_bit_for_bit(searched):
 
 
 @pytest.mark.slow
+def test_frames_of_a_robot_that_drives_to_goals_by_itself_are_recomputed(searched, tmp_path):
+    recording, _ = searched
+    # While a goal is in force no velocity is sent, so that only the first frame has an answer.
+    answered = [one.time_ns for one in recording.all_messages((keys.CMD_VEL,))][:1]
+    goal = encode_pose(StampedPose(stamp_ns=1, T_frame_base=np.eye(4)))
+    with _changed(
+        recording,
+        tmp_path,
+        lambda one: one.key != keys.CMD_VEL or one.time_ns in answered,
+        (keys.NAVIGATION_GOAL, goal),
+    ) as driven:
+        work = Recomputation(driven, read_settings(driven, ()))
+        for _ in work.messages():
+            pass
+    # All but that whose heatmap comes late.
+    assert work.frames == FRAMES - 1
+
+
+@pytest.mark.slow
+def test_a_search_that_began_before_the_recording_is_recomputed_with_its_goal(searched, tmp_path):
+    recording, _ = searched
+    last_ns = decode_twist(recording.latest(keys.CMD_VEL, recording.end_ns).payload).stamp_ns
+    later = Event(stamp_ns=last_ns, kind="goal_set", text="searching for sofa", goal_id=2)
+    with _changed(
+        recording, tmp_path, lambda one: not _begins_a_search(one), (keys.EVENT, encode(later))
+    ) as joined:
+        work = Recomputation(joined, read_settings(joined, ()))
+        for _ in work.messages():
+            if work.frames == 1:
+                assert work.mission.goal.goal_id == 1
+                break
+        else:
+            pytest.fail("no frame was integrated")
+
+
+def _begins_a_search(message):
+    return message.key == keys.EVENT and (
+        msgspec.json.decode(message.payload, type=Event).kind == "goal_set"
+    )
+
+
+@contextmanager
+def _changed(recording, root, keeps, more):
+    """Open a copy of a recording with some of its messages, and with another one before them."""
+    session = Session(root, "home/3", RecordingLimits(min_free_gb=0.0), recording.start_ns)
+    session.add(*more, recording.start_ns, 0.0)
+    for message in recording.all_messages():
+        if keeps(message):
+            at_s = (message.time_ns - recording.start_ns) * 1e-9
+            session.add(message.key, message.payload, message.time_ns, at_s)
+    session.close()
+    copy = Recording(session.writer.folder)
+    try:
+        yield copy
+    finally:
+        copy.close()
+
+
+@pytest.mark.slow
 def test_the_exported_mesh_is_the_surface_of_the_live_map(searched, tmp_path):
     recording, live = searched
     session = read_session_data(recording.path)
@@ -201,6 +263,34 @@ def test_other_settings_give_another_session_to_compare(searched, tmp_path):
     status = msgspec.json.decode(again.latest(keys.STATUS, again.end_ns).payload)
     assert status["voxel_size_m"] == 0.2
     again.close()
+
+
+def test_a_recomputation_that_fails_leaves_no_session_behind(searched, tmp_path):
+    recording, _ = searched
+    settings = read_settings(recording, ())
+    with (
+        _changed(
+            recording,
+            tmp_path / "blind",
+            lambda one: one.key not in (keys.DEPTH, keys.LEVELS),
+            (keys.STATUS, encode(status_of(1))),
+        ) as blind,
+        pytest.raises(RecordingError, match="has no frame"),
+    ):
+        recompute(blind, settings, tmp_path / "recomputed", lambda _: None)
+    other = LevelTable(
+        goal_id=1, object="plant", context="", provider="test", elapsed_ms=0.0,
+        rows=[LevelRow(label="wall", level="average", reason="")],
+    )  # fmt: skip
+    with (
+        _changed(
+            recording, tmp_path / "other", lambda one: one.key != keys.LEVELS,
+            (keys.LEVELS, encode(other)),
+        ) as changed,
+        pytest.raises(RecordingError, match="other labels"),
+    ):  # fmt: skip
+        recompute(changed, settings, tmp_path / "recomputed", lambda _: None)
+    assert list((tmp_path / "recomputed").iterdir()) == []
 
 
 def test_what_was_planned_by_the_clock_is_recomputed_by_count(searched):

@@ -11,6 +11,7 @@ from app.recording.reading.recording import Recording
 from app.recording.reading.repair import check
 from app.recording.timeline import TIMELINE_ATTACHMENT
 from app.recording.writing.writer import SessionWriter
+from tests.app.recording.conftest import with_two_odometries, write_bag
 
 
 def _contents(folder):
@@ -125,6 +126,14 @@ def test_a_whole_one_is_left_as_it_is_and_what_it_lacks_is_named(tmp_path, made_
     writer.add(keys.STATUS, b"{}", 1, 0.0)
     writer.close()
     assert keys.DEPTH in check(tmp_path / "b", repair=False).missing
+
+
+def test_two_odometries_are_said_where_the_poses_would_be_those_of_one(tmp_path):
+    both = with_two_odometries()
+    checkup = check(write_bag(tmp_path / "two.mcap", both), repair=False, mount=True)
+    assert "several topics that end in odom: /visual/odom, /wheels/odom" in checkup.problems[0]
+    one = [message for message in both if message[0] != "/visual/odom"]
+    assert not check(write_bag(tmp_path / "one.mcap", one), repair=False, mount=True).problems
 
 
 def test_a_cut_file_of_another_program_is_not_rewritten(session_folder, tmp_path):
