@@ -112,7 +112,7 @@ def main():
     else:
         server = Server(node, session, options)
         assert server is not None
-        # Once the executor seemed to have missed that a goal was to be executed, until the next one.
+        # Once its executor seemed to miss that a goal was to be executed, until the next one.
         node.create_timer(1.0, lambda: None)
     sys.stdout.write("ready\n")
     sys.stdout.flush()
