@@ -239,7 +239,8 @@ class Recollection:
         """Return whether the map has enough of a place to tell what is there."""
         voxels, edge = recalled.evidence.voxels, self._map.config.voxel_size_m
         if len(voxels):
-            share = float((self._map.state_at((voxels + 0.5) * edge) != UNKNOWN).mean())
+            centres = ((voxels + 0.5) * edge).astype(np.float64)
+            share = float((self._map.state_at(centres) != UNKNOWN).mean())
         else:
             share = share_observed(self._map, known)
         return share >= self.memory.config.gone_share
