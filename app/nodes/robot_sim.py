@@ -165,12 +165,11 @@ class RobotSim:
         """Step the physics in real time and publish frames at the camera's rate until stopped."""
         factor = float(self._config.speed)
         dt = 1.0 / PHYSICS_HZ
-        frame_every = max(1, round(PHYSICS_HZ / self._config.rate_hz))
         tf_every = max(1, round(PHYSICS_HZ / TF_HZ))
         due = time.monotonic()
         tick = 0
         while not stop.is_set():
-            if tick % frame_every == 0:
+            if is_due(tick, self._config.rate_hz):
                 self.publish(self._observe())
             elif tick % tf_every == 0:
                 self._publish_transforms()
@@ -309,6 +308,11 @@ class RobotSim:
 
     def _key(self, topic: str) -> str:
         return f"{self._config.robot}/{topic}"
+
+
+def is_due(tick: int, rate_hz: float) -> bool:
+    """Return whether a frame belongs to a step of the physics, so that their mean rate is exact."""
+    return tick == 0 or tick * rate_hz // PHYSICS_HZ > (tick - 1) * rate_hz // PHYSICS_HZ
 
 
 def _skipping_malformed(topic: str, take: Callable[[bytes], None]) -> Callable[[bytes], None]:

@@ -1,4 +1,5 @@
 import hashlib
+import itertools
 import logging
 import math
 import queue
@@ -29,7 +30,7 @@ from app.messages.motion import (
 from app.messages.perception.heatmaps import decode_heatmap
 from app.messages.status import SegmentationLabels
 from app.nodes import robot_sim
-from app.nodes.robot_sim import GroundTruth, RobotSim, RobotSimConfig
+from app.nodes.robot_sim import PHYSICS_HZ, GroundTruth, RobotSim, RobotSimConfig, is_due
 from ippon.geometry import yaw_of
 from ippon.simulation.homes.generator import generate_home
 from ippon.vocabulary import MATTERPORT_40
@@ -313,3 +314,12 @@ def test_the_robot_waits_for_a_navigator_that_compiles_and_says_so_once(monkeypa
     assert line == (
         "waiting for the navigator of robot-2 at tcp/127.0.0.1:7448: at its first start it compiles"
     )
+
+
+@pytest.mark.parametrize("rate_hz", [0.5, 3.0, 5.0, 7.5, 20.0, 35.0, 50.0])
+def test_frames_come_at_the_rate_that_was_asked_for(rate_hz):
+    ticks = [tick for tick in range(round(40 * PHYSICS_HZ)) if is_due(tick, rate_hz)]
+    assert ticks[0] == 0
+    assert len(ticks) == 40 * rate_hz
+    apart = {later - one for one, later in itertools.pairwise(ticks)}
+    assert max(apart) - min(apart) <= 1
