@@ -45,20 +45,24 @@ def test_a_measure_that_is_infinite_is_missing_and_leaves_the_mean_of_the_others
     assert mean_measures(results[1:])["distance_to_goal"] is None
 
 
-@pytest.mark.parametrize(("count", "searched"), [(None, 2), (1, 1), (5, 2)])
-def test_no_episode_is_searched_twice(monkeypatch, count, searched):
-    """habitat begins again after its last episode."""
+def _search(monkeypatch, act, count):
+    """Search two episodes of a data set, or so many."""
     env = Env()
     env.episode_count = 2
-    agent = SimpleNamespace(reset=lambda: None, act=lambda _: None, state="exhausted")
+    agent = SimpleNamespace(reset=lambda: None, act=act, state="exhausted")
     monkeypatch.setattr(habitat_episodes, "load_segmenter", lambda *_: None)
     monkeypatch.setattr(habitat_episodes, "IpponAgent", lambda *_: agent)
     monkeypatch.setattr(habitat_episodes, "RemoteEnv", lambda *_: nullcontext(env))
-    results = search_data_set(
+    return search_data_set(
         config=Path("c"), python=Path("p"), overrides=(), segmentation="san",
         checkpoints=Path(), count=count,
     )  # fmt: skip
-    assert len(list(results)) == searched
+
+
+@pytest.mark.parametrize(("count", "searched"), [(None, 2), (1, 1), (5, 2)])
+def test_no_episode_is_searched_twice(monkeypatch, count, searched):
+    """habitat begins again after its last episode."""
+    assert len(list(_search(monkeypatch, lambda _: None, count))) == searched
 
 
 @pytest.mark.parametrize(
@@ -68,15 +72,5 @@ def test_what_the_agent_cannot_use_ends_the_run_with_its_reason(monkeypatch, err
     def act(_):
         raise error
 
-    env = Env()
-    env.episode_count = 1
-    agent = SimpleNamespace(reset=lambda: None, act=act, state="exhausted")
-    monkeypatch.setattr(habitat_episodes, "load_segmenter", lambda *_: None)
-    monkeypatch.setattr(habitat_episodes, "IpponAgent", lambda *_: agent)
-    monkeypatch.setattr(habitat_episodes, "RemoteEnv", lambda *_: nullcontext(env))
-    results = search_data_set(
-        config=Path("c"), python=Path("p"), overrides=(), segmentation="san",
-        checkpoints=Path(), count=None,
-    )  # fmt: skip
     with pytest.raises(EvaluationError, match=str(error)):
-        next(results)
+        next(_search(monkeypatch, act, None))
