@@ -73,6 +73,31 @@ def _mapped_obstacles_kernel(arrays, x, y, radius, low, high, out):
     return count
 
 
+def obstacles_around(
+    arrays: MapArrays,
+    robot: RobotProfile,
+    T_world_base: Float64Array,
+    radius_m: float,
+    frame: Frame | None,
+) -> Float64Array:
+    """List the obstacles of the map and, where there is one, of the newest image.
+
+    Args:
+        arrays: The map.
+        robot: Its body and step height.
+        T_world_base: Pose of the robot.
+        radius_m: Radius of the search around it.
+        frame: The newest image; None for the map alone.
+
+    Returns:
+        (M, 2) float64 world x and y, metres; see `mapped_obstacles` and `observed_obstacles`.
+    """
+    mapped = mapped_obstacles(arrays, robot, T_world_base, radius_m)
+    if frame is None:
+        return mapped
+    return np.concatenate([mapped, observed_obstacles(frame, robot, arrays.voxel_size, radius_m)])
+
+
 def observed_obstacles(
     frame: Frame, robot: RobotProfile, voxel_size: float, radius_m: float
 ) -> Float64Array:

@@ -6,12 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ippon.command import Command
-from ippon.control.obstacles import (
-    OVERLAP_TOLERANCE_M,
-    body_clearance,
-    mapped_obstacles,
-    observed_obstacles,
-)
+from ippon.control.obstacles import OVERLAP_TOLERANCE_M, body_clearance, obstacles_around
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, yaw_of
 from ippon.mapping.arrays import MapArrays
@@ -47,13 +42,15 @@ def filter_command(
     Returns:
         The safe command, and the reason if it differs from the requested one, else None.
     """
-    speed = abs(command.linear_m_s)
-    reach = robot.radius_m + speed * (horizon_s + speed / robot.max_linear_acceleration_m_s2) + 0.3
-    obstacles = mapped_obstacles(map_arrays, robot, T_world_base, reach)
-    if frame is not None:
-        seen = observed_obstacles(frame, robot, map_arrays.voxel_size, reach)
-        obstacles = np.concatenate([obstacles, seen])
+    reach_m = checked_reach_m(robot, abs(command.linear_m_s), horizon_s)
+    obstacles = obstacles_around(map_arrays, robot, T_world_base, reach_m, frame)
     return filter_among_obstacles(command, T_world_base, robot, obstacles, horizon_s)
+
+
+def checked_reach_m(robot: RobotProfile, speed_m_s: float, horizon_s: float) -> float:
+    """Return the radius in which obstacles matter to a command with a speed and a horizon."""
+    braking_s = speed_m_s / robot.max_linear_acceleration_m_s2
+    return robot.radius_m + speed_m_s * (horizon_s + braking_s) + 0.3
 
 
 def filter_among_obstacles(

@@ -189,8 +189,13 @@ def share_observed(voxel_map: VoxelMap, sighting: Sighting) -> float:
     high = np.maximum(low + 1, np.floor((sighting.position_world + half) / size + 0.5))
     axes = [np.arange(a, b) for a, b in zip(low, high.astype(np.int64), strict=True)]
     index = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    states = voxel_map.state_at((index + 0.5) * size)
-    return float((states != UNKNOWN).mean())
+    return share_known(voxel_map, index)
+
+
+def share_known(voxel_map: VoxelMap, index: NDArray[np.int64]) -> float:
+    """Return the share of (M, 3) voxels, M > 0, that the map knows as free or occupied."""
+    centres = (index + np.float64(0.5)) * np.float64(voxel_map.config.voxel_size_m)
+    return float((voxel_map.state_at(centres) != UNKNOWN).mean())
 
 
 def keys_of(index: NDArray[np.int64]) -> Keys:

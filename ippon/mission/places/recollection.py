@@ -7,7 +7,6 @@ from typing import Final
 import numpy as np
 
 from ippon.guidance.language.naming import is_instance_of
-from ippon.mapping.arrays import UNKNOWN
 from ippon.mapping.objects.recalled_evidence import (
     RecalledEvidence,
     posterior_of,
@@ -17,7 +16,7 @@ from ippon.mapping.objects.recalled_evidence import (
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.memory.instance import Instance, Sighting
 from ippon.memory.instance_memory import InstanceMemory
-from ippon.memory.map_clusters import MapClusters, share_observed
+from ippon.memory.map_clusters import MapClusters, share_known, share_observed
 from ippon.mission.finds.attributes.attribute_check import seen_attributes
 from ippon.mission.finds.image_check import ImageCheck
 from ippon.mission.finds.rejection import exclude_only, is_clear_of
@@ -206,20 +205,20 @@ class Recollection:
         gone: list[Instance] = []
         left: list[_Recalled] = []
         arrays = self._map.arrays()
-        for before in self._recalled:
-            known = self.memory.get(before.instance_id)
+        for recalled in self._recalled:
+            known = self.memory.get(recalled.instance_id)
             if known is None or known.is_gone or search.is_rejected(_find_at(known)):
-                withdraw_evidence(self._map, before.evidence)
+                withdraw_evidence(self._map, recalled.evidence)
                 continue
             if search.is_set_aside(_find_at(known)):
-                left.append(before)
-                continue
-            # What the map had given up, and sees again, begins anew.
-            lost = not len(before.evidence.voxels) or not self._is_observed(before, known)
-            recalled = self._recall(known) if lost else before
-            if not self._is_observed(recalled, known):
                 left.append(recalled)
                 continue
+            if not len(recalled.evidence.voxels) or not self._is_observed(recalled, known):
+                # What the map had given up, and sees again, begins anew.
+                recalled = self._recall(known)  # noqa: PLW2901 - in place of the one before
+                if not self._is_observed(recalled, known):
+                    left.append(recalled)
+                    continue
             believed = posterior_of(arrays, recalled.evidence.voxels)
             there = np.count_nonzero(believed >= self._config.disproved_probability)
             seen_again = any(
@@ -237,12 +236,8 @@ class Recollection:
 
     def _is_observed(self, recalled: _Recalled, known: Instance) -> bool:
         """Return whether the map has enough of a place to tell what is there."""
-        voxels, edge = recalled.evidence.voxels, self._map.config.voxel_size_m
-        if len(voxels):
-            centres = ((voxels + 0.5) * edge).astype(np.float64)
-            share = float((self._map.state_at(centres) != UNKNOWN).mean())
-        else:
-            share = share_observed(self._map, known)
+        voxels = recalled.evidence.voxels
+        share = share_known(self._map, voxels) if len(voxels) else share_observed(self._map, known)
         return share >= self.memory.config.gone_share
 
     def _note_finds(self, search: Search, now_ns: int) -> None:

@@ -201,7 +201,7 @@ def test_little_more_than_a_command_can_reach_is_looked_up(monkeypatch, floor_wi
         asked.append(radius_m)
         return mapped_obstacles(arrays, robot, pose, radius_m)
 
-    monkeypatch.setattr("ippon.control.safety_filter.mapped_obstacles", noted)
+    monkeypatch.setattr("ippon.control.obstacles.mapped_obstacles", noted)
     filter_command(AHEAD, HERE, robot, floor_with(), 0.5)
     stopping_m = 0.8 * 0.5 + 0.5 * 0.8**2 / acceleration
     assert ZED.radius_m + stopping_m + 0.2 < asked[0] < ZED.radius_m + 2.0 * stopping_m + 0.31

@@ -12,7 +12,6 @@ import time
 from collections.abc import Callable
 from typing import Final
 
-import numpy as np
 import zenoh
 
 from app.messages.driving import DriveStatus, TeleopTag
@@ -28,9 +27,10 @@ from ippon.control.drive_mode import (
     follows_plan,
     scale_command,
 )
-from ippon.control.obstacles import mapped_obstacles, observed_obstacles
+from ippon.control.obstacles import obstacles_around
 from ippon.control.safety_filter import (
     OVERLAP_TOLERANCE_M,
+    checked_reach_m,
     filter_among_obstacles,
     limits_ahead,
 )
@@ -182,15 +182,10 @@ class CommandMux:
     def _obstacles_near(self, frame: Frame, arrays: MapArrays, horizon_s: float) -> Float64Array:
         """Copy the obstacles that matter: only the mission's thread may read the map."""
         robot = self._profile
-        speed = robot.max_linear_m_s
-        braking_m = speed * (horizon_s + speed / robot.max_linear_acceleration_m_s2)
-        reach_m = max(LEAST_REACH_M, robot.radius_m + braking_m + 0.3)
-        mapped = mapped_obstacles(arrays, robot, frame.T_world_base, reach_m)
-        if self._mode is DriveMode.AUTO:
-            # The mission's command is filtered already.
-            return mapped
-        seen = observed_obstacles(frame, robot, arrays.voxel_size, reach_m)
-        return np.concatenate([mapped, seen])
+        reach_m = max(LEAST_REACH_M, checked_reach_m(robot, robot.max_linear_m_s, horizon_s))
+        # In Auto the mission's command is filtered already.
+        newest = None if self._mode is DriveMode.AUTO else frame
+        return obstacles_around(arrays, robot, frame.T_world_base, reach_m, newest)
 
     def status(self) -> DriveStatus:
         """Return drive mode, waypoint, limits and the filter's last intervention."""
