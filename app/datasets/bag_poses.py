@@ -120,22 +120,18 @@ def poses_of(
             f"{path} has a frame {BASE_FRAME!r} already: {base!r} cannot take its place; leave out "
             "--base-frame"
         )
-    problem = tree.problem()
-    if not problem:
-        return BagPoses(world=tree.world, base=base)
-    mount, used = T_base_camera is not None, tree
-    for used in tree.completions(mount=mount):
-        problem = used.problem()
-        if not problem:
-            mounted = mount and tree.lacks_mount
-            return BagPoses(
-                world=used.world,
-                odometry_child=tree.odometry_child if used.by_odometry else "",
-                camera_frame=tree.camera if mounted else "",
-                T_base_camera=T_base_camera if mounted else None,
-                base=base,
-            )
-    raise _no_pose(path, problem + ("" if mount else tree.mount_hint), used)
+    mount = T_base_camera is not None
+    used, problem = tree.completed(mount=mount)
+    if problem:
+        raise _no_pose(path, problem + ("" if mount else tree.mount_hint), used)
+    mounted = used is not tree and mount and tree.lacks_mount
+    return BagPoses(
+        world=used.world,
+        odometry_child=tree.odometry_child if used.by_odometry else "",
+        camera_frame=tree.camera if mounted else "",
+        T_base_camera=T_base_camera if mounted else None,
+        base=base,
+    )
 
 
 def _no_pose(path: Path, problem: str, tree: FrameTree) -> DatasetError:

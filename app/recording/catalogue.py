@@ -11,7 +11,7 @@ import msgspec
 from app.messages.control import decode
 from app.messages.status import GoalStatus
 from app.recording.errors import RecordingError
-from app.recording.live_file import is_held
+from app.process.file_lock import is_held
 from app.recording.reading.bag_files import STORED, files_of, is_one_bag
 from app.recording.reading.file_index import ByteRange
 from app.recording.reading.recording import Recording

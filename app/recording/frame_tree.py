@@ -77,7 +77,7 @@ class FrameTree:
     def __init__(self, clock_offset_s: float = 0.0, base: str = BASE_FRAME) -> None:
         self.base = base
         self.by_odometry = False
-        """Whether the odometry is one of the transforms, see `completions`."""
+        """Whether the odometry is one of the transforms, see `completed`."""
         self._offset_ns = round(NANOSECONDS * clock_offset_s)
         self._parents: dict[str, str] = {}
         self._moving: dict[str, _Span] = {}
@@ -172,12 +172,24 @@ class FrameTree:
             return False
         return self.world != self.base or self.base not in self.names
 
-    def completions(self, *, mount: bool) -> list["FrameTree"]:
-        """Return the tree with what may be taken for missing transforms, the best first.
+    def completed(self, *, mount: bool) -> tuple["FrameTree", str]:
+        """Return the tree, with what may be taken for missing transforms where it lacks any.
 
         Args:
             mount: A profile says where the camera is on the base, where no transform does.
+
+        Returns:
+            The tree, this one if it lacks none, and its `problem`.
         """
+        tree, problem = self, self.problem()
+        for tree in self._completions(mount=mount) if problem else ():
+            problem = tree.problem()
+            if not problem:
+                break
+        return tree, problem
+
+    def _completions(self, *, mount: bool) -> list["FrameTree"]:
+        """Return the tree with what may be taken for missing transforms, the best first."""
         found = [self._completed(mount=True)] if mount and self.lacks_mount else []
         if self._odometry is not None and self.odometry_child not in self._parents:
             found.append(self._completed(mount=mount, odometry=True))

@@ -4,21 +4,20 @@ import contextlib
 import logging
 import os
 import re
+import tempfile
 from pathlib import Path
-from typing import Final
+from typing import IO, Final
 
 import msgspec
 import platformdirs
 
 from app.messages.control import decode
-from ippon.atomic_file import replace_file
+from app.process.file_lock import hold, is_held
 
 logger = logging.getLogger(__name__)
 
 _ANY_ADDRESS: Final = re.compile(r"/(localhost|127\.0\.0\.1|0\.0\.0\.0|\[::1?\])(?=:)")
 """Of this machine, whichever way it is written."""
-_START_TICKS: Final = 19
-"""Place of a process's start, in ticks since that of the machine, after its name in /proc."""
 
 
 class RunningNavigator(msgspec.Struct, frozen=True, kw_only=True):
@@ -27,15 +26,6 @@ class RunningNavigator(msgspec.Struct, frozen=True, kw_only=True):
     pid: int
     robot: str
     endpoint: str
-    page: str | None = None
-    """Address of the console that was started with it."""
-
-
-class _Noted(RunningNavigator, frozen=True, kw_only=True):
-    """What the file of a navigator holds."""
-
-    process: str = ""
-    """See `_process`; empty in a file of an earlier version, and on systems that do not tell."""
 
 
 def registry_folder() -> Path:
@@ -47,30 +37,55 @@ def registry_folder() -> Path:
     return platformdirs.user_cache_path("ippon") / "navigators"
 
 
-def register(navigator: RunningNavigator) -> Path | None:
+class Registration:
+    """A navigator's file, locked while it runs."""
+
+    def __init__(self, path: Path, file: IO[bytes]) -> None:
+        self.path = path
+        self._file = file
+
+    def close(self) -> None:
+        """Remove it."""
+        self.path.unlink(missing_ok=True)
+        self._file.close()
+
+
+def register(navigator: RunningNavigator) -> Registration | None:
     """Write a navigator's file.
 
     Returns:
-        Its path, which the navigator removes at its end; None if it cannot be written: requests
+        It, which the navigator keeps, and closes at its end; None if it cannot be written: requests
         then need the navigator's address.
     """
     folder = registry_folder()
-    path = folder / f"{navigator.pid}.json"
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        noted = _Noted(**msgspec.structs.asdict(navigator), process=_process(navigator.pid))
-        replace_file(path, msgspec.json.encode(noted))
+        number, path = tempfile.mkstemp(".json", f"{navigator.pid}-", folder)
     except OSError as error:
-        logger.warning(
-            "cannot note this navigator in %s (%s): `ippon ask` finds it with --connect %s "
-            "--robot %s only",
-            folder,
-            error.strerror,
-            navigator.endpoint,
-            navigator.robot,
-        )
+        _warn(folder, navigator, error)
         return None
-    return path
+    file = os.fdopen(number, "wb", buffering=0)
+    # An empty file is nobody's. What has content and no lock is that of a dead navigator.
+    hold(file)
+    entry = Registration(Path(path), file)
+    try:
+        file.write(msgspec.json.encode(navigator))
+    except OSError as error:
+        entry.close()
+        _warn(folder, navigator, error)
+        return None
+    return entry
+
+
+def _warn(folder: Path, navigator: RunningNavigator, error: OSError) -> None:
+    logger.warning(
+        "cannot note this navigator in %s (%s): `ippon ask` finds it with --connect %s "
+        "--robot %s only",
+        folder,
+        error.strerror,
+        navigator.endpoint,
+        navigator.robot,
+    )
 
 
 def running_navigators() -> list[RunningNavigator]:
@@ -79,13 +94,11 @@ def running_navigators() -> list[RunningNavigator]:
     for path in _files(registry_folder()):
         try:
             started = path.stat().st_mtime
-            noted = decode(path.read_bytes(), _Noted)
+            navigator = decode(path.read_bytes(), RunningNavigator)
+            runs = is_held(path, unknown=_alive(navigator.pid))
         except (OSError, msgspec.DecodeError):
             continue
-        if _runs(noted):
-            navigator = RunningNavigator(
-                pid=noted.pid, robot=noted.robot, endpoint=noted.endpoint, page=noted.page
-            )
+        if runs:
             found.append((started, navigator))
         else:
             # A file that cannot be removed is ignored again the next time.
@@ -130,28 +143,6 @@ def _files(folder: Path) -> list[Path]:
         return [path for path in folder.iterdir() if path.suffix == ".json"]
     except OSError:
         return []
-
-
-def _runs(noted: _Noted) -> bool:
-    if not _alive(noted.pid):
-        return False
-    now = _process(noted.pid)
-    return "" in (now, noted.process) or now == noted.process
-
-
-def _process(pid: int) -> str:
-    """Return what tells a process from later ones of its number; empty where Linux does not tell.
-
-    The files outlive a power cut, and after a start the same numbers are given again. Times of the
-    wall clock would not do: a robot without a battery for its clock sets it after its start.
-    """
-    try:
-        boot = Path("/proc/sys/kernel/random/boot_id").read_text("ascii").strip()
-        # The name of the program stands in brackets and may hold any character.
-        fields = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()
-        return f"{boot} {fields[_START_TICKS].decode()}"
-    except (OSError, ValueError, IndexError):
-        return ""
 
 
 def _alive(pid: int) -> bool:

@@ -114,7 +114,7 @@ def _serve(
     finally:
         navigator.close()
         if entry is not None:
-            entry.unlink(missing_ok=True)
+            entry.close()
 
 
 def _align(

@@ -18,7 +18,7 @@ from app.recording.channels import GAP_KEY, USUAL, Names, Topic, to_recorded, to
 from app.recording.depth_pairs import FEW, DepthPairs
 from app.recording.errors import RecordingError
 from app.recording.frame_tree import FrameTree
-from app.recording.live_file import is_held
+from app.process.file_lock import is_held
 from app.recording.reading.recording import OtherTopic, Recording
 from app.recording.timeline import (
     TIMELINE_ATTACHMENT,
@@ -164,11 +164,7 @@ def _pose_problem(recording: Recording, tree: FrameTree, colors: list[int], *, m
         return ""
     if tree.base != BASE_FRAME and BASE_FRAME in tree.names:
         return f"it has a frame {BASE_FRAME!r}, whose place {tree.base!r} cannot take"
-    used, problem = tree, tree.problem()
-    for other in tree.completions(mount=mount) if problem else ():
-        used, problem = other, other.problem()
-        if not problem:
-            break
+    used, problem = tree.completed(mount=mount)
     if problem and used.lacks_base:
         problem += ", or --base-frame names the frame of the base"
     if problem and not mount:

@@ -8,7 +8,7 @@ from typing import IO, Any, Final
 import yaml
 from mcap.writer import CompressionType, Writer
 
-from app.recording import live_file
+from app.process.file_lock import hold
 from app.recording.channels import KEY, Topic, quality_of_service, to_recorded, topic_of
 from app.recording.writing.bag_metadata import write_bag_metadata
 
@@ -33,7 +33,7 @@ class SessionWriter:
         self.path = folder / FILE_NAME
         self._robot = robot
         self._file: IO[bytes] = self.path.open("wb")
-        live_file.hold(self._file)
+        hold(self._file)
         self._mcap = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)
         self._mcap.start(profile=PROFILE, library="ippon")
         self._channels: dict[str, tuple[int, Topic]] = {}

@@ -153,14 +153,12 @@ def test_a_taken_port(capsys):
     assert f"port {port} is taken; choose another with --port" in capsys.readouterr().err
 
 
-def test_several_navigators_are_listed(capsys):
-    other = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
-    try:
-        for pid, robot in ((os.getpid(), "ippon/one"), (other.pid, "ippon/two")):
-            register(RunningNavigator(pid=pid, robot=robot, endpoint="tcp/127.0.0.1:9"))
-        assert run(["ask", "hat"]) == 2
-    finally:
-        other.communicate(b"\n")
+def test_several_navigators_are_listed(request, capsys):
+    for robot in ("ippon/one", "ippon/two"):
+        entry = register(RunningNavigator(pid=os.getpid(), robot=robot, endpoint="tcp/127.0.0.1:9"))
+        assert entry is not None
+        request.addfinalizer(entry.close)
+    assert run(["ask", "hat"]) == 2
     err = capsys.readouterr().err
     assert "--robot ippon/one" in err
     assert "--robot ippon/two" in err

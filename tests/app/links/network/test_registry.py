@@ -1,4 +1,5 @@
-import json
+import contextlib
+import errno
 import os
 import subprocess
 import sys
@@ -31,80 +32,114 @@ def navigator(pid, robot="ippon"):
     return RunningNavigator(pid=pid, robot=robot, endpoint="tcp/127.0.0.1:7447")
 
 
-def noted(entry):
-    path = register(entry)
-    assert path is not None
-    return path
+@pytest.fixture
+def noted():
+    """Registers navigators that run until the end of the test; returns the file of each."""
+    with contextlib.ExitStack() as ends:
+
+        def register_it(navigator):
+            entry = register(navigator)
+            assert entry is not None
+            return ends.enter_context(contextlib.closing(entry)).path
+
+        yield register_it
+
+
+@pytest.fixture
+def another_process():
+    """Runs code in another process; returns it once it has printed a line."""
+    children = []
+
+    def start(code):
+        given = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+        children.append(subprocess.Popen([sys.executable, "-c", code], **given))
+        return children[-1], children[-1].stdout.readline().strip()
+
+    yield start
+    for child in children:
+        child.kill()
+        child.communicate()
+
+
+REGISTER = """
+from app.links.network.registry import RunningNavigator, register
+noted = register(RunningNavigator(pid=1, robot="ippon", endpoint="tcp/127.0.0.1:7447"))
+print(noted.path, flush=True)
+input()
+"""
 
 
 def test_nothing_runs():
     assert running_navigators() == []
 
 
-def test_a_running_navigator_is_found():
-    register(navigator(os.getpid()))
+def test_a_running_navigator_is_found(noted):
+    noted(navigator(os.getpid()))
     assert running_navigators() == [navigator(os.getpid())]
 
 
-def test_a_dead_navigator_is_forgotten():
-    child = subprocess.Popen([sys.executable, "-c", ""])
+def test_one_that_ended_is_not_listed():
+    entry = register(navigator(os.getpid()))
+    assert entry.path.exists()
+    entry.close()
+    assert not entry.path.exists()
+    assert running_navigators() == []
+
+
+def test_a_killed_navigator_is_forgotten_whoever_has_its_number(another_process):
+    """After a power cut, or in another container, its number is that of another process."""
+    child, path = another_process(REGISTER)
+    assert running_navigators() == [navigator(1)]
+    child.kill()
     child.wait()
-    path = noted(navigator(child.pid))
+    assert os.path.exists(path)
     assert running_navigators() == []
-    assert not path.exists()
+    assert not os.path.exists(path)
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not tell")
-@pytest.mark.parametrize("change", ["another process", "another start of the machine"])
-def test_another_process_with_the_number_of_a_dead_navigator(change):
-    """After a power cut, the numbers of processes are given again."""
-    path = noted(navigator(os.getpid()))
-    entry = json.loads(path.read_text())
-    boot, ticks = entry["process"].split()
-    now = (boot, f"{int(ticks) - 1}") if change == "another process" else ("0" + boot, ticks)
-    path.write_text(json.dumps({**entry, "process": " ".join(now)}))
-    assert running_navigators() == []
-    assert not path.exists()
+def test_one_in_another_container_is_found(another_process):
+    """There it may be number 1, or one that no process has here."""
+    another_process(REGISTER.replace("pid=1,", "pid=99999999,"))
+    another_process(REGISTER)
+    assert {one.pid for one in running_navigators()} == {1, 99999999}
 
 
-def test_a_file_of_an_earlier_version_is_read():
-    path = noted(navigator(os.getpid()))
-    entry = json.loads(path.read_text())
-    del entry["process"]
-    path.write_text(json.dumps(entry))
-    assert running_navigators() == [navigator(os.getpid())]
+@pytest.mark.parametrize(("pid", "listed"), [(os.getpid(), 1), (99999999, 0)])
+def test_without_locks_the_number_of_the_process_tells(monkeypatch, noted, pid, listed):
+    def flock(*_):
+        raise OSError(errno.ENOLCK, "no locks available")
+
+    monkeypatch.setattr("fcntl.flock", flock)
+    noted(navigator(pid))
+    assert len(running_navigators()) == listed
 
 
-def test_oldest_first():
-    other = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
-    try:
-        first = noted(navigator(os.getpid(), "first"))
-        os.utime(first, (1.0, 1.0))
-        register(navigator(other.pid, "second"))
-        assert [n.robot for n in running_navigators()] == ["first", "second"]
-    finally:
-        other.communicate(b"\n")
+def test_oldest_first(noted):
+    first = noted(navigator(os.getpid(), "first"))
+    os.utime(first, (1.0, 1.0))
+    noted(navigator(os.getpid(), "second"))
+    assert [n.robot for n in running_navigators()] == ["first", "second"]
 
 
 @pytest.mark.parametrize(
     "content",
     [b"", b"{", b'{"pid": 1}', b'{"pid": "x"}', b'{"pid": 1, "robot": "\xff"}', bytes(100)],
 )
-def test_a_damaged_file_is_skipped(content):
+def test_a_damaged_file_is_skipped(noted, content):
     path = noted(navigator(os.getpid()))
     path.with_name("7.json").write_bytes(content)
     assert len(running_navigators()) == 1
 
 
-def test_others_cannot_read_the_folder():
-    register(navigator(os.getpid()))
+def test_others_cannot_read_the_folder(noted):
+    noted(navigator(os.getpid()))
     assert registry.registry_folder().stat().st_mode & 0o077 == 0
 
 
 @pytest.mark.parametrize("folder", [None, "/nosuch/run/user/1000"])
-def test_another_terminal_finds_it_whatever_its_runtime_folder_is(folder, monkeypatch):
+def test_another_terminal_finds_it_whatever_its_runtime_folder_is(folder, noted, monkeypatch):
     monkeypatch.delenv("XDG_RUNTIME_DIR", raising=False)
-    register(navigator(os.getpid()))
+    noted(navigator(os.getpid()))
     if folder is not None:
         monkeypatch.setenv("XDG_RUNTIME_DIR", folder)
     assert running_navigators() == [navigator(os.getpid())]

@@ -1,7 +1,7 @@
-"""Whether a recording is still being written: its recorder holds a lock on the file.
+"""Lock on a file that a process holds while it runs.
 
-A file without an index is either being written or was cut off. The lock tells them apart, because
-the system removes it when the recorder ends, however it ends.
+The system removes it when the process ends, however it ends, and it is seen from other containers,
+where the numbers of processes are others.
 """
 
 import fcntl
@@ -11,13 +11,13 @@ from typing import IO
 
 
 def hold(file: IO[bytes]) -> None:
-    """Mark an open file as being written until it is closed."""
+    """Lock an open file until it is closed."""
     with suppress(OSError):  # Some network file systems have no locks.
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
-def is_held(path: Path) -> bool:
-    """Return whether a process is writing a file.
+def is_held(path: Path, *, unknown: bool = False) -> bool:
+    """Return whether a process holds a file; `unknown` where the file system has no locks.
 
     Raises:
         OSError: It cannot be opened.
@@ -27,6 +27,6 @@ def is_held(path: Path) -> bool:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except BlockingIOError:
             return True
-        except OSError:  # Some network file systems have no locks.
-            return False
+        except OSError:
+            return unknown
     return False
