@@ -8,7 +8,7 @@ from ippon.mapping.blocks import BYTES_PER_VOXEL
 
 SURFACE_VOXELS_PER_BLOCK: Final = 64
 """Surface voxels per block, on average, that fit within the memory limit."""
-BYTES_PER_SURFACE_VOXEL: Final = 76
+BYTES_PER_SURFACE_VOXEL: Final = 84
 MOST_MEMORY_MB: Final = 50_000.0
 """Of a map whose voxels are numbered by 32 bits."""
 

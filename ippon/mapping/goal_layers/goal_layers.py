@@ -29,8 +29,13 @@ from ippon.mapping.goal_layers.goal_kernels import (
 )
 from ippon.mapping.goal_layers.goal_update import fuse_goals_kernel
 from ippon.mapping.objects.object_layers import ImageEntries, clear_m, ooi_bounds
-from ippon.mapping.objects.ooi_suppression import SuppressedRegion, ball_at, same_voxels, surface_in
-from ippon.mapping.objects.places import reset_places
+from ippon.mapping.objects.ooi_suppression import (
+    SuppressedRegion,
+    ball_at,
+    reopen_region,
+    surface_in,
+)
+from ippon.mapping.objects.places import begin_in_places, current_places
 from ippon.mapping.objects.posterior_arithmetic import (
     LOG_ODDS_MAX,
     NONE,
@@ -90,6 +95,7 @@ class GoalLayers:
         begin_goals_kernel(
             self._pools, voxel_map.surface, self._arrays, goals, len(voxel_map.labels)
         )
+        self._continue_places(goals.alias)
         # `set_ooi` has begun a new revision of the map.
         self._combine()
 
@@ -154,7 +160,8 @@ class GoalLayers:
         self._suppressed.append((goal, ball))
         voxel, slots = self._surface_in(ball)
         log_odds, code = self._arrays.log_odds[:, goal], self._arrays.code[:, goal]
-        before = SuppressedRegion(ball, voxel, log_odds[slots], code[slots])
+        places = self._layers.surface.ooi_places[slots]
+        before = SuppressedRegion(ball, voxel, log_odds[slots], code[slots], places)
         log_odds[slots] = -LOG_ODDS_MAX
         code[slots[code[slots] != NOT_MAPPED]] = ooi_code(-LOG_ODDS_MAX)
         self._map.revision += 1
@@ -170,13 +177,13 @@ class GoalLayers:
         ]
         voxel, slots = self._surface_in(region.ball)
         log_odds, code = self._arrays.log_odds[:, goal], self._arrays.code[:, goal]
-        reset_places(self._layers.surface, slots)
-        log_odds[slots[log_odds[slots] == -LOG_ODDS_MAX]] = self._prior(goal)
-        if len(region.voxel) and len(voxel):
-            here, then = same_voxels(voxel, region.voxel)
-            log_odds[slots[here]] = region.log_odds[then]
-            mapped = (region.code[then] != NOT_MAPPED) & (code[slots[here]] != NOT_MAPPED)
-            code[slots[here][mapped]] = region.code[then][mapped]
+        here, then = reopen_region(region, self._layers.surface, voxel, slots)
+        log_odds[slots] = self._prior(goal)
+        log_odds[slots[here]] = region.log_odds[then]
+        codes = np.full(len(slots), NOT_MAPPED, np.uint8)
+        codes[here] = region.code[then]
+        mapped = code[slots] != NOT_MAPPED
+        code[slots[mapped]] = codes[mapped]
         self._map.revision += 1
         self._combine()
 
@@ -194,6 +201,17 @@ class GoalLayers:
         goal_voxels_kernel(*found, index, value)
         centres: Float64Array = (index.astype(np.float64) + 0.5) * self._map.config.voxel_size_m
         return centres, value.astype(np.float64) / 254.0
+
+    def _continue_places(self, alias: NDArray[np.int64]) -> None:
+        """Let the current places go on for the goals."""
+        held, arrays = self._layers.accumulators, self._arrays
+        rows, slots = current_places(self._layers.surface, held)
+        for goal, label in enumerate(alias):
+            sums, images, base = begin_in_places(
+                held, rows, arrays.log_odds[slots, goal], int(label)
+            )
+            arrays.sums[rows, goal], arrays.images[rows, goal] = sums, images
+            arrays.base_log_odds[rows, goal] = base
 
     def _combine(self) -> None:
         """Write the map's `ooi` again, as its present revision."""

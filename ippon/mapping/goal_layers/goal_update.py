@@ -114,6 +114,7 @@ def _update_by_places(
     )
     table, table_of, channel = goals.likelihood_of, goals.table_of, goals.channel
     base, sums, images = layers.base_log_odds, layers.sums, layers.images
+    for_labels, for_ooi = accumulators.for_labels, accumulators.for_ooi
     x, y, z = fusion.camera_at
     n = 0
     for a in range(ahead):
@@ -145,7 +146,8 @@ def _update_by_places(
             for g in range(len(wanted)):
                 base[w, g], sums[w, g], images[w, g] = layers.log_odds[slot, g], 0.0, 0
         for g in range(len(wanted)):
-            if not wanted[g]:
+            is_label = goals.alias[g] >= 0
+            if not (wanted[g] and (for_labels[w] if is_label else for_ooi[w])):
                 continue
             sums[w, g] += table[table_of[g], heat[v, u, channel[g]]]
             images[w, g] += 1

@@ -153,6 +153,8 @@ def update_by_places(
     sums, base, count = accumulators.sums, accumulators.base, accumulators.images
     ooi_sum, ooi_count = accumulators.ooi_sum, accumulators.ooi_images
     base_log_odds = accumulators.base_log_odds
+    for_labels, is_label = accumulators.for_labels, fusion.ooi_alias >= 0
+    for_ooi = for_labels if is_label else accumulators.for_ooi
     energy, colors, color_count = surface.energy, surface.color, surface.color_count
     suppressed, common_max, ooi_max = fusion.suppressed, fusion.common_max_m, fusion.ooi_max_m
     appearance, coord, bounds = pools.appearance, pools.coord, fusion.ooi_bounds
@@ -186,7 +188,9 @@ def update_by_places(
         left = place_of(dx + TAN_MARGIN * dy, dy - TAN_MARGIN * dx, dz)
         right = place_of(dx - TAN_MARGIN * dy, dy + TAN_MARGIN * dx, dz)
         w = open_accumulator(surface, accumulators, slot, place, left, right, labels)
-        if w == 0:
+        # Row 0 is for none.
+        common, ooi = common and for_labels[w], ooi and for_ooi[w]
+        if not common and not ooi:
             continue
         if ooi:
             ooi_sum[w] += table[table_of[labels], heat[v, u, ooi_channel]]

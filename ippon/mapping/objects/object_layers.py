@@ -17,9 +17,11 @@ from ippon.mapping.objects.likelihood_tables import LikelihoodTables
 from ippon.mapping.objects.ooi_suppression import SuppressedRegion, ball_at, restore, suppress
 from ippon.mapping.objects.places import (
     MAX_OPEN_PLACES,
-    close_places,
+    begin_in_places,
+    current_places,
     make_place_accumulators,
-    reset_places,
+    reopen_for_labels,
+    reopen_for_ooi,
 )
 from ippon.mapping.objects.posterior_arithmetic import (
     MODES,
@@ -142,12 +144,12 @@ class ObjectLayers:
         self.ooi, self.ooi_highest_m, self.ooi_lowest_m = ooi, highest_m, lowest_m
         self.ooi_small_m, self.ooi_clear_m = small_m, math.inf
         self.suppressed = np.empty((0, 4), np.float64)
-        reset_places(self.surface, slice(0, int(self.surface.tally[N_USED])))
         rows = int(self._pools.tally[N_ROWS])
         n, alias = len(self.labels), self._alias()
         prior = prior_log_odds(n, alias)
         bounds = self._ooi_bounds(floor_z_m)
         reset_ooi_kernel(self._pools, self.surface, rows, n, alias, prior, bounds, revision)
+        self._continue_places(alias)
 
     def set_models(self, models: ObservationModels) -> None:
         """Set the observation models of later images."""
@@ -186,7 +188,7 @@ class ObjectLayers:
             self.accumulators = make_place_accumulators(
                 len(self.accumulators.owner) - 1, wider.shape[1]
             )
-        close_places(self.surface, slice(0, int(self.surface.tally[N_USED])))
+        reopen_for_labels(self.surface)
         give_prior_share(self.surface, n)
         self.labels = (*self.labels, label)
         self.levels = np.append(self.levels, np.uint8(AVERAGE_LEVEL))
@@ -228,6 +230,15 @@ class ObjectLayers:
         """Log-odds of p(v in O) of a voxel without evidence; infinite without an OOI."""
         return (
             math.inf if self.ooi is None else float(prior_log_odds(len(self.labels), self._alias()))
+        )
+
+    def _continue_places(self, alias: int) -> None:
+        """Let the current places go on for a new object of interest."""
+        held, surface = self.accumulators, self.surface
+        reopen_for_ooi(surface, held)
+        rows, slots = current_places(surface, held)
+        held.ooi_sum[rows], held.ooi_images[rows], held.base_log_odds[rows] = begin_in_places(
+            held, rows, surface.log_odds[slots], alias
         )
 
     def _ooi_bounds(self, floor_z_m: float) -> tuple[int, int, int]:

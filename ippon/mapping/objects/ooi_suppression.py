@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, NOT_MAPPED
 from ippon.mapping.blocks import NO_SLAB, BlockDirectory, Pools
-from ippon.mapping.objects.places import reset_places
+from ippon.mapping.objects.places import close_places
 from ippon.mapping.objects.posterior_arithmetic import LOG_ODDS_MAX, ooi_code
 from ippon.mapping.objects.surface_voxels import SurfaceVoxels
 
@@ -23,6 +23,8 @@ class SuppressedRegion(NamedTuple):
     """(M,) log-odds of the object of interest."""
     code: NDArray[np.uint8]
     """(M,) its probability as in `MapArrays.ooi`."""
+    places: NDArray[np.uint64]
+    """(M,) places whose images the values contain, see `SurfaceVoxels.ooi_places`."""
 
 
 def ball_at(centre_world: NDArray[np.float64], radius_m: float) -> NDArray[np.float64]:
@@ -65,6 +67,7 @@ def suppress(
         voxel[with_row],
         surface.log_odds[slots[with_row]],
         pools.ooi[slabs][with_row],
+        surface.ooi_places[slots[with_row]],
     )
     surface.log_odds[slots[with_row]] = -LOG_ODDS_MAX
     mapped = inside & (pools.ooi[slabs] != NOT_MAPPED)
@@ -96,24 +99,45 @@ def restore(
     log_odds = surface.log_odds
     slots = pools.slot[pools.slab[rows]]
     inside &= slots != 0
-    reset_places(surface, slots[inside])
-    fresh = slots[inside][log_odds[slots[inside]] == -LOG_ODDS_MAX]
-    log_odds[fresh] = prior_log_odds
-    if not len(region.voxel) or not inside.any():
-        return
-    here, then = same_voxels(voxel[inside], region.voxel)
+    here, then = reopen_region(region, surface, voxel[inside], slots[inside])
+    log_odds[slots[inside]] = prior_log_odds
     log_odds[slots[inside][here]] = region.log_odds[then]
     codes = np.full(inside.size, NOT_MAPPED, np.uint8)
     codes[np.flatnonzero(inside)[here]] = region.code[then]
-    codes = codes.reshape(inside.shape)
-    mapped = (codes != NOT_MAPPED) & (pools.ooi[pools.slab[rows]] != NOT_MAPPED)
-    _set_codes(pools, rows, mapped, codes[mapped], revision)
+    mapped = inside & (pools.ooi[pools.slab[rows]] != NOT_MAPPED)
+    _set_codes(pools, rows, mapped, codes.reshape(inside.shape)[mapped], revision)
 
 
-def same_voxels(
+def reopen_region(
+    region: SuppressedRegion,
+    surface: SurfaceVoxels,
+    voxel: NDArray[np.int64],
+    slots: NDArray[np.int32],
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Let the places count again that were seen only while a region was suppressed.
+
+    Args:
+        region: From `suppress`.
+        surface: Surface voxels, updated.
+        voxel: (M, 3) index of the surface voxels in its ball now.
+        slots: (M,) their rows.
+
+    Returns:
+        Rows of `voxel`, and of `region`, that are the same voxels.
+    """
+    close_places(surface, slots)
+    here, then = _same_voxels(voxel, region.voxel)
+    surface.ooi_places[slots] = 0
+    surface.ooi_places[slots[here]] = region.places[then]
+    return here, then
+
+
+def _same_voxels(
     one: NDArray[np.int64], other: NDArray[np.int64]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the rows of two (M, 3) lists of voxels, neither empty, that name the same voxels."""
+    """Return the rows of two (M, 3) lists of voxels that name the same voxels."""
+    if not len(one) or not len(other):
+        return np.empty(0, np.intp), np.empty(0, np.intp)
     corner = np.minimum(one.min(axis=0), other.min(axis=0))
     side = np.maximum(one.max(axis=0), other.max(axis=0)) - corner + 1
     _, here, there = np.intersect1d(

@@ -5,6 +5,10 @@ opinion pool; Stone, Ann. Math. Stat. 1961), which no number of images raises ab
 them. Errors at different places are taken to be independent: their likelihoods are multiplied, as
 the paper's filter multiplies those of all images. A place is a direction of 15 degrees from the
 voxel, near or far. A place that the camera has left is closed: later images from it are not used.
+
+What closes for the common labels stays closed while the map is in use, because they keep their
+evidence. For another object of interest every place opens again. An object of interest that is a
+common label starts from that label, and shares its places.
 """
 
 from typing import Final, NamedTuple
@@ -14,7 +18,7 @@ from numpy.typing import NDArray
 
 from ippon.compiling import njit
 from ippon.mapping.arrays import INNER
-from ippon.mapping.objects.surface_voxels import SurfaceVoxels
+from ippon.mapping.objects.surface_voxels import N_USED, SurfaceVoxels
 
 MAX_OPEN_PLACES: Final = 32768
 """Voxels with an open place at a time; at the limit the oldest row is given to another voxel."""
@@ -49,6 +53,10 @@ class PlaceAccumulators(NamedTuple):
     """(W,) images in `sums`."""
     place: NDArray[np.uint8]
     """(W,) the place."""
+    for_labels: NDArray[np.bool_]
+    """(W,) whether it counts for the common labels, and for an OOI that is one of them."""
+    for_ooi: NDArray[np.bool_]
+    """(W,) whether it counts for any other OOI."""
     owner: NDArray[np.int32]
     """(W,) surface voxel, 0 for none."""
     tally: NDArray[np.int64]
@@ -71,20 +79,61 @@ def make_place_accumulators(rows: int, row_length: int) -> PlaceAccumulators:
         ooi_images=np.zeros(rows + 1, np.int32),
         images=np.zeros(rows + 1, np.int32),
         place=np.zeros(rows + 1, np.uint8),
+        for_labels=np.zeros(rows + 1, np.bool_),
+        for_ooi=np.zeros(rows + 1, np.bool_),
         owner=np.zeros(rows + 1, np.int32),
         tally=np.zeros(2, np.int64),
     )
 
 
-def reset_places(surface: SurfaceVoxels, slots: slice | NDArray[np.integer]) -> None:
-    """Mark every place of some voxels as unseen and detach their accumulators."""
-    surface.accumulator[slots] = 0
-    surface.places[slots] = 0
-
-
 def close_places(surface: SurfaceVoxels, slots: slice | NDArray[np.integer]) -> None:
     """Close the current places of some voxels, keeping what their images added."""
     surface.accumulator[slots] = 0
+
+
+def reopen_for_labels(surface: SurfaceVoxels) -> None:
+    """Let every place count again for the common labels, one of which is new."""
+    used = slice(0, int(surface.tally[N_USED]))
+    close_places(surface, used)
+    surface.label_places[used] = 0
+
+
+def reopen_for_ooi(surface: SurfaceVoxels, accumulators: PlaceAccumulators) -> None:
+    """Let every place count again for a new object of interest; current places stay open."""
+    rows, slots = current_places(surface, accumulators)
+    surface.ooi_places[: int(surface.tally[N_USED])] = 0
+    surface.ooi_places[slots] = np.uint64(1) << accumulators.place[rows].astype(np.uint64)
+    accumulators.for_ooi[rows] = True
+
+
+def current_places(
+    surface: SurfaceVoxels, accumulators: PlaceAccumulators
+) -> tuple[NDArray[np.intp], NDArray[np.int32]]:
+    """Return the accumulators in use and their surface voxels, (M,) each."""
+    rows = np.flatnonzero(accumulators.owner)
+    slots = accumulators.owner[rows]
+    in_use = surface.accumulator[slots] == rows
+    return rows[in_use], slots[in_use]
+
+
+def begin_in_places(
+    accumulators: PlaceAccumulators, rows: NDArray[np.intp], log_odds: NDArray[np.float32], label: int
+) -> tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.float32]]:
+    """Return what current places contain for an object of interest that has just been set.
+
+    Args:
+        accumulators: Images of the current places.
+        rows: (M,) the places.
+        log_odds: (M,) of the object, with the images of the places if it is a common label.
+        label: Common label that is the object itself; negative if it is none.
+
+    Returns:
+        (M,) sum of the images' likelihoods; (M,) number of images; (M,) log-odds without them.
+    """
+    images = accumulators.images[rows] * (label >= 0)
+    sums = np.where(images > 0, accumulators.sums[rows, label], np.float32(0.0))
+    mean = np.divide(sums, images, out=np.ones_like(sums), where=images > 0)
+    return sums, images, log_odds - np.log(mean)
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -105,7 +154,7 @@ def place_of(x, y, z):
 
 @INNER
 def open_accumulator(surface, accumulators, slot, place, left, right, labels):
-    """Return the accumulator of a voxel for an image from `place`; 0 if the place is closed.
+    """Return the accumulator of a voxel for an image from `place`; 0 if it is closed for all.
 
     `left` and `right` are the places `TAN_MARGIN` to either side. An open place is left only beyond
     them, so that a camera that shakes at its border does not close it.
@@ -116,9 +165,12 @@ def open_accumulator(surface, accumulators, slot, place, left, right, labels):
         if here == place or here == left or here == right:  # noqa: PLR1714, SIM109 - compiled; a tuple costs 0.1 of the update
             return row
     bit = np.uint64(1) << np.uint64(place)
-    if surface.places[slot] & bit != np.uint64(0):
+    for_labels = surface.label_places[slot] & bit == np.uint64(0)
+    for_ooi = surface.ooi_places[slot] & bit == np.uint64(0)
+    if not for_labels and not for_ooi:
         return np.int32(0)
-    surface.places[slot] |= bit
+    surface.label_places[slot] |= bit
+    surface.ooi_places[slot] |= bit
     if row == 0:
         rows = accumulators.owner.shape[0] - 1
         row = np.int32(1 + accumulators.tally[N_ROWS] % rows)
@@ -130,6 +182,7 @@ def open_accumulator(surface, accumulators, slot, place, left, right, labels):
         surface.accumulator[slot] = row
     accumulators.tally[N_OPENED] += 1
     accumulators.place[row] = place
+    accumulators.for_labels[row], accumulators.for_ooi[row] = for_labels, for_ooi
     accumulators.images[row] = accumulators.ooi_images[row] = 0
     accumulators.ooi_sum[row] = 0.0
     accumulators.base_log_odds[row] = surface.log_odds[slot]

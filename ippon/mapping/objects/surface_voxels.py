@@ -44,8 +44,10 @@ class SurfaceVoxels(NamedTuple):
     """(R,) its probability in units of 1/254."""
     proximity: NDArray[np.uint8]
     """(R,) l(v) in units of 1/254, `NO_LABEL` before the first heatmap."""
-    places: NDArray[np.uint64]
-    """(R,) one bit per place from which the voxel was seen; see `places.place_of`."""
+    label_places: NDArray[np.uint64]
+    """(R,) one bit per place whose images `energy` contains; see `places.place_of`."""
+    ooi_places: NDArray[np.uint64]
+    """(R,) one bit per place from which the voxel was seen since the OOI was set."""
     accumulator: NDArray[np.int32]
     """(R,) row of `places.PlaceAccumulators` while the current place is open, 0 for none."""
     free: NDArray[np.int32]
@@ -56,7 +58,8 @@ class SurfaceVoxels(NamedTuple):
 
 _RECORD: Final = np.dtype(
     [
-        ("places", np.uint64),
+        ("label_places", np.uint64),
+        ("ooi_places", np.uint64),
         ("log_odds", np.float32),
         ("accumulator", np.int32),
         ("voxel", np.int32),
@@ -89,7 +92,8 @@ def make_surface_voxels(max_rows: int, labels: int) -> SurfaceVoxels:
         label=record["label"],
         confidence=record["confidence"],
         proximity=record["proximity"],
-        places=record["places"],
+        label_places=record["label_places"],
+        ooi_places=record["ooi_places"],
         accumulator=record["accumulator"],
         free=np.zeros(max_rows, np.int32),
         tally=np.zeros(2, np.int64),
@@ -126,6 +130,7 @@ def allocate_surface_voxel(surface, voxel, labels, start_energy, prior_log_odds)
     surface.label[row] = NO_LABEL
     surface.confidence[row] = 0
     surface.proximity[row] = NO_LABEL
-    surface.places[row] = 0
+    surface.label_places[row] = 0
+    surface.ooi_places[row] = 0
     surface.accumulator[row] = 0
     return row

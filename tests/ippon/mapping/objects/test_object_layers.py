@@ -142,13 +142,14 @@ def test_surface_that_changed_while_suppressed_is_reset_or_stays_removed(voxel_m
         voxel=np.concatenate([ruled_out.voxel[:half], [[40, 40, 40]]]),
         log_odds=np.append(ruled_out.log_odds[:half], np.float32(3.0)),
         code=np.append(ruled_out.code[:half], np.uint8(242)),
+        places=np.append(ruled_out.places[:half], np.uint64(0)),
     )
     voxel_map.restore_ooi(known)
     again = voxel_map.suppress_ooi(ball, 0.8)
     np.testing.assert_array_equal(again.log_odds[:half], ruled_out.log_odds[:half])
     np.testing.assert_array_equal(again.code[:half], ruled_out.code[:half])
     assert again.log_odds[half:] == pytest.approx(-np.log(len(LABELS)), abs=1e-6)
-    assert (again.code[half:] == ooi_code(-LOG_ODDS_MAX)).all(), "until an image tells"
+    assert (again.code[half:] == NOT_MAPPED).all(), "no image has said anything of it"
 
 
 def highest_ooi_m(voxel_map):

@@ -8,6 +8,7 @@ from numba import njit
 
 from ippon.mapping.arrays import NOT_MAPPED
 from ippon.mapping.config import MapConfig
+from ippon.mapping.goal_layers.goal_layers import GoalLayers, OoiTarget
 from ippon.mapping.objects.places import (
     N_OPENED,
     N_ROWS,
@@ -15,7 +16,7 @@ from ippon.mapping.objects.places import (
     open_accumulator,
     place_of,
 )
-from ippon.mapping.objects.surface_voxels import make_surface_voxels
+from ippon.mapping.objects.surface_voxels import N_USED, NO_LABEL, make_surface_voxels
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.observation import Heatmap
 from ippon.observation_model import (
@@ -100,6 +101,129 @@ def test_images_from_a_closed_place_are_ignored(tools):
     twice = [*there_and_back, wall(tools, 100, y=1.0, n=2), wall(tools, 100, y=2.6, n=3)]
     once = cup_probability(there_and_back)
     assert np.median(cup_probability(twice)) <= np.median(once) + 0.03
+
+
+def new_map():
+    return VoxelMap(MapConfig(memory_limit_mb=64.0), LABELS)
+
+
+def asked(frame, ooi, value):
+    """The frame with a score for an object of interest beside that of the cup."""
+    scores = frame.heatmap.probabilities
+    scores = np.concatenate([scores, np.full_like(scores, value)], axis=2)
+    return replace(frame, heatmap=replace(frame.heatmap, ooi=ooi, probabilities=scores))
+
+
+def energies(voxel_map):
+    """(M, N) of the voxels that have a label."""
+    used = slice(1, int(voxel_map.surface.tally[N_USED]))
+    seen = voxel_map.surface.label[used] != NO_LABEL
+    return voxel_map.surface.energy[used][seen, : len(voxel_map.labels)].astype(int)
+
+
+def against_cup(voxel_map):
+    return energies(voxel_map)[:, LABELS.index("wall")]
+
+
+def median_ooi(voxel_map):
+    arrays = voxel_map.arrays()
+    return float(np.median(arrays.ooi[arrays.ooi != NOT_MAPPED])) / 254.0
+
+
+def test_another_goal_does_not_count_the_same_place_again_for_the_labels(tools):
+    voxel_map = new_map()
+    for goal in ("hat", "bag", None, "hat"):
+        voxel_map.set_ooi(goal)
+        for n in range(3):
+            voxel_map.integrate(wall(tools, 100, n=n))
+        if goal == "hat" and voxel_map.revision < 6:
+            once = against_cup(voxel_map)
+    assert once.min() > 0, "the images say cup"
+    np.testing.assert_allclose(against_cup(voxel_map), once, atol=1)
+
+
+def test_a_place_goes_on_when_a_goal_is_set(tools):
+    """Two images before the goal and two after it are the four images of one place."""
+
+    def seen(goal_after):
+        voxel_map = new_map()
+        for n, value in enumerate((150, 150, 60, 60)):
+            if n == goal_after:
+                voxel_map.set_ooi("hat")
+            voxel_map.integrate(wall(tools, value, n=n))
+        return against_cup(voxel_map)
+
+    np.testing.assert_array_equal(seen(2), seen(None))
+
+
+def test_each_object_is_seen_once_from_a_place(tools):
+    voxel_map, medians = new_map(), []
+    for goal in ("hat", "bag", "hat"):
+        voxel_map.set_ooi(goal)
+        assert voxel_map.best_ooi() == 0.0
+        for n in range(3):
+            voxel_map.integrate(asked(wall(tools, 1, n=n), goal, 150))
+            medians.append(median_ooi(voxel_map))
+    assert medians[0] > 0.5, "what was seen before was no image of the bag, or of this hat"
+    assert medians == pytest.approx([medians[0]] * len(medians), abs=0.01)
+
+
+@pytest.mark.parametrize("several", [False, True])
+def test_a_label_that_becomes_the_goal_is_not_seen_again_from_the_same_place(tools, several):
+    voxel_map = new_map()
+    for n in range(2):
+        voxel_map.integrate(wall(tools, 85, n=n))
+    voxel_map.set_ooi("cup")
+    from_label, most = median_ooi(voxel_map), voxel_map.best_ooi()
+    if several:
+        GoalLayers(voxel_map, [OoiTarget(label="cup"), OoiTarget(label="hat")])
+    assert median_ooi(voxel_map) == from_label
+    for n in range(2, 6):
+        voxel_map.integrate(wall(tools, 85, n=n))
+    assert median_ooi(voxel_map) == pytest.approx(from_label, abs=0.01)
+    assert voxel_map.best_ooi() == pytest.approx(most, abs=0.01)
+    voxel_map.integrate(wall(tools, 85, y=2.6, n=7))
+    assert voxel_map.best_ooi() > most + 0.02, "another place is news"
+
+
+def test_images_of_the_current_place_still_count_for_a_label_that_becomes_the_goal(tools):
+    voxel_map = new_map()
+    for n in range(2):
+        voxel_map.integrate(wall(tools, 85, n=n))
+    voxel_map.set_ooi("cup")
+    before = median_ooi(voxel_map)
+    for n in range(2, 12):
+        voxel_map.integrate(wall(tools, 1, n=n))
+    assert median_ooi(voxel_map) < before - 0.1, "the mean over the place has fallen"
+
+
+def test_a_place_taken_back_is_not_counted_twice(tools):
+    voxel_map = new_map()
+    voxel_map.set_ooi("hat")
+    for n in range(2):
+        voxel_map.integrate(asked(wall(tools, 1, n=n), "hat", 85))
+    before = voxel_map.best_ooi()
+    ruled_out = voxel_map.suppress_ooi(np.array([4.0, 1.0, 1.2]), 3.0)
+    voxel_map.integrate(asked(wall(tools, 1, y=2.6, n=2), "hat", 85))
+    voxel_map.restore_ooi(ruled_out)
+    voxel_map.integrate(asked(wall(tools, 1, n=3), "hat", 85))
+    assert voxel_map.best_ooi() == pytest.approx(before, abs=0.01)
+    voxel_map.integrate(asked(wall(tools, 1, y=2.6, n=4), "hat", 85))
+    assert voxel_map.best_ooi() > before + 0.02, "what was seen meanwhile may be seen again"
+
+
+def test_a_new_label_is_seen_from_every_place(tools):
+    voxel_map = new_map()
+    frames = [wall(tools, 150, n=n) for n in range(3)]
+    for frame in frames:
+        voxel_map.integrate(frame)
+    voxel_map.add_label("mug")
+    voxel_map.set_ooi(None)
+    for frame in frames:
+        heatmap = replace(frame.heatmap, labels=("mug",))
+        voxel_map.integrate(replace(frame, heatmap=heatmap))
+    told = energies(voxel_map)
+    assert (told[:, 3] < told[:, 0]).mean() > 0.9
 
 
 def test_a_score_of_another_label_says_nothing_against_the_object(tools):
