@@ -15,6 +15,9 @@ from app.messages.keys import check_prefix
 logger = logging.getLogger(__name__)
 
 ANSWER_S: Final = 1.0
+SETTLE_S: Final = 1.0
+"""Time for routers to tell each other what a navigator serves; its token may come before."""
+_AGAIN_S: Final = 0.05
 MAX_ROBOTS: Final = 100
 _SUFFIX: Final = f"/{keys.NAVIGATOR_ALIVE}"
 _TIMED_OUT: Final = b"Timeout"
@@ -64,7 +67,24 @@ def live_navigators(session: zenoh.Session) -> list[str]:
 def ask_each(
     session: zenoh.Session, questions: Mapping[str, Question], timeout_s: float = ANSWER_S
 ) -> dict[str, Answers]:
-    """Ask navigators at the same time; returns what came from each."""
+    """Ask navigators at the same time; returns what came from each.
+
+    Those that seem to serve nothing are asked again for `SETTLE_S`.
+    """
+    answers = _ask_once(session, questions, timeout_s)
+    deadline = time.monotonic() + SETTLE_S
+    while time.monotonic() < deadline:
+        left = {n: questions[n] for n, a in answers.items() if not (a.payloads or a.timed_out)}
+        if not left:
+            break
+        time.sleep(_AGAIN_S)
+        answers |= _ask_once(session, left, timeout_s)
+    return answers
+
+
+def _ask_once(
+    session: zenoh.Session, questions: Mapping[str, Question], timeout_s: float
+) -> dict[str, Answers]:
     asked_s = time.monotonic()
     answers = {name: Answers() for name in questions}
     left = threading.Semaphore(0)

@@ -16,7 +16,7 @@ from app.messages.memory import MemoryNoteRequest
 from ippon.atomic_file import set_aside
 from ippon.frame import Frame
 from ippon.guidance.knowledge import WITHIN_REACH_M
-from ippon.mapping.objects.object_layers import UNDERFOOT_M
+from ippon.mapping.objects.posterior_arithmetic import UNDERFOOT_M
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.memory.best_view import better_views
 from ippon.memory.instance import Instance, Point

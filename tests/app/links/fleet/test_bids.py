@@ -1,10 +1,12 @@
 """Order of preference, and answers that are no bids, on a real router."""
 
 import itertools
+import threading
 import time
 
 import pytest
 
+from app.links.fleet import navigators
 from app.links.fleet.bids import RobotBid, ask_for_bids, in_order
 from app.links.fleet.navigators import live_navigators
 from app.links.network.requests import RequestRefusedError, serve, serve_with_credential
@@ -86,6 +88,25 @@ def test_a_bid_is_asked_with_the_credential_of_the_requester(network):
     (one,) = ask_for_bids(network.client, live_navigators(network.client), SEARCH, lambda _: who)
     assert (one.name, one.bid.place, one.bid.way_m) == ("site/a", "kitchen", 3.5)
     assert heard == [(BidRequest(search=SEARCH), who)]
+
+
+def test_a_robot_whose_router_has_just_joined_is_no_old_one(network, monkeypatch):
+    """Its token may be known before what it serves."""
+    monkeypatch.setattr(navigators, "SETTLE_S", 60.0)
+
+    def answer(query):
+        query.reply(f"a/{keys.BID}", encode(Bid(obstacle="", ground="room", way_m=9.0)))
+
+    def serve_it():
+        network.kept.append(network.router.declare_queryable(f"a/{keys.BID}", answer))
+
+    network("a")
+    late = threading.Timer(0.2, serve_it)
+    late.start()
+    (a,) = ask_for_bids(network.client, ["a"], SEARCH, lambda _: None, timeout_s=20.0)
+    late.join()
+    assert a.bid is not None, a
+    assert a.bid.way_m == 9.0
 
 
 def test_answers_that_are_no_bids_are_told_apart(network):
