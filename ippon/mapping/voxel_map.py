@@ -193,8 +193,12 @@ class VoxelMap:
         return before
 
     def restore_ooi(self, ruled_out: SuppressedRegion) -> None:
-        """Undo `suppress_ooi`; surface that is still there regains its earlier values."""
-        self._layers.restore_ooi(ruled_out, self._directory, self.revision + 1)
+        """Undo `suppress_ooi`; surface that is still there regains its earlier values.
+
+        An object of interest that is a common label has the probability of the label there.
+        """
+        floor_z_m = self._integrator.floor_z_m
+        self._layers.restore_ooi(ruled_out, self._directory, floor_z_m, self.revision + 1)
         self.revision += 1
 
     def arrays(self) -> MapArrays:

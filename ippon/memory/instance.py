@@ -5,7 +5,7 @@ from typing import Literal
 
 from ippon.geometry import Float64Array
 from ippon.guidance.knowledge import WITHIN_REACH_M
-from ippon.mapping.objects.object_layers import UNDERFOOT_M
+from ippon.mapping.objects.posterior_arithmetic import UNDERFOOT_M
 
 Source = Literal["map", "search"]
 

@@ -8,9 +8,11 @@ again; another robot does the same from the same places with an empty map each t
 
 import dataclasses
 import sys
+import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -71,7 +73,7 @@ class Life:
     def search(self, scene: Scene, goal: str, start: StartPose) -> Metrics:
         """Start the robot and search once."""
         config = self._config
-        self._map.set_ooi(None)
+        self._map = restarted(self._map)
         planner = ViewpointPlanner(config.mission.planner, config.robot, self._seed)
         timed = TimedPlanner(planner, time.process_time)
         mission = Mission(
@@ -108,6 +110,17 @@ class Life:
         self._memory = recollection.memory
         self.now_ns += 60_000_000_000
         return judge.metrics(record.trajectory, stopped=record.ending == "found")
+
+
+def restarted(voxel_map: VoxelMap) -> VoxelMap:
+    """Return a map as a navigator has it that was started again."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "home.map"
+        voxel_map.save(path)
+        read = VoxelMap.load(path)
+    read.set_models(voxel_map.models)
+    read.set_ooi(None)
+    return read
 
 
 def swapped(scene: Scene, goal: str, kept: Sequence[str], rng: np.random.Generator) -> Scene | None:

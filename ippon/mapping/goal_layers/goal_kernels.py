@@ -12,26 +12,22 @@ from ippon.mapping.objects.surface_voxels import NO_LABEL
 
 
 @njit(allocates=True, cache=True, nogil=True)
-def begin_goals_kernel(pools, surface, layers, goals, labels):
-    """Set the prior of each goal; one that is a common label starts from that label."""
+def begin_goal_kernel(pools, surface, layers, goals, g, slots, labels):
+    """Set the prior of a goal in some voxels; one that is a common label starts from that label."""
     no_weights = np.zeros(labels, np.float32)
-    floor_code, bounds = ooi_code(-LOG_ODDS_MAX), goals.bounds
-    for slot in range(1, surface.tally[0]):
+    floor_code, bounds, alias = ooi_code(-LOG_ODDS_MAX), goals.bounds, goals.alias[g]
+    for slot in slots:
         at = surface.voxel[slot]
-        for g in range(len(goals.prior)):
-            layers.log_odds[slot, g] = goals.prior[g]
-            layers.code[slot, g] = NOT_MAPPED
-            alias = goals.alias[g]
-            if alias < 0 or at < 0 or surface.label[slot] == NO_LABEL:
-                continue
-            odds, code = label_odds(
-                surface.energy, surface.log_norm, slot, alias, labels, no_weights
-            )
-            if odds > -LOG_ODDS_MAX:
-                layer = pools.coord[at // 512, 2] * 8 + (at & 7)
-                if layer >= bounds[g, 2] or bounds[g, 0] <= layer < bounds[g, 1]:
-                    odds, code = -LOG_ODDS_MAX, floor_code
-            layers.log_odds[slot, g], layers.code[slot, g] = odds, code
+        layers.log_odds[slot, g] = goals.prior[g]
+        layers.code[slot, g] = NOT_MAPPED
+        if alias < 0 or at < 0 or surface.label[slot] == NO_LABEL:
+            continue
+        odds, code = label_odds(surface.energy, surface.log_norm, slot, alias, labels, no_weights)
+        if odds > -LOG_ODDS_MAX:
+            layer = pools.coord[at // 512, 2] * 8 + (at & 7)
+            if layer >= bounds[g, 2] or bounds[g, 0] <= layer < bounds[g, 1]:
+                odds, code = -LOG_ODDS_MAX, floor_code
+        layers.log_odds[slot, g], layers.code[slot, g] = odds, code
 
 
 @njit(cache=True, nogil=True)

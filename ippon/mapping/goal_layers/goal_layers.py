@@ -23,27 +23,31 @@ from ippon.mapping.goal_layers.goal_arrays import (
     make_goal_work,
 )
 from ippon.mapping.goal_layers.goal_kernels import (
-    begin_goals_kernel,
+    begin_goal_kernel,
     combine_goals_kernel,
     goal_voxels_kernel,
 )
 from ippon.mapping.goal_layers.goal_update import fuse_goals_kernel
-from ippon.mapping.objects.object_layers import ImageEntries, clear_m, ooi_bounds
+from ippon.mapping.objects.likelihood_tables import channel_of
+from ippon.mapping.objects.object_layers import ImageEntries, clear_m
 from ippon.mapping.objects.ooi_suppression import (
     SuppressedRegion,
     ball_at,
-    reopen_region,
+    slots_in,
     surface_in,
+    values_before,
 )
-from ippon.mapping.objects.places import begin_in_places, current_places
+from ippon.mapping.objects.places import begin_in_places, current_places, places_since
 from ippon.mapping.objects.posterior_arithmetic import (
     LOG_ODDS_MAX,
     NONE,
     FusionInput,
+    ooi_bounds,
     ooi_code,
     prior_log_odds,
 )
 from ippon.mapping.objects.surface_fusion import AHEAD
+from ippon.mapping.objects.surface_voxels import N_USED
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.observation import Heatmap
 
@@ -91,11 +95,8 @@ class GoalLayers:
         self._suppressed: list[tuple[int, NDArray[np.float64]]] = []
         self._ended = np.zeros(len(targets), np.bool_)
         self._layers.goals = self
-        goals = self._properties(None, [math.inf] * len(targets), voxel_map.floor_z_m)
-        begin_goals_kernel(
-            self._pools, voxel_map.surface, self._arrays, goals, len(voxel_map.labels)
-        )
-        self._continue_places(goals.alias)
+        for goal in range(len(targets)):
+            self._begin(goal, np.arange(1, int(voxel_map.surface.tally[N_USED])))
         # `set_ooi` has begun a new revision of the map.
         self._combine()
 
@@ -175,15 +176,20 @@ class GoalLayers:
             for g, ball in self._suppressed
             if g != goal or not (ball == region.ball).all()
         ]
-        voxel, slots = self._surface_in(region.ball)
         log_odds, code = self._arrays.log_odds[:, goal], self._arrays.code[:, goal]
-        here, then = reopen_region(region, self._layers.surface, voxel, slots)
-        log_odds[slots] = self._prior(goal)
-        log_odds[slots[here]] = region.log_odds[then]
-        codes = np.full(len(slots), NOT_MAPPED, np.uint8)
-        codes[here] = region.code[then]
-        mapped = code[slots] != NOT_MAPPED
-        code[slots[mapped]] = codes[mapped]
+        if self._alias(self.labels[goal]) >= 0:
+            others = np.array([ball for g, ball in self._suppressed if g == goal]).reshape(-1, 4)
+            edge = self._map.config.voxel_size_m
+            self._begin(goal, slots_in(region.ball, others, self._pools, self._directory, edge))
+        else:
+            voxel, slots = self._surface_in(region.ball)
+            values = values_before(region, voxel, self._prior(goal))
+            log_odds[slots] = values.log_odds
+            code[slots] = np.where(code[slots] == NOT_MAPPED, NOT_MAPPED, values.code)
+            # Other goals have seen the places meanwhile: those that were left stay closed.
+            layers = self._layers
+            held, at = places_since(layers.surface, layers.accumulators, slots, values.places)
+            self._arrays.base_log_odds[held, goal] = values.log_odds[at]
         self._map.revision += 1
         self._combine()
 
@@ -202,16 +208,19 @@ class GoalLayers:
         centres: Float64Array = (index.astype(np.float64) + 0.5) * self._map.config.voxel_size_m
         return centres, value.astype(np.float64) / 254.0
 
-    def _continue_places(self, alias: NDArray[np.int64]) -> None:
-        """Let the current places go on for the goals."""
-        held, arrays = self._layers.accumulators, self._arrays
-        rows, slots = current_places(self._layers.surface, held)
-        for goal, label in enumerate(alias):
-            sums, images, base = begin_in_places(
-                held, rows, arrays.log_odds[slots, goal], int(label)
-            )
-            arrays.sums[rows, goal], arrays.images[rows, goal] = sums, images
-            arrays.base_log_odds[rows, goal] = base
+    def _begin(self, goal: int, slots: NDArray[np.int64]) -> None:
+        """Begin a goal in some voxels, the current places of which go on."""
+        layers, arrays = self._layers, self._arrays
+        goals = self._properties(None, [math.inf] * len(self._targets), self._map.floor_z_m)
+        begin_goal_kernel(
+            self._pools, layers.surface, arrays, goals, goal, slots, len(layers.labels)
+        )
+        rows, at = current_places(layers.surface, slots)
+        sums, images, base = begin_in_places(
+            layers.accumulators, rows, arrays.log_odds[slots[at], goal], int(goals.alias[goal])
+        )
+        arrays.sums[rows, goal], arrays.images[rows, goal] = sums, images
+        arrays.base_log_odds[rows, goal] = base
 
     def _combine(self) -> None:
         """Write the map's `ooi` again, as its present revision."""
@@ -243,7 +252,7 @@ class GoalLayers:
     ) -> GoalFusion:
         """Return the goals as kernel arguments for an image, or for none."""
         targets, edge = self._targets, self._map.config.voxel_size_m
-        channel = [NONE if heatmap is None else _channel(heatmap, x) for x in self.labels]
+        channel = [NONE if heatmap is None else channel_of(heatmap, x) for x in self.labels]
         channel = [NONE if e else c for c, e in zip(channel, self._ended, strict=True)]
         likelihood_of, table_of = self._layers.likelihoods(heatmap, self.labels, None)
         bounds = [ooi_bounds(t.lowest_m, t.highest_m, floor_z_m, edge) for t in targets]
@@ -279,8 +288,3 @@ class GoalLayer:
     def voxels(self, threshold: float) -> tuple[Float64Array, NDArray[np.float64]]:
         """Return centres (M, 3) in metres and p(v in O) (M,) of its voxels above a threshold."""
         return self.goals.voxels(self.column, threshold)
-
-
-def _channel(heatmap: Heatmap, label: str) -> int:
-    channel = heatmap.channel_of(label)
-    return NONE if channel is None else channel

@@ -114,7 +114,8 @@ def _update_by_places(
     )
     table, table_of, channel = goals.likelihood_of, goals.table_of, goals.channel
     base, sums, images = layers.base_log_odds, layers.sums, layers.images
-    for_labels, for_ooi = accumulators.for_labels, accumulators.for_ooi
+    first_label, for_ooi = accumulators.first_label, accumulators.for_ooi
+    settled = fusion.settled
     x, y, z = fusion.camera_at
     n = 0
     for a in range(ahead):
@@ -139,15 +140,15 @@ def _update_by_places(
         left = place_of(dx + TAN_MARGIN * dy, dy - TAN_MARGIN * dx, dz)
         right = place_of(dx - TAN_MARGIN * dy, dy + TAN_MARGIN * dx, dz)
         opened = accumulators.tally[N_OPENED]
-        w = open_accumulator(surface, accumulators, slot, place, left, right, labels)
+        w = open_accumulator(surface, accumulators, slot, place, left, right, settled, labels)
         if w == 0:
             continue
         if accumulators.tally[N_OPENED] != opened:
             for g in range(len(wanted)):
                 base[w, g], sums[w, g], images[w, g] = layers.log_odds[slot, g], 0.0, 0
         for g in range(len(wanted)):
-            is_label = goals.alias[g] >= 0
-            if not (wanted[g] and (for_labels[w] if is_label else for_ooi[w])):
+            alias = goals.alias[g]
+            if not (wanted[g] and (first_label[w] <= alias if alias >= 0 else for_ooi[w])):
                 continue
             sums[w, g] += table[table_of[g], heat[v, u, channel[g]]]
             images[w, g] += 1

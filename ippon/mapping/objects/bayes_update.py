@@ -153,8 +153,8 @@ def update_by_places(
     sums, base, count = accumulators.sums, accumulators.base, accumulators.images
     ooi_sum, ooi_count = accumulators.ooi_sum, accumulators.ooi_images
     base_log_odds = accumulators.base_log_odds
-    for_labels, is_label = accumulators.for_labels, fusion.ooi_alias >= 0
-    for_ooi = for_labels if is_label else accumulators.for_ooi
+    first_label, for_ooi = accumulators.first_label, accumulators.for_ooi
+    alias, settled = fusion.ooi_alias, fusion.settled
     energy, colors, color_count = surface.energy, surface.color, surface.color_count
     suppressed, common_max, ooi_max = fusion.suppressed, fusion.common_max_m, fusion.ooi_max_m
     appearance, coord, bounds = pools.appearance, pools.coord, fusion.ooi_bounds
@@ -187,9 +187,10 @@ def update_by_places(
         place = place_of(dx, dy, dz)
         left = place_of(dx + TAN_MARGIN * dy, dy - TAN_MARGIN * dx, dz)
         right = place_of(dx - TAN_MARGIN * dy, dy + TAN_MARGIN * dx, dz)
-        w = open_accumulator(surface, accumulators, slot, place, left, right, labels)
+        w = open_accumulator(surface, accumulators, slot, place, left, right, settled, labels)
         # Row 0 is for none.
-        common, ooi = common and for_labels[w], ooi and for_ooi[w]
+        common = common and first_label[w] < labels
+        ooi = ooi and (first_label[w] <= alias if alias >= 0 else for_ooi[w])
         if not common and not ooi:
             continue
         if ooi:
@@ -204,7 +205,9 @@ def update_by_places(
                 batch.shift[n], batch.mean[n] = NEVER, np.float32(1.0)
         if common:
             count[w] += 1
-            likelihoods(heat, v, u, channel, in_order, table, table_of, likelihood, labels)
+            likelihoods(
+                heat, v, u, channel, in_order, table, table_of, first_label[w], likelihood, labels
+            )
             low = pool(
                 sums, base, w, count[w], likelihood, after, bits, mantissa, mantissa_bits, labels
             )

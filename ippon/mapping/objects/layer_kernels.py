@@ -1,10 +1,12 @@
 """Kernels that rewrite the object probabilities of every surface voxel at once."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ippon.compiling import njit
 from ippon.mapping.arrays import INNER, NOT_MAPPED
-from ippon.mapping.blocks import NO_SLAB
+from ippon.mapping.blocks import NO_SLAB, Pools
+from ippon.mapping.objects.places import PlaceAccumulators, begin_in_places, current_places
 from ippon.mapping.objects.posterior_arithmetic import (
     LOG_ODDS_MAX,
     exp_of_steps,
@@ -23,9 +25,9 @@ from ippon.mapping.objects.surface_voxels import (
 )
 
 
-@njit(allocates=True, cache=True, nogil=True)
-def reset_ooi_kernel(pools, surface, rows, labels, alias, prior, bounds, revision):
-    """Reset the object of interest; if it is common label `alias`, start from that label."""
+@njit(cache=True, nogil=True)
+def reset_ooi_kernel(pools, surface, rows, prior, revision):
+    """Reset the object of interest to its prior."""
     for row in range(rows):
         slab = pools.slab[row]
         if slab != NO_SLAB and _count_mapped(pools.ooi[slab]) > 0:
@@ -33,12 +35,49 @@ def reset_ooi_kernel(pools, surface, rows, labels, alias, prior, bounds, revisio
             pools.best_ooi[row] = 0
             pools.revision[row] = revision
             pools.appearance[row] = revision
-    floor_code = ooi_code(-LOG_ODDS_MAX)
-    no_weights = np.zeros(labels, np.float32)
     for slot in range(1, surface.tally[0]):
         surface.log_odds[slot] = prior
+
+
+def start_ooi(
+    pools: Pools,
+    surface: SurfaceVoxels,
+    accumulators: PlaceAccumulators,
+    slots: NDArray[np.int64],
+    labels: int,
+    alias: int,
+    bounds: tuple[int, int, int],
+    revision: int,
+) -> None:
+    """Start the object of interest in some voxels, the current places of which go on.
+
+    Args:
+        pools: The map's pools, updated.
+        surface: Surface voxels; their log-odds are the prior.
+        accumulators: Images of the current places, updated.
+        slots: (M,) the voxels.
+        labels: Number of labels.
+        alias: Label that is the object itself, from which it starts, or `NONE`.
+        bounds: See `FusionInput.ooi_bounds`.
+        revision: Map revision of this change.
+    """
+    if alias >= 0:
+        start_from_label_kernel(pools, surface, slots, labels, alias, bounds, revision)
+    held = accumulators
+    rows, at = current_places(surface, slots)
+    held.ooi_sum[rows], held.ooi_images[rows], held.base_log_odds[rows] = begin_in_places(
+        held, rows, surface.log_odds[slots[at]], alias
+    )
+
+
+@njit(allocates=True, cache=True, nogil=True)
+def start_from_label_kernel(pools, surface, slots, labels, alias, bounds, revision):
+    """Let an object of interest that is common label `alias` start from it in some voxels."""
+    floor_code = ooi_code(-LOG_ODDS_MAX)
+    no_weights = np.zeros(labels, np.float32)
+    for slot in slots:
         at = surface.voxel[slot]
-        if alias < 0 or at < 0 or surface.label[slot] == NO_LABEL:
+        if at < 0 or surface.label[slot] == NO_LABEL:
             continue
         odds, code = label_odds(surface.energy, surface.log_norm, slot, alias, labels, no_weights)
         if odds > -LOG_ODDS_MAX:

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ippon.mapping.objects.posterior_arithmetic import NONE
 from ippon.observation import Heatmap
 from ippon.observation_model import ObservationModels
 
@@ -45,3 +46,9 @@ class LikelihoodTables:
                 rows[k] = len(tables)
                 tables.append(table)
         return np.exp(np.stack([one.log_ratios(heatmap.kind) for one in tables])), rows
+
+
+def channel_of(heatmap: Heatmap, label: str) -> int:
+    """Return the channel of a label or of the object of interest, `NONE` without one."""
+    channel = heatmap.channel_of(label)
+    return NONE if channel is None else channel

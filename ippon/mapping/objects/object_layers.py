@@ -12,15 +12,25 @@ from ippon.mapping.arrays import read_only
 from ippon.mapping.blocks import N_ROWS, BlockDirectory, Pools
 from ippon.mapping.config import SURFACE_VOXELS_PER_BLOCK, MapConfig
 from ippon.mapping.level_probabilities import LEVEL_PROBABILITIES
-from ippon.mapping.objects.layer_kernels import give_prior_share, relevel_kernel, reset_ooi_kernel
-from ippon.mapping.objects.likelihood_tables import LikelihoodTables
-from ippon.mapping.objects.ooi_suppression import SuppressedRegion, ball_at, restore, suppress
+from ippon.mapping.objects.layer_kernels import (
+    give_prior_share,
+    relevel_kernel,
+    reset_ooi_kernel,
+    start_ooi,
+)
+from ippon.mapping.objects.likelihood_tables import LikelihoodTables, channel_of
+from ippon.mapping.objects.ooi_suppression import (
+    SuppressedRegion,
+    ball_at,
+    restore,
+    slots_in,
+    suppress,
+)
 from ippon.mapping.objects.places import (
     MAX_OPEN_PLACES,
-    begin_in_places,
-    current_places,
+    N_OPENED,
     make_place_accumulators,
-    reopen_for_labels,
+    reopen_for_added_labels,
     reopen_for_ooi,
 )
 from ippon.mapping.objects.posterior_arithmetic import (
@@ -30,6 +40,7 @@ from ippon.mapping.objects.posterior_arithmetic import (
     PLACES,
     FusionInput,
     energy_table,
+    ooi_bounds,
     prior_log_odds,
 )
 from ippon.mapping.objects.surface_fusion import FusionWork
@@ -45,13 +56,9 @@ from ippon.observation_model import ObservationModels
 
 AVERAGE_LEVEL: Final = 1
 MAX_LABELS: Final = 255
-UNDERFOOT_M: Final = 0.2
-"""Depth below the robot's floor, metres, that counts as this floor, given the errors of depth and
-pose. Lower surface may belong to another floor."""
 CLEAR_SHARE: Final = 0.05
 """Share of the image's longer side, 32 of 640 pixels, from which an object is detected nearly as
 often as from nearby; measured with NanoDet-Plus (docs/results.md)."""
-_EVERYWHERE_M: Final = 1e6
 
 
 class GoalFuser(Protocol):
@@ -117,6 +124,10 @@ class ObjectLayers:
         """Several objects of interest, in place of `ooi`."""
         self._config = config
         self._pools = pools
+        self._settled = len(labels)
+        """Labels from this one on were added since the map was made or read."""
+        self._opened_at_add = -1
+        """`N_OPENED` when the last label was added."""
         self._energy_of = energy_table(config.likelihood_floor)
         self._likelihoods = LikelihoodTables(models or ObservationModels())
         self.accumulators = make_place_accumulators(
@@ -144,12 +155,13 @@ class ObjectLayers:
         self.ooi, self.ooi_highest_m, self.ooi_lowest_m = ooi, highest_m, lowest_m
         self.ooi_small_m, self.ooi_clear_m = small_m, math.inf
         self.suppressed = np.empty((0, 4), np.float64)
-        rows = int(self._pools.tally[N_ROWS])
-        n, alias = len(self.labels), self._alias()
-        prior = prior_log_odds(n, alias)
-        bounds = self._ooi_bounds(floor_z_m)
-        reset_ooi_kernel(self._pools, self.surface, rows, n, alias, prior, bounds, revision)
-        self._continue_places(alias)
+        rows, prior = (
+            int(self._pools.tally[N_ROWS]),
+            prior_log_odds(len(self.labels), self._alias()),
+        )
+        reset_ooi_kernel(self._pools, self.surface, rows, prior, revision)
+        reopen_for_ooi(self.surface, self.accumulators)
+        self._start_ooi(np.arange(1, int(self.surface.tally[N_USED])), floor_z_m, revision)
 
     def set_models(self, models: ObservationModels) -> None:
         """Set the observation models of later images."""
@@ -179,6 +191,9 @@ class ObjectLayers:
         n = len(self.labels)
         if n == MAX_LABELS:
             raise ValueError(f"a map takes at most {MAX_LABELS} labels")
+        if int(self.accumulators.tally[N_OPENED]) != self._opened_at_add:
+            # What was added since the last image is added together.
+            self._settled = n
         if n == self.surface.energy.shape[1]:
             wider = make_surface_voxels(len(self.surface.voxel), n + 1).energy
             used = int(self.surface.tally[N_USED])
@@ -188,7 +203,8 @@ class ObjectLayers:
             self.accumulators = make_place_accumulators(
                 len(self.accumulators.owner) - 1, wider.shape[1]
             )
-        reopen_for_labels(self.surface)
+        reopen_for_added_labels(self.surface)
+        self._opened_at_add = int(self.accumulators.tally[N_OPENED])
         give_prior_share(self.surface, n)
         self.labels = (*self.labels, label)
         self.levels = np.append(self.levels, np.uint8(AVERAGE_LEVEL))
@@ -209,21 +225,23 @@ class ObjectLayers:
         )
 
     def restore_ooi(
-        self, region: SuppressedRegion, directory: BlockDirectory, revision: int
+        self,
+        region: SuppressedRegion,
+        directory: BlockDirectory,
+        floor_z_m: float,
+        revision: int,
     ) -> None:
-        """Undo `suppress_ooi`: the map's values of that time return."""
+        """Undo `suppress_ooi`: the map's values of that time return, or those of its label now."""
         same = (self.suppressed == region.ball).all(axis=1)
         self.suppressed = self.suppressed[~same]
-        prior = prior_log_odds(len(self.labels), self._alias())
-        restore(
-            region,
-            self._pools,
-            self.surface,
-            directory,
-            self._config.voxel_size_m,
-            prior,
-            revision,
-        )
+        size_m, alias = self._config.voxel_size_m, self._alias()
+        if alias >= 0:
+            slots = slots_in(region.ball, self.suppressed, self._pools, directory, size_m)
+            self._start_ooi(slots, floor_z_m, revision)
+            return
+        prior = prior_log_odds(len(self.labels), alias)
+        held = self.accumulators
+        restore(region, self._pools, self.surface, held, directory, size_m, prior, revision)
 
     @property
     def ooi_prior_log_odds(self) -> float:
@@ -232,14 +250,11 @@ class ObjectLayers:
             math.inf if self.ooi is None else float(prior_log_odds(len(self.labels), self._alias()))
         )
 
-    def _continue_places(self, alias: int) -> None:
-        """Let the current places go on for a new object of interest."""
-        held, surface = self.accumulators, self.surface
-        reopen_for_ooi(surface, held)
-        rows, slots = current_places(surface, held)
-        held.ooi_sum[rows], held.ooi_images[rows], held.base_log_odds[rows] = begin_in_places(
-            held, rows, surface.log_odds[slots], alias
-        )
+    def _start_ooi(self, slots: NDArray[np.int64], floor_z_m: float, revision: int) -> None:
+        start_ooi(
+            self._pools, self.surface, self.accumulators, slots, len(self.labels), self._alias(),
+            self._ooi_bounds(floor_z_m), revision,
+        )  # fmt: skip
 
     def _ooi_bounds(self, floor_z_m: float) -> tuple[int, int, int]:
         lowest_m, highest_m = self.ooi_lowest_m, self.ooi_highest_m
@@ -272,10 +287,8 @@ class ObjectLayers:
         probabilities = np.zeros((1, 1, 1), np.uint8)
         if heatmap is not None:
             probabilities = heatmap.probabilities
-            index = {label: i for i, label in enumerate(heatmap.labels)}
-            channel = np.array([index.get(label, NONE) for label in self.labels], np.int64)
-            at = None if self.ooi is None else heatmap.channel_of(self.ooi)
-            ooi_channel = NONE if at is None else at
+            channel = np.array([channel_of(heatmap, label) for label in self.labels], np.int64)
+            ooi_channel = NONE if self.ooi is None else channel_of(heatmap, self.ooi)
         likelihood_of, table_of = self._likelihoods.of(heatmap, self.labels, self.ooi)
         mode = _mode(cfg, heatmap)
         if heatmap is not None:
@@ -287,6 +300,7 @@ class ObjectLayers:
             in_order=bool((channel == np.arange(n)).all()),
             ooi_channel=ooi_channel,
             ooi_alias=self._alias(),
+            settled=self._settled,
             prior=prior_log_odds(n, self._alias()),
             energy_of=self._energy_of,
             common_max_m=cfg.common_max_range_m,
@@ -314,24 +328,6 @@ class ObjectLayers:
             self.level_probabilities[self.levels],
             revision,
         )
-
-
-def ooi_bounds(
-    lowest_m: float, highest_m: float, floor_z_m: float, voxel_size_m: float
-) -> tuple[int, int, int]:
-    """Return `FusionInput.ooi_bounds`; a voxel counts by its centre.
-
-    Args:
-        lowest_m: Height above the floor up to which nothing is the object of interest.
-        highest_m: Height above the floor from which nothing is.
-        floor_z_m: Height of the floor, world frame.
-        voxel_size_m: Edge of a voxel.
-    """
-    heights_m = (-UNDERFOOT_M, max(lowest_m, -UNDERFOOT_M), highest_m)
-    low, high, top = (
-        math.floor(min(floor_z_m + z, _EVERYWHERE_M) / voxel_size_m + 0.5 + 1e-6) for z in heights_m
-    )
-    return low, high, top
 
 
 def clear_m(mode: int, camera: PinholeCamera, small_m: float) -> float:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, NOT_MAPPED
 from ippon.mapping.blocks import NO_SLAB, BlockDirectory, Pools
-from ippon.mapping.objects.places import close_places
+from ippon.mapping.objects.places import PlaceAccumulators, reopen_left
 from ippon.mapping.objects.posterior_arithmetic import LOG_ODDS_MAX, ooi_code
 from ippon.mapping.objects.surface_voxels import SurfaceVoxels
 
@@ -79,6 +79,7 @@ def restore(
     region: SuppressedRegion,
     pools: Pools,
     surface: SurfaceVoxels,
+    accumulators: PlaceAccumulators,
     directory: BlockDirectory,
     voxel_size_m: float,
     prior_log_odds: np.float32,
@@ -90,6 +91,7 @@ def restore(
         region: From `suppress`.
         pools: The map's pools, updated.
         surface: Surface voxels, updated.
+        accumulators: Images of the current places, updated.
         directory: Rows of the blocks.
         voxel_size_m: Edge of a voxel.
         prior_log_odds: Log-odds of surface that was first seen while the region was suppressed.
@@ -99,37 +101,30 @@ def restore(
     log_odds = surface.log_odds
     slots = pools.slot[pools.slab[rows]]
     inside &= slots != 0
-    here, then = reopen_region(region, surface, voxel[inside], slots[inside])
-    log_odds[slots[inside]] = prior_log_odds
-    log_odds[slots[inside][here]] = region.log_odds[then]
-    codes = np.full(inside.size, NOT_MAPPED, np.uint8)
-    codes[np.flatnonzero(inside)[here]] = region.code[then]
-    mapped = inside & (pools.ooi[pools.slab[rows]] != NOT_MAPPED)
-    _set_codes(pools, rows, mapped, codes.reshape(inside.shape)[mapped], revision)
+    slots = slots[inside]
+    values = values_before(region, voxel[inside], prior_log_odds)
+    log_odds[slots] = values.log_odds
+    held, at = reopen_left(surface, accumulators, slots, values.places)
+    accumulators.base_log_odds[held] = values.log_odds[at]
+    codes = pools.ooi[pools.slab[rows]]
+    codes[inside] = np.where(codes[inside] == NOT_MAPPED, NOT_MAPPED, values.code)
+    _set_codes(pools, rows, inside, codes[inside], revision)
 
 
-def reopen_region(
-    region: SuppressedRegion,
-    surface: SurfaceVoxels,
-    voxel: NDArray[np.int64],
-    slots: NDArray[np.int32],
-) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Let the places count again that were seen only while a region was suppressed.
+def values_before(
+    region: SuppressedRegion, voxel: NDArray[np.int64], prior_log_odds: np.float32
+) -> SuppressedRegion:
+    """Return the values that (M, 3) voxels had before a region was suppressed.
 
-    Args:
-        region: From `suppress`.
-        surface: Surface voxels, updated.
-        voxel: (M, 3) index of the surface voxels in its ball now.
-        slots: (M,) their rows.
-
-    Returns:
-        Rows of `voxel`, and of `region`, that are the same voxels.
+    They are the prior where there was no surface.
     """
-    close_places(surface, slots)
+    n = len(voxel)
+    log_odds, code = np.full(n, prior_log_odds, np.float32), np.full(n, NOT_MAPPED, np.uint8)
+    places = np.zeros(n, np.uint64)
     here, then = _same_voxels(voxel, region.voxel)
-    surface.ooi_places[slots] = 0
-    surface.ooi_places[slots[here]] = region.places[then]
-    return here, then
+    log_odds[here], code[here] = region.log_odds[then], region.code[then]
+    places[here] = region.places[then]
+    return SuppressedRegion(region.ball, voxel, log_odds, code, places)
 
 
 def _same_voxels(
@@ -167,6 +162,23 @@ def surface_in(
     voxel = pools.coord[rows][:, None].astype(np.int64) * BLOCK_EDGE + inner
     away = (voxel + 0.5) * voxel_size_m - ball[:3]
     return rows, voxel, (away**2).sum(axis=2) <= ball[3] ** 2
+
+
+def slots_in(
+    ball: NDArray[np.float64],
+    others: NDArray[np.float64],
+    pools: Pools,
+    directory: BlockDirectory,
+    voxel_size_m: float,
+) -> NDArray[np.int64]:
+    """Return the rows of the surface voxels in a ball and in none of (K, 4) others."""
+    rows, voxel, inside = surface_in(ball, pools, directory, voxel_size_m)
+    for other in others:
+        away = (voxel + 0.5) * voxel_size_m - other[:3]
+        inside &= (away**2).sum(axis=2) > other[3] ** 2
+    slots = pools.slot[pools.slab[rows]][inside].astype(np.int64)
+    found: NDArray[np.int64] = slots[slots != 0]
+    return found
 
 
 def _set_codes(

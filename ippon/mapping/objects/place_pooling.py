@@ -31,16 +31,18 @@ _MANTISSA_BITS: Final = 0x7FFFFF
 
 
 @_SUMS
-def likelihoods(heat, v, u, channel, in_order, table, table_of, out, n):
+def likelihoods(heat, v, u, channel, in_order, table, table_of, first, out, n):
     """Write the likelihood ratio of each label at pixel (v, u) to `out`.
 
-    The ratio is 1 for labels that the heatmap lacks.
+    The ratio is 1 for labels that the heatmap lacks, and for those before `first`.
     """
+    for j in range(first):
+        out[j] = np.float32(1.0)
     if in_order:
-        for j in range(n):
+        for j in range(first, n):
             out[j] = table[table_of[j], heat[v, u, j]]
     else:
-        for j in range(n):
+        for j in range(first, n):
             out[j] = np.float32(1.0)
             if channel[j] >= 0:
                 out[j] = table[table_of[j], heat[v, u, channel[j]]]

@@ -7,8 +7,9 @@ the paper's filter multiplies those of all images. A place is a direction of 15 
 voxel, near or far. A place that the camera has left is closed: later images from it are not used.
 
 What closes for the common labels stays closed while the map is in use, because they keep their
-evidence. For another object of interest every place opens again. An object of interest that is a
-common label starts from that label, and shares its places.
+evidence; labels that are added later have places of their own. For another object of interest every
+place opens again. An object of interest that is a common label starts from that label, and shares
+its places.
 """
 
 from typing import Final, NamedTuple
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 from ippon.compiling import njit
 from ippon.mapping.arrays import INNER
-from ippon.mapping.objects.surface_voxels import N_USED, SurfaceVoxels
+from ippon.mapping.objects.surface_voxels import N_USED, NO_LABEL, SurfaceVoxels
 
 MAX_OPEN_PLACES: Final = 32768
 """Voxels with an open place at a time; at the limit the oldest row is given to another voxel."""
@@ -53,8 +54,8 @@ class PlaceAccumulators(NamedTuple):
     """(W,) images in `sums`."""
     place: NDArray[np.uint8]
     """(W,) the place."""
-    for_labels: NDArray[np.bool_]
-    """(W,) whether it counts for the common labels, and for an OOI that is one of them."""
+    first_label: NDArray[np.uint8]
+    """(W,) it counts for the labels from this one on, and for an OOI that is one of them."""
     for_ooi: NDArray[np.bool_]
     """(W,) whether it counts for any other OOI."""
     owner: NDArray[np.int32]
@@ -79,45 +80,94 @@ def make_place_accumulators(rows: int, row_length: int) -> PlaceAccumulators:
         ooi_images=np.zeros(rows + 1, np.int32),
         images=np.zeros(rows + 1, np.int32),
         place=np.zeros(rows + 1, np.uint8),
-        for_labels=np.zeros(rows + 1, np.bool_),
+        first_label=np.full(rows + 1, NO_LABEL, np.uint8),
         for_ooi=np.zeros(rows + 1, np.bool_),
         owner=np.zeros(rows + 1, np.int32),
         tally=np.zeros(2, np.int64),
     )
 
 
-def close_places(surface: SurfaceVoxels, slots: slice | NDArray[np.integer]) -> None:
-    """Close the current places of some voxels, keeping what their images added."""
-    surface.accumulator[slots] = 0
-
-
-def reopen_for_labels(surface: SurfaceVoxels) -> None:
-    """Let every place count again for the common labels, one of which is new."""
+def reopen_for_added_labels(surface: SurfaceVoxels) -> None:
+    """Let every place count again for labels that are added now; current places are closed."""
     used = slice(0, int(surface.tally[N_USED]))
-    close_places(surface, used)
-    surface.label_places[used] = 0
+    surface.accumulator[used] = 0
+    surface.added_places[used] = 0
 
 
 def reopen_for_ooi(surface: SurfaceVoxels, accumulators: PlaceAccumulators) -> None:
     """Let every place count again for a new object of interest; current places stay open."""
-    rows, slots = current_places(surface, accumulators)
-    surface.ooi_places[: int(surface.tally[N_USED])] = 0
-    surface.ooi_places[slots] = np.uint64(1) << accumulators.place[rows].astype(np.uint64)
+    slots = np.arange(int(surface.tally[N_USED]))
+    rows, at = current_places(surface, slots)
+    surface.ooi_places[slots] = 0
+    surface.ooi_places[at] = _bits(accumulators, rows)
     accumulators.for_ooi[rows] = True
 
 
+def reopen_left(
+    surface: SurfaceVoxels,
+    accumulators: PlaceAccumulators,
+    slots: NDArray[np.integer],
+    places: NDArray[np.uint64],
+) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
+    """Let places count again for the object of interest in some voxels.
+
+    Args:
+        surface: Surface voxels, updated.
+        accumulators: Images of the current places, updated.
+        slots: (M,) the voxels.
+        places: (M,) places that stay closed.
+
+    Returns:
+        See `places_since`.
+    """
+    rows, at = places_since(surface, accumulators, slots, places)
+    surface.ooi_places[slots] = places
+    surface.ooi_places[slots[at]] |= _bits(accumulators, rows)
+    accumulators.for_ooi[rows] = True
+    return rows, at
+
+
+def places_since(
+    surface: SurfaceVoxels,
+    accumulators: PlaceAccumulators,
+    slots: NDArray[np.integer],
+    places: NDArray[np.uint64],
+) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
+    """Return the current places of some voxels, those apart that had been seen before.
+
+    Args:
+        surface: Surface voxels.
+        accumulators: Images of the current places.
+        slots: (M,) the voxels.
+        places: (M,) places that each had been seen from.
+
+    Returns:
+        Accumulators, and the index of the voxel of each.
+    """
+    rows, at = current_places(surface, slots)
+    new = places[at] & _bits(accumulators, rows) == 0
+    return rows[new], at[new]
+
+
 def current_places(
-    surface: SurfaceVoxels, accumulators: PlaceAccumulators
-) -> tuple[NDArray[np.intp], NDArray[np.int32]]:
-    """Return the accumulators in use and their surface voxels, (M,) each."""
-    rows = np.flatnonzero(accumulators.owner)
-    slots = accumulators.owner[rows]
-    in_use = surface.accumulator[slots] == rows
-    return rows[in_use], slots[in_use]
+    surface: SurfaceVoxels, slots: NDArray[np.integer]
+) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
+    """Return the accumulators of some voxels, and the index of the voxel of each."""
+    rows = surface.accumulator[slots]
+    at = np.flatnonzero(rows)
+    return rows[at], at
+
+
+def _bits(accumulators: PlaceAccumulators, rows: NDArray[np.integer]) -> NDArray[np.uint64]:
+    bits: NDArray[np.uint64] = np.uint64(1) << accumulators.place[rows].astype(np.uint64)
+    return bits
 
 
 def begin_in_places(
-    accumulators: PlaceAccumulators, rows: NDArray[np.intp], log_odds: NDArray[np.float32], label: int
+    accumulators: PlaceAccumulators,
+    rows: NDArray[np.int32],
+    log_odds: NDArray[np.float32],
+    label: int,
 ) -> tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.float32]]:
     """Return what current places contain for an object of interest that has just been set.
 
@@ -153,11 +203,12 @@ def place_of(x, y, z):
 
 
 @INNER
-def open_accumulator(surface, accumulators, slot, place, left, right, labels):
+def open_accumulator(surface, accumulators, slot, place, left, right, settled, labels):
     """Return the accumulator of a voxel for an image from `place`; 0 if it is closed for all.
 
     `left` and `right` are the places `TAN_MARGIN` to either side. An open place is left only beyond
-    them, so that a camera that shakes at its border does not close it.
+    them, so that a camera that shakes at its border does not close it. Labels from `settled` on are
+    those of `SurfaceVoxels.added_places`.
     """
     row = surface.accumulator[slot]
     if row != 0:
@@ -165,11 +216,16 @@ def open_accumulator(surface, accumulators, slot, place, left, right, labels):
         if here == place or here == left or here == right:  # noqa: PLR1714, SIM109 - compiled; a tuple costs 0.1 of the update
             return row
     bit = np.uint64(1) << np.uint64(place)
-    for_labels = surface.label_places[slot] & bit == np.uint64(0)
+    first_label = labels
+    if surface.label_places[slot] & bit == np.uint64(0):
+        first_label = 0
+    elif surface.added_places[slot] & bit == np.uint64(0):
+        first_label = settled
     for_ooi = surface.ooi_places[slot] & bit == np.uint64(0)
-    if not for_labels and not for_ooi:
+    if first_label == labels and not for_ooi:
         return np.int32(0)
     surface.label_places[slot] |= bit
+    surface.added_places[slot] |= bit
     surface.ooi_places[slot] |= bit
     if row == 0:
         rows = accumulators.owner.shape[0] - 1
@@ -182,7 +238,7 @@ def open_accumulator(surface, accumulators, slot, place, left, right, labels):
         surface.accumulator[slot] = row
     accumulators.tally[N_OPENED] += 1
     accumulators.place[row] = place
-    accumulators.for_labels[row], accumulators.for_ooi[row] = for_labels, for_ooi
+    accumulators.first_label[row], accumulators.for_ooi[row] = first_label, for_ooi
     accumulators.images[row] = accumulators.ooi_images[row] = 0
     accumulators.ooi_sum[row] = 0.0
     accumulators.base_log_odds[row] = surface.log_odds[slot]

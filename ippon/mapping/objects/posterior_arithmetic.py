@@ -18,6 +18,7 @@ likelihood ratios of a hundredth of a step therefore add up correctly, and the e
 below one step.
 """
 
+import math
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -29,6 +30,10 @@ from ippon.mapping.objects.surface_voxels import ENERGY_MAX, STEPS_PER_NAT
 
 LOG_ODDS_MAX: Final = 10.0
 """p(O) stays within 4.5e-5 of 0 and 1, so that it can recover."""
+UNDERFOOT_M: Final = 0.2
+"""Depth below the robot's floor, metres, that counts as this floor, given the errors of depth and
+pose. Lower surface may belong to another floor."""
+_EVERYWHERE_M: Final = 1e6
 
 _SUMS: Final = njit(
     **INNER_OPTIONS,
@@ -55,6 +60,8 @@ class FusionInput(NamedTuple):
     """Channel of the map's OOI, `NONE` when the heatmap was not asked for it."""
     ooi_alias: int
     """Map label that is the OOI itself, `NONE` if the OOI is not a common label."""
+    settled: int
+    """Labels from this one on were added while the map was in use."""
     prior: np.float32
     """See `prior_log_odds`."""
     energy_of: NDArray[np.float32]
@@ -88,6 +95,24 @@ def may_be_ooi(layer, bounds):
     """Tell whether the OOI may be in a voxel layer, given `FusionInput.ooi_bounds`."""
     low, high, top = bounds
     return layer < top and not low <= layer < high
+
+
+def ooi_bounds(
+    lowest_m: float, highest_m: float, floor_z_m: float, voxel_size_m: float
+) -> tuple[int, int, int]:
+    """Return `FusionInput.ooi_bounds`; a voxel counts by its centre.
+
+    Args:
+        lowest_m: Height above the floor up to which nothing is the object of interest.
+        highest_m: Height above the floor from which nothing is.
+        floor_z_m: Height of the floor, world frame.
+        voxel_size_m: Edge of a voxel.
+    """
+    heights_m = (-UNDERFOOT_M, max(lowest_m, -UNDERFOOT_M), highest_m)
+    low, high, top = (
+        math.floor(min(floor_z_m + z, _EVERYWHERE_M) / voxel_size_m + 0.5 + 1e-6) for z in heights_m
+    )
+    return low, high, top
 
 
 def energy_table(likelihood_floor: float) -> NDArray[np.float32]:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, FREE, NOT_MAPPED, OCCUPIED, MapArrays
 from ippon.mapping.blocks import NO_SLAB
+from ippon.mapping.objects.places import current_places
 from ippon.mapping.objects.posterior_arithmetic import ooi_code
 from ippon.mapping.queries import places_of
 from ippon.mapping.voxel_map import VoxelMap
@@ -69,6 +70,7 @@ def recall_evidence(
     at = slots[inside]
     before = surface.log_odds[at].copy()
     surface.log_odds[at] = np.maximum(before, np.float32(log_odds))
+    _add_to_current_places(voxel_map, at, surface.log_odds[at] - before)
     code = np.uint8(ooi_code(np.float32(log_odds)))
     codes = pools.ooi[pools.slab[rows]]
     codes_before = codes[inside]
@@ -90,11 +92,22 @@ def withdraw_evidence(voxel_map: VoxelMap, recalled: RecalledEvidence) -> None:
     kept &= recalled.before < recalled.log_odds
     voxel_map.revision += 1
     surface.log_odds[slots[kept]] = recalled.before[kept]
+    added = recalled.log_odds - recalled.before[kept]
+    _add_to_current_places(voxel_map, slots[kept], -added)
     pools.ooi[slabs[kept], column[kept]] = recalled.codes[kept]
     changed = np.unique(rows[kept])
     codes = pools.ooi[pools.slab[changed]]
     pools.best_ooi[changed] = np.where(codes == NOT_MAPPED, 0, codes).max(axis=1, initial=0)
     pools.revision[changed] = pools.appearance[changed] = voxel_map.revision
+
+
+def _add_to_current_places(
+    voxel_map: VoxelMap, slots: NDArray[np.int32], log_odds: NDArray[np.float32]
+) -> None:
+    """Add evidence to what was known before the current places of some voxels."""
+    rows, at = current_places(voxel_map.surface, slots)
+    held = voxel_map._layers.accumulators  # noqa: SLF001 - one package
+    held.base_log_odds[rows] += log_odds[at]
 
 
 def posterior_of(arrays: MapArrays, voxels: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -46,6 +46,8 @@ class SurfaceVoxels(NamedTuple):
     """(R,) l(v) in units of 1/254, `NO_LABEL` before the first heatmap."""
     label_places: NDArray[np.uint64]
     """(R,) one bit per place whose images `energy` contains; see `places.place_of`."""
+    added_places: NDArray[np.uint64]
+    """(R,) those of them whose images it contains for labels that were added, too."""
     ooi_places: NDArray[np.uint64]
     """(R,) one bit per place from which the voxel was seen since the OOI was set."""
     accumulator: NDArray[np.int32]
@@ -59,6 +61,7 @@ class SurfaceVoxels(NamedTuple):
 _RECORD: Final = np.dtype(
     [
         ("label_places", np.uint64),
+        ("added_places", np.uint64),
         ("ooi_places", np.uint64),
         ("log_odds", np.float32),
         ("accumulator", np.int32),
@@ -93,6 +96,7 @@ def make_surface_voxels(max_rows: int, labels: int) -> SurfaceVoxels:
         confidence=record["confidence"],
         proximity=record["proximity"],
         label_places=record["label_places"],
+        added_places=record["added_places"],
         ooi_places=record["ooi_places"],
         accumulator=record["accumulator"],
         free=np.zeros(max_rows, np.int32),
@@ -130,7 +134,6 @@ def allocate_surface_voxel(surface, voxel, labels, start_energy, prior_log_odds)
     surface.label[row] = NO_LABEL
     surface.confidence[row] = 0
     surface.proximity[row] = NO_LABEL
-    surface.label_places[row] = 0
-    surface.ooi_places[row] = 0
+    surface.label_places[row] = surface.added_places[row] = surface.ooi_places[row] = 0
     surface.accumulator[row] = 0
     return row

@@ -212,18 +212,100 @@ def test_a_place_taken_back_is_not_counted_twice(tools):
     assert voxel_map.best_ooi() > before + 0.02, "what was seen meanwhile may be seen again"
 
 
-def test_a_new_label_is_seen_from_every_place(tools):
+@pytest.mark.parametrize("several", [False, True])
+def test_a_label_taken_back_has_what_was_seen_meanwhile(tools, several):
+    """It has as much evidence as if it had never been excluded."""
+
+    def seen(excluded):
+        voxel_map = new_map()
+        voxel_map.set_ooi("cup")
+        layer = voxel_map
+        if several:
+            targets = [OoiTarget(label="cup"), OoiTarget(label="hat")]
+            layer = GoalLayers(voxel_map, targets).layer("cup")
+        for n in range(2):
+            voxel_map.integrate(wall(tools, 85, n=n))
+        if excluded:
+            ruled_out = layer.suppress_ooi(np.array([4.0, 1.0, 1.2]), 3.0)
+        for n, y in enumerate((1.0, 2.6, 1.4, 0.4), start=2):
+            voxel_map.integrate(wall(tools, 85, y=y, n=n))
+        if excluded:
+            layer.restore_ooi(ruled_out)
+        for n, y in enumerate((1.4, 2.6, 1.0), start=6):
+            voxel_map.integrate(wall(tools, 85, y=y, n=n))
+        return voxel_map.best_ooi(), median_ooi(voxel_map)
+
+    assert seen(True) == pytest.approx(seen(False), abs=0.02)
+    assert seen(False)[0] > 0.8
+
+
+def test_a_goal_of_a_tour_taken_back_counts_no_place_twice_for_another(tools):
+    def seen(excluded):
+        voxel_map = new_map()
+        layers = GoalLayers(voxel_map, [OoiTarget(label="hat"), OoiTarget(label="bag")])
+
+        def look(n, y=1.0):
+            frame = asked(wall(tools, 1, y=y, n=n), "hat", 1)
+            scores = frame.heatmap.probabilities
+            scores = np.concatenate(
+                [scores[..., :1], np.full_like(scores[..., :1], 85), scores[..., 1:]], 2
+            )
+            labels = (*frame.heatmap.labels, "bag")
+            heatmap = replace(frame.heatmap, labels=labels, probabilities=scores)
+            voxel_map.integrate(replace(frame, heatmap=heatmap))
+
+        look(0)
+        look(1)
+        ruled_out = layers.suppress(0, np.array([4.0, 1.0, 1.2]), 3.0)
+        look(2, 2.6)
+        look(3)
+        if excluded:
+            layers.restore(0, ruled_out)
+        look(4, 2.6)
+        look(5)
+        used = slice(1, int(voxel_map.surface.tally[N_USED]))
+        return layers.log_odds(1)[used].copy()
+
+    np.testing.assert_allclose(seen(True), seen(False), atol=0.01)
+
+
+def test_a_new_label_is_seen_from_every_place_and_the_others_not_again(tools):
     voxel_map = new_map()
-    frames = [wall(tools, 150, n=n) for n in range(3)]
+    frames = [wall(tools, 85, n=n) for n in range(3)]
     for frame in frames:
         voxel_map.integrate(frame)
-    voxel_map.add_label("mug")
-    voxel_map.set_ooi(None)
+    cup = against_cup(voxel_map)
+    for label in ("mug", "bowl"):
+        voxel_map.add_label(label)
+    before = energies(voxel_map)
+    scores = np.repeat(frames[0].heatmap.probabilities, 3, axis=2)
+    heatmap = replace(frames[0].heatmap, labels=("cup", "mug", "bowl"), probabilities=scores)
     for frame in frames:
-        heatmap = replace(frame.heatmap, labels=("mug",))
         voxel_map.integrate(replace(frame, heatmap=heatmap))
     told = energies(voxel_map)
-    assert (told[:, 3] < told[:, 0]).mean() > 0.9
+    np.testing.assert_allclose(told[:, 0] - told[:, 2], cup, atol=1)
+    for label in (3, 4):
+        gained = (told[:, 0] - told[:, label]) - (before[:, 0] - before[:, label])
+        np.testing.assert_allclose(gained, cup, atol=2)
+    voxel_map.add_label("pot")
+    voxel_map.integrate(replace(frames[0], heatmap=heatmap))
+    np.testing.assert_allclose(energies(voxel_map)[:, :5], told, atol=1)
+
+
+def test_a_goal_that_is_a_label_teaches_the_label(tools):
+    """A detector's image has the channel of the goal behind those of the other labels."""
+    voxel_map = new_map()
+    voxel_map.set_ooi("cup")
+    for n in range(2):
+        frame = wall(tools, 1, n=n)
+        heatmap = replace(frame.heatmap, labels=("floor",))
+        voxel_map.integrate(asked(replace(frame, heatmap=heatmap), "cup", 150))
+    found = voxel_map.best_ooi()
+    assert found > 0.8
+    assert np.median(against_cup(voxel_map)) > 0
+    for goal in ("hat", "cup"):
+        voxel_map.set_ooi(goal)
+    assert voxel_map.best_ooi() == pytest.approx(found, abs=0.1), "the search starts from it"
 
 
 def test_a_score_of_another_label_says_nothing_against_the_object(tools):
@@ -274,7 +356,7 @@ def test_a_camera_that_shakes_at_a_border_does_not_leave_the_place():
 
     @njit
     def open_it(surface, accumulators, slot, place, left, right, labels):
-        return open_accumulator(surface, accumulators, slot, place, left, right, labels)
+        return open_accumulator(surface, accumulators, slot, place, left, right, labels, labels)
 
     def opened(degrees):
         angles = np.radians([degrees, degrees - 5.0, degrees + 5.0])
@@ -300,7 +382,7 @@ def test_at_the_limit_the_oldest_row_is_given_to_another_voxel():
 
     @njit
     def open_it(surface, accumulators, slot, place, labels):
-        return open_accumulator(surface, accumulators, slot, place, place, place, labels)
+        return open_accumulator(surface, accumulators, slot, place, place, place, labels, labels)
 
     def opened(slot, place):
         return open_it(surface, accumulators, slot, place, len(LABELS))

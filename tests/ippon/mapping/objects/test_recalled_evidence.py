@@ -10,6 +10,7 @@ from ippon.mapping.objects.recalled_evidence import (
 )
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.observation import Heatmap
+from ippon.observation_model import NOTHING_SAID
 
 LABELS = ("wall", "table")
 LOG_ODDS = float(np.log(9.0))
@@ -67,3 +68,30 @@ def test_what_was_withdrawn_is_as_before(known):
     withdraw_evidence(voxel_map, recall_evidence(voxel_map, *box, LOG_ODDS))
     assert voxel_map.best_ooi() == before
     assert voxel_map.revision > revision
+
+
+def test_an_image_that_says_nothing_leaves_what_is_recalled(known, tools):
+    """Also where the place of the images was seen before the thing was recalled."""
+    voxel_map, _, box = known
+
+    def nothing_said(seen):
+        p = np.full((*seen.shape, 1), NOTHING_SAID, np.uint8)
+        return Heatmap(labels=(), ooi="hat", probabilities=p, kind="scores")
+
+    def look():
+        pose, world = tools.look(1.0, 2.0, 1.2, 0.0, -0.5), tools.World.room()
+        world.boxes.append((2.4, 1.9, 0.0, 2.7, 2.2, 0.25))
+        voxel_map.integrate(world.frame(pose, heatmap=nothing_said))
+
+    look()
+    recalled = recall_evidence(voxel_map, *box, LOG_ODDS)
+    look()
+    assert np.median(posterior_of(voxel_map.arrays(), recalled.voxels)) == pytest.approx(
+        0.9, abs=0.02
+    )
+    again = recall_evidence(voxel_map, *box, 2.0 * LOG_ODDS)
+    withdraw_evidence(voxel_map, again)
+    look()
+    assert np.median(posterior_of(voxel_map.arrays(), recalled.voxels)) == pytest.approx(
+        0.9, abs=0.02
+    )
