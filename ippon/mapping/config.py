@@ -1,5 +1,6 @@
 """Configuration of the voxel map."""
 
+import dataclasses
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -8,7 +9,10 @@ from ippon.mapping.blocks import BYTES_PER_VOXEL
 
 SURFACE_VOXELS_PER_BLOCK: Final = 64
 """Surface voxels per block, on average, that fit within the memory limit."""
-BYTES_PER_SURFACE_VOXEL: Final = 84
+BYTES_PER_SURFACE_VOXEL: Final = 92
+_BYTES_PER_BLOCK: Final = (
+    BLOCK_VOLUME * BYTES_PER_VOXEL + SURFACE_VOXELS_PER_BLOCK * BYTES_PER_SURFACE_VOXEL
+)
 MOST_MEMORY_MB: Final = 50_000.0
 """Of a map whose voxels are numbered by 32 bits."""
 
@@ -128,7 +132,9 @@ class MapConfig:
     @property
     def max_blocks(self) -> int:
         """Number of blocks that fit within the memory limit."""
-        per_block = (
-            BLOCK_VOLUME * BYTES_PER_VOXEL + SURFACE_VOXELS_PER_BLOCK * BYTES_PER_SURFACE_VOXEL
-        )
-        return int(self.memory_limit_mb * 1e6 / per_block)
+        return int(self.memory_limit_mb * 1e6 / _BYTES_PER_BLOCK)
+
+    def holding(self, blocks: int) -> "MapConfig":
+        """Return this configuration, with a memory limit that holds so many blocks and more."""
+        need_mb = min((blocks + 1) * _BYTES_PER_BLOCK / 1e6, MOST_MEMORY_MB)
+        return dataclasses.replace(self, memory_limit_mb=max(self.memory_limit_mb, need_mb))

@@ -14,7 +14,7 @@ from ippon.frame import Frame
 from ippon.mapping import map_file, queries, snapshot
 from ippon.mapping.arrays import BLOCK_EDGE, MapArrays
 from ippon.mapping.blocks import N_LAYER_FREE, N_ROWS, N_SLABS, BlockDirectory, Pools, make_pools
-from ippon.mapping.config import MapConfig
+from ippon.mapping.config import SURFACE_VOXELS_PER_BLOCK, MapConfig
 from ippon.mapping.integration import FrameIntegrator, IntegrationReport
 from ippon.mapping.objects.object_layers import ObjectLayers
 from ippon.mapping.objects.ooi_suppression import SuppressedRegion
@@ -285,7 +285,12 @@ class VoxelMap:
         header, arrays = map_file.read(path, max(map_file.MOST_BYTES, limit))
         try:
             saved = MapConfig(**_known_fusion(header["config"]))
-            voxel_map = cls(config or saved, header["labels"])
+            used = config or saved
+            if used.memory_limit_mb >= saved.memory_limit_mb:
+                # Earlier versions put more blocks into the same limit.
+                rows = -(-(len(arrays["surface_energy"]) + 1) // SURFACE_VOXELS_PER_BLOCK)
+                used = used.holding(max(len(arrays["coord"]), rows))
+            voxel_map = cls(used, header["labels"])
             voxel_map._restore(header, arrays)
         except (KeyError, TypeError, ValueError) as error:
             raise MapFileError(f"{path.name} is not a usable map: {error}") from error

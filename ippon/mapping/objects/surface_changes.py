@@ -84,6 +84,8 @@ class SurfaceTracker:
         self._thresholds = thresholds or SurfaceThresholds()
         self._shown = _make_shown(64)
         self._slabs = 0
+        self._free: list[int] = []
+        """Slabs of dropped blocks, which others get."""
         self._slab_of_row: NDArray[np.int32] = np.full(voxel_map.config.max_blocks, -1, np.int32)
         self._revision = -1
 
@@ -111,6 +113,7 @@ class SurfaceTracker:
         self._shown.looks[: self._slabs] = 0
         self._slab_of_row[:] = -1
         self._slabs = 0
+        self._free.clear()
         self._revision = -1
         return self.update()
 
@@ -121,13 +124,15 @@ class SurfaceTracker:
         has_surface = pools.slab[changed] != NO_SLAB
         rows = changed[has_slab | has_surface].astype(np.int64)
         new = rows[self._slab_of_row[rows] < 0]
-        while self._slabs + len(new) > len(self._shown.row):
+        again = [self._free.pop() for _ in range(min(len(new), len(self._free)))]
+        end = self._slabs + len(new) - len(again)
+        while end > len(self._shown.row):
             self._shown = _grown(self._shown)
-        slabs = np.arange(self._slabs, self._slabs + len(new), dtype=np.int32)
+        slabs = np.array([*again, *range(self._slabs, end)], np.int32)
         self._slab_of_row[new] = slabs
         self._shown.coord[slabs] = pools.coord[new]
         self._shown.row[slabs] = new
-        self._slabs += len(new)
+        self._slabs = end
         return rows
 
     def _forget_dropped(self) -> NDArray[np.int32]:
@@ -145,6 +150,7 @@ class SurfaceTracker:
             self._slab_of_row[row[slab]] = -1
             self._shown.looks[slab] = 0
             self._shown.row[slab] = -1
+            self._free.append(int(slab))
         return np.concatenate(parts)
 
 

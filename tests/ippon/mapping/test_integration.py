@@ -214,7 +214,7 @@ def test_a_view_that_alone_exceeds_the_limit_is_refused_and_changes_nothing(tool
     hall = tools.World([(-50.0, -50.0, -2.0, 50.0, 50.0, -1.0)])
     frame = hall.frame(tools.look(2.0, 2.0, 1.2, 0.0), camera=wide, stamp_ns=10**9)
     frame = dataclasses.replace(frame, depth=np.full((160, 160), 4.9, np.float32))
-    with pytest.raises(FrameRejectedError, match="one view needs more than the 876 blocks"):
+    with pytest.raises(FrameRejectedError, match="one view needs more than the 842 blocks"):
         voxel_map.integrate(frame)
     assert int(voxel_map._pools.used.sum()) == used
     assert (voxel_map.arrays().state[: len(before)] == before).all()

@@ -80,6 +80,17 @@ def test_a_map_within_the_memory_limit_is_read_whatever_its_size(voxel_map, tmp_
     assert VoxelMap.load(tmp_path / "large.map", MapConfig()).bounds() is not None
 
 
+def test_a_map_that_an_earlier_version_filled_to_its_limit_is_read(voxel_map, tmp_path):
+    """More is counted for a block now, so that the limit holds fewer."""
+    full = MapConfig(memory_limit_mb=2.0, max_range_m=0.5)
+    voxel_map.config = full
+    voxel_map.save(tmp_path / "full.map")
+    for config in (None, full, MapConfig()):
+        loaded = VoxelMap.load(tmp_path / "full.map", config)
+        assert loaded.bounds() is not None
+        assert loaded.config.max_blocks > full.max_blocks
+
+
 @pytest.mark.slow
 def test_another_configuration_must_fit(voxel_map, tmp_path):
     path = tmp_path / "home.map"

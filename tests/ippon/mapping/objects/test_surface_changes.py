@@ -129,7 +129,7 @@ def test_the_same_view_again_sends_almost_nothing(tools, world):
 def test_dropped_blocks_are_removed_from_the_view(tools, world):
     voxel_map = VoxelMap(MapConfig(memory_limit_mb=25.0, max_range_m=3.0), LABELS)
     tracker, view = SurfaceTracker(voxel_map), CameraGeometry()
-    dropped = 0
+    dropped = most = 0
     for n in range(14):
         # The same furnished room again and again, each a room's length farther on.
         room = tools.World.room(5.0, 4.0)
@@ -141,7 +141,9 @@ def test_dropped_blocks_are_removed_from_the_view(tools, world):
             frame = room.frame(pose, stamp_ns=(3 * n + turn) * 10**10)
             dropped += voxel_map.integrate(frame).blocks_dropped
             view.apply(tracker.update())
+            most = max(most, np.count_nonzero(tracker._slab_of_row >= 0))
     assert dropped > 0
+    assert tracker._slabs == most, "what was dropped is not kept"
     truth = CameraGeometry()
     truth.apply(SurfaceTracker(voxel_map).keyframe())
     assert view.voxels.keys() == truth.voxels.keys()
