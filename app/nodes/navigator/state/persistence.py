@@ -19,6 +19,7 @@ from app.messages.control import SearchRequest, decode
 from app.messages.driving import DriveModeName
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.planned_search import PlannedSearch
+from app.process.boot import boot_id, since_boot_s
 from ippon.atomic_file import remove_partial_files, replace_file
 from ippon.errors import MapFileError
 from ippon.guidance.levels import LevelName
@@ -95,6 +96,16 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     def may_go_on(self) -> bool:
         """Whether its successor may move the robot without asking."""
         return not self.held and self.mode == "auto"
+
+
+class _KeptRun(msgspec.Struct, frozen=True):
+    """The file of a run. One of an earlier version cannot be decoded: the robot waits."""
+
+    run: RunState
+    boot: str
+    """Of the machine; empty where the system tells none."""
+    at_s: float
+    """Time since that boot, or since 1970 without one."""
 
 
 def read_saved_state(path: Path, config: MapConfig) -> SavedState | None:
@@ -253,7 +264,8 @@ class StatePersistence:
 
     def _put_run(self, run: RunState) -> None:
         self._run = run, time.monotonic()
-        self._small.put(_run_path(self._path), msgspec.json.encode(run))
+        kept = _KeptRun(run, *_present())
+        self._small.put(_run_path(self._path), msgspec.json.encode(kept))
 
     def _keep_goals(self, goals: GoalQueue) -> None:
         content = msgspec.json.encode(_requests_of(goals.unfinished()))
@@ -291,11 +303,18 @@ def _run_path(path: Path) -> Path:
 def _read_run_state(path: Path) -> RunState | None:
     """Return the state of a run that was killed a moment ago."""
     try:
-        if time.time() - path.stat().st_mtime > RECENT_S:
-            return None
-        return decode(path.read_bytes(), RunState)
+        kept = decode(path.read_bytes(), _KeptRun)
     except (OSError, msgspec.MsgspecError):
         return None
+    boot, now_s = _present()
+    is_recent = kept.boot == boot and 0.0 <= now_s - kept.at_s <= RECENT_S
+    return kept.run if is_recent else None
+
+
+def _present() -> tuple[str, float]:
+    """Return the machine's boot and the time since then; since 1970 where there is no boot."""
+    boot = boot_id()
+    return boot, since_boot_s() if boot else time.time()
 
 
 def _requests_of(searches: Sequence[PlannedSearch]) -> list[SavedGoal]:

@@ -1,7 +1,6 @@
 """What a navigator leaves behind, and what the next one makes of it."""
 
 import dataclasses
-import os
 import queue
 import threading
 import time
@@ -25,6 +24,7 @@ from app.messages.status import CountedFind, LevelTable
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.node import Navigator
 from app.nodes.navigator.state import persistence as persistence_module
+from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.persistence import (
     RECENT_S,
     RunState,
@@ -332,13 +332,48 @@ def test_a_killed_run_is_told_from_one_that_ended(open_office, voxel_map, tmp_pa
     keep_with(persistence, voxel_map, office.goals, held)
     assert not read_saved_state(path, CONFIG).interrupted.may_go_on
     run_file = tmp_path / "home.map.run.json"
-    long_ago = run_file.stat().st_mtime - RECENT_S - 1.0
-    os.utime(run_file, (long_ago, long_ago))
-    assert read_saved_state(path, CONFIG).interrupted is None
     run_file.write_text("{")
     assert read_saved_state(path, CONFIG).interrupted is None
     persistence.close(voxel_map, office.goals)
     assert not run_file.exists()
+
+
+SINCE_BOOT, WALL = "app.nodes.navigator.state.persistence.since_boot_s", "time.time"
+
+
+def interrupted(path, monkeypatch, clock, boots, later_s):
+    """Keep a run in one boot, and read it some seconds later, or in another boot."""
+    for boot, at_s in zip(boots, (1000.0, 1000.0 + later_s), strict=True):
+        monkeypatch.setattr(persistence_module, "boot_id", lambda boot=boot: boot)
+        monkeypatch.setattr(clock, lambda at_s=at_s: at_s)
+        if at_s == 1000.0:
+            persistence = StatePersistence(path, lambda *_: None)
+            persistence.keep_state(GoalQueue(3), RUN)
+            persistence._small.wait()
+    return read_saved_state(path, CONFIG).interrupted
+
+
+@pytest.mark.parametrize(("clock", "boot"), [(SINCE_BOOT, "a"), (WALL, "")])
+@pytest.mark.parametrize(
+    ("later_s", "is_recent"), [(RECENT_S - 1.0, True), (RECENT_S + 1.0, False), (-1.0, False)]
+)
+def test_only_a_run_that_was_killed_a_moment_ago_goes_on(
+    tmp_path, monkeypatch, clock, boot, later_s, is_recent
+):
+    read = interrupted(tmp_path / "home.map", monkeypatch, clock, (boot, boot), later_s)
+    assert read == (RUN if is_recent else None)
+
+
+def test_a_run_that_a_power_cut_ended_does_not_go_on_whatever_the_clock_says(tmp_path, monkeypatch):
+    path = tmp_path / "home.map"
+    assert interrupted(path, monkeypatch, SINCE_BOOT, ("a", "b"), 1.0) is None
+
+
+def test_the_run_of_an_earlier_version_does_not_go_on(tmp_path):
+    path = tmp_path / "home.map"
+    path.with_name("home.map.goals.json").write_bytes(b"[]")
+    path.with_name("home.map.run.json").write_bytes(msgspec.json.encode(RUN))
+    assert read_saved_state(path, CONFIG).interrupted is None
 
 
 def test_a_stop_and_a_goal_are_kept_while_no_frame_comes(tmp_path, sessions):
