@@ -18,6 +18,8 @@ def boot_id() -> str:
         return ""
 
 
-def since_boot_s() -> float:
-    """Return the time since the boot that `boot_id` numbers, with that of being suspended."""
-    return time.clock_gettime(time.CLOCK_BOOTTIME)
+def boot_time() -> tuple[str, float]:
+    """Return `boot_id` and the seconds since that boot, or since 1970 where it is empty."""
+    boot = boot_id()
+    # Other clocks of the boot stand still while the machine is suspended.
+    return boot, time.clock_gettime(time.CLOCK_BOOTTIME) if boot else time.time()

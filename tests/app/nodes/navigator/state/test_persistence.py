@@ -1,6 +1,7 @@
 """What a navigator leaves behind, and what the next one makes of it."""
 
 import dataclasses
+import errno
 import queue
 import threading
 import time
@@ -282,6 +283,24 @@ def test_a_disk_that_is_full_is_told_once(open_office, voxel_map, tmp_path):
     assert "No such file" in told[0][1]
 
 
+def test_a_stop_that_a_full_disk_cannot_keep_is_not_forgotten(tmp_path, monkeypatch):
+    def fail(path, content):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    path, goals = tmp_path / "home.map", GoalQueue(3)
+    persistence = StatePersistence(path, lambda *_: None)
+    held = msgspec.structs.replace(RUN, held=True)
+    for run, write, read in (
+        (RUN, replace_file, RUN),
+        (held, fail, None),
+        (held, replace_file, held),
+    ):
+        monkeypatch.setattr(persistence_module, "replace_file", write)
+        persistence.keep_state(goals, run)
+        persistence._small.wait()
+        assert read_saved_state(path, CONFIG).interrupted == read
+
+
 def test_a_disk_that_takes_its_time_holds_up_nobody(open_office, voxel_map, tmp_path, monkeypatch):
     disk = threading.Semaphore(0)
 
@@ -338,35 +357,23 @@ def test_a_killed_run_is_told_from_one_that_ended(open_office, voxel_map, tmp_pa
     assert not run_file.exists()
 
 
-SINCE_BOOT, WALL = "app.nodes.navigator.state.persistence.since_boot_s", "time.time"
-
-
-def interrupted(path, monkeypatch, clock, boots, later_s):
-    """Keep a run in one boot, and read it some seconds later, or in another boot."""
-    for boot, at_s in zip(boots, (1000.0, 1000.0 + later_s), strict=True):
-        monkeypatch.setattr(persistence_module, "boot_id", lambda boot=boot: boot)
-        monkeypatch.setattr(clock, lambda at_s=at_s: at_s)
-        if at_s == 1000.0:
-            persistence = StatePersistence(path, lambda *_: None)
-            persistence.keep_state(GoalQueue(3), RUN)
-            persistence._small.wait()
-    return read_saved_state(path, CONFIG).interrupted
-
-
-@pytest.mark.parametrize(("clock", "boot"), [(SINCE_BOOT, "a"), (WALL, "")])
 @pytest.mark.parametrize(
-    ("later_s", "is_recent"), [(RECENT_S - 1.0, True), (RECENT_S + 1.0, False), (-1.0, False)]
+    ("later", "is_recent"),
+    [
+        (("boot", 1000.0 + RECENT_S - 1.0), True),
+        (("boot", 1000.0 + RECENT_S + 1.0), False),
+        (("boot", 999.0), False),
+        (("boot after a power cut", 1001.0), False),
+    ],
 )
-def test_only_a_run_that_was_killed_a_moment_ago_goes_on(
-    tmp_path, monkeypatch, clock, boot, later_s, is_recent
-):
-    read = interrupted(tmp_path / "home.map", monkeypatch, clock, (boot, boot), later_s)
-    assert read == (RUN if is_recent else None)
-
-
-def test_a_run_that_a_power_cut_ended_does_not_go_on_whatever_the_clock_says(tmp_path, monkeypatch):
+def test_only_a_run_that_was_killed_a_moment_ago_goes_on(tmp_path, monkeypatch, later, is_recent):
+    monkeypatch.setattr(persistence_module, "boot_time", lambda: ("boot", 1000.0))
     path = tmp_path / "home.map"
-    assert interrupted(path, monkeypatch, SINCE_BOOT, ("a", "b"), 1.0) is None
+    persistence = StatePersistence(path, lambda *_: None)
+    persistence.keep_state(GoalQueue(3), RUN)
+    persistence._small.wait()
+    monkeypatch.setattr(persistence_module, "boot_time", lambda: later)
+    assert read_saved_state(path, CONFIG).interrupted == (RUN if is_recent else None)
 
 
 def test_the_run_of_an_earlier_version_does_not_go_on(tmp_path):
