@@ -66,7 +66,7 @@ class RegionWeights:
         strokes = tuple(stroke for stroke in strokes if stroke.points)
         if not strokes:
             self._origin = np.zeros(2)
-            self._weights = np.ones((1, 1))
+            self._weights: Float64Array = np.ones((1, 1))
             return
         self._origin, high = painted_corners(strokes)
         size = np.ceil((high - self._origin) / _CELL_M).astype(int) + 1
