@@ -6,6 +6,8 @@ from msgspec import Meta, Struct
 
 DriveModeName = Literal["auto", "assisted", "manual"]
 WalkingStepName = Literal["turn", "walk", "look", "hold"]
+Metres = Annotated[float, Meta(ge=-1e4, le=1e4)]
+"""World x or y of a request."""
 
 
 class _Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -23,8 +25,8 @@ class DriveRequest(_Message, frozen=True):
 class GotoRequest(_Message, frozen=True):
     """Send the robot to a point on the floor: key `goto`."""
 
-    x_m: Annotated[float, Meta(ge=-1e4, le=1e4)] = 0.0
-    y_m: Annotated[float, Meta(ge=-1e4, le=1e4)] = 0.0
+    x_m: Metres = 0.0
+    y_m: Metres = 0.0
     cancel: bool = False
     """Cancel the waypoint instead."""
 
@@ -33,7 +35,7 @@ class PaintRequest(_Message, frozen=True):
     """Weigh the gain over a part of the floor: key `paint`. Strokes apply until they are undone."""
 
     action: Literal["look_here", "not_here", "undo", "clear"]
-    strokes: Annotated[list[tuple[float, float]], Meta(max_length=500)] = []
+    strokes: Annotated[list[tuple[Metres, Metres]], Meta(max_length=500)] = []
     """World x and y of the brush, metres."""
     radius_m: Annotated[float, Meta(ge=0.1, le=3.0)] = 0.6
 

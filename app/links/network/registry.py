@@ -12,6 +12,7 @@ import msgspec
 import platformdirs
 
 from app.messages.control import decode
+from app.process.boot import boot_id
 from app.process.file_lock import hold, is_held
 
 logger = logging.getLogger(__name__)
@@ -26,6 +27,13 @@ class RunningNavigator(msgspec.Struct, frozen=True, kw_only=True):
     pid: int
     robot: str
     endpoint: str
+
+
+class _Noted(RunningNavigator, frozen=True, kw_only=True):
+    """A navigator as its file tells it."""
+
+    boot: str = ""
+    """Of its machine: several may share the folder, and each sees the locks of the others."""
 
 
 def registry_folder() -> Path:
@@ -69,7 +77,8 @@ def register(navigator: RunningNavigator) -> Registration | None:
     hold(file)
     entry = Registration(Path(path), file)
     try:
-        file.write(msgspec.json.encode(navigator))
+        noted = _Noted(**msgspec.structs.asdict(navigator), boot=boot_id())
+        file.write(msgspec.json.encode(noted))
     except OSError as error:
         entry.close()
         _warn(folder, navigator, error)
@@ -89,18 +98,25 @@ def _warn(folder: Path, navigator: RunningNavigator, error: OSError) -> None:
 
 
 def running_navigators() -> list[RunningNavigator]:
-    """Return the navigators that run, oldest first; files of dead ones are removed."""
+    """Return the navigators that run here, oldest first; files of dead ones are removed."""
     found: list[tuple[float, RunningNavigator]] = []
+    boot = boot_id()
     for path in _files(registry_folder()):
+        # That of an earlier version has neither boot nor lock.
+        is_old = path.stem.isdecimal()
         try:
             started = path.stat().st_mtime
-            navigator = decode(path.read_bytes(), RunningNavigator)
-            runs = is_held(path, unknown=_alive(navigator.pid))
+            noted = decode(path.read_bytes(), _Noted)
+            is_here = is_old or noted.boot == boot
+            runs = not is_here or _alive(noted.pid)
+            if not is_old:
+                runs = is_held(path, unknown=runs)
         except (OSError, msgspec.DecodeError):
             continue
-        if runs:
+        if runs and is_here:
+            navigator = RunningNavigator(pid=noted.pid, robot=noted.robot, endpoint=noted.endpoint)
             found.append((started, navigator))
-        else:
+        elif not runs:
             # A file that cannot be removed is ignored again the next time.
             with contextlib.suppress(OSError):
                 path.unlink()

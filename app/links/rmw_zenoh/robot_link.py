@@ -4,10 +4,12 @@ import logging
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any, Final
 
 import zenoh
 
+from app.links.network.sender import Sender
 from app.links.network.session import LinkError, open_robot_client
 from app.links.network.subscription import subscribe
 from app.links.rmw_zenoh.command_output import CommandOutput
@@ -57,6 +59,7 @@ class RobotLink:
         self._losses_at = self._started
         self._commands: CommandOutput | None = None
         self._goals: Goals | None = None
+        self._statuses: Sender | None = None
         self._thread = threading.Thread(target=self._run, name="robot link", daemon=True)
         self._thread.start()
         self._watchdog = threading.Thread(target=self._watch, name="watchdog", daemon=True)
@@ -113,6 +116,8 @@ class RobotLink:
             self._goals.stop()
         if action is not None:
             action.close()
+        if self._statuses is not None:
+            self._statuses.close()
         commands.close()
         streams.close()
         graph.close()
@@ -164,8 +169,14 @@ class RobotLink:
 
         action = GoalAction(participant, topics[key], ended) if key == "navigate" else None
         navigation = action or GoalTopic(commands, topics[key], ended, graph.entities)
-        goals = Goals(navigation, lambda stamp, code: status.put(goal_status(stamp, code)))
-        self._goals = goals
+        # zenoh delivers what is put in the navigator's session to the navigator in this thread,
+        # which may hold a lock that the navigator waits for: a status is sent from another one.
+        self._statuses = statuses = Sender()
+
+        def report(stamp: bytes, code: int) -> None:
+            statuses.put(0, partial(status.put, goal_status(stamp, code)))
+
+        self._goals = goals = Goals(navigation, report)
         return action
 
     def _subscribe(self, commands: CommandOutput) -> None:

@@ -1,6 +1,6 @@
 """Regions of the floor that are preferred or avoided: painted ones, and rooms that were said."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -14,6 +14,8 @@ RegionKind = Literal["look_here", "not_here"]
 
 _CELL_M: Final = 0.1
 """Edge of a cell of the raster that strokes are painted on."""
+LONGEST_PAINTED_M: Final = 300.0
+"""Side of the floor that all strokes may span: their raster has 72 MB then."""
 _SAMPLES_M: Final = (0.4, 0.8, 1.2, 1.6, 2.0, 2.4, 2.8, 3.2)
 """Distances ahead of a viewpoint at which the floor is sampled, as far as surfaces count."""
 
@@ -64,17 +66,13 @@ class RegionWeights:
         strokes = tuple(stroke for stroke in strokes if stroke.points)
         if not strokes:
             self._origin = np.zeros(2)
-            self._weights = np.ones((1, 1))
+            self._weights: Float64Array = np.ones((1, 1))
             return
-        points = [np.array(stroke.points, dtype=np.float64) for stroke in strokes]
-        reach = max(stroke.radius_m for stroke in strokes) + _CELL_M
-        low = np.min([p.min(axis=0) for p in points], axis=0) - reach
-        high = np.max([p.max(axis=0) for p in points], axis=0) + reach
-        size = np.ceil((high - low) / _CELL_M).astype(int) + 1
-        self._origin = low
+        self._origin, high = painted_corners(strokes)
+        size = np.ceil((high - self._origin) / _CELL_M).astype(int) + 1
         self._weights = np.ones(tuple(size))
-        for stroke, at in zip(strokes, points, strict=True):
-            self._fill(at, stroke.radius_m, weight_of[stroke.kind])
+        for stroke in strokes:
+            self._fill(stroke.points, stroke.radius_m, weight_of[stroke.kind])
 
     def at(self, points: Float64Array) -> Float64Array:
         """Return the weights of (..., 2) points: (...)."""
@@ -102,13 +100,27 @@ class RegionWeights:
         mean = (weights * seen).sum(axis=1) / seen.sum(axis=1)
         return mean.astype(np.float32)
 
-    def _fill(self, points: Float64Array, radius_m: float, weight: float) -> None:
+    def _fill(self, points: Iterable[tuple[float, float]], radius_m: float, weight: float) -> None:
         shape = self._weights.shape
         x = self._origin[0] + (np.arange(shape[0]) + 0.5) * _CELL_M
         y = self._origin[1] + (np.arange(shape[1]) + 0.5) * _CELL_M
         for px, py in points:
-            near = (x[:, None] - px) ** 2 + (y[None, :] - py) ** 2 <= radius_m**2
-            self._weights[near] = weight
+            # Only the cells around the brush: the floor may be large, and strokes have many points.
+            at, reach = (np.array((px, py)) - self._origin) / _CELL_M, radius_m / _CELL_M
+            u, v = (slice(int(cell - reach), int(cell + reach) + 1) for cell in at)
+            near = (x[u, None] - px) ** 2 + (y[None, v] - py) ** 2 <= radius_m**2
+            self._weights[u, v][near] = weight
+
+
+def painted_corners(strokes: Sequence[Stroke]) -> tuple[Float64Array, Float64Array]:
+    """Return the corners of the floor that strokes span, with a margin: (2,) each, metres.
+
+    Args:
+        strokes: At least one, each with at least one point.
+    """
+    points = np.concatenate([np.array(stroke.points, dtype=np.float64) for stroke in strokes])
+    reach = max(stroke.radius_m for stroke in strokes) + _CELL_M
+    return points.min(axis=0) - reach, points.max(axis=0) + reach
 
 
 def _looked_up(weights: Float64Array, cell: NDArray[np.int64]) -> Float64Array:

@@ -4,6 +4,8 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Protocol
 
+import msgspec
+
 from app.links.network.requests import RequestRefusedError
 from app.messages.control import Accepted, encode
 from app.messages.driving import (
@@ -17,7 +19,11 @@ from app.nodes.navigator.command.command_mux import CommandMux
 from app.nodes.navigator.services.operation_queue import OperationQueue
 from ippon.control.drive_mode import DriveMode
 from ippon.mission.mission import Mission
-from ippon.planning.visibility.region_weights import Stroke
+from ippon.planning.visibility.region_weights import (
+    LONGEST_PAINTED_M,
+    Stroke,
+    painted_corners,
+)
 from ippon.robot import RobotProfile
 
 MAX_STROKES = 200
@@ -83,10 +89,7 @@ class DriveService:
     def paint(self, request: PaintRequest) -> Accepted:
         """Add, undo or clear painted regions, which weigh the gain of viewpoints."""
         detail = self._repaint(request)
-        strokes = [
-            Stroke(kind=s.kind, points=tuple(s.strokes), radius_m=s.radius_m) for s in self._strokes
-        ]
-        self._operations.enqueue(partial(_weigh, strokes))
+        self._operations.enqueue(partial(_weigh, _regions(self._strokes)))
         self._painted.put(encode(PaintedRegions(regions=list(self._strokes))))
         return Accepted(detail=detail)
 
@@ -103,16 +106,23 @@ class DriveService:
             raise RequestRefusedError("a stroke needs at least one point of the floor")
         if len(self._strokes) >= MAX_STROKES:
             raise RequestRefusedError(f"{MAX_STROKES} strokes are painted; clear them first")
+        stroke = PaintedStroke(
+            kind=request.action, strokes=request.strokes, radius_m=request.radius_m
+        )
+        low, high = painted_corners(_regions([*self._strokes, stroke]))
+        longest_m = float((high - low).max())
+        if longest_m > LONGEST_PAINTED_M:
+            raise RequestRefusedError(
+                f"the painted floor would be {longest_m:.0f} m long, at most "
+                f"{LONGEST_PAINTED_M:.0f} m are possible; give points in metres, or clear what is "
+                "painted"
+            )
         try:
             room = self.room_of(request.strokes)
         except RequestRefusedError:
             # The region counts all the same.
             room = ""
-        self._strokes.append(
-            PaintedStroke(
-                kind=request.action, strokes=request.strokes, radius_m=request.radius_m, room=room
-            )
-        )
+        self._strokes.append(msgspec.structs.replace(stroke, room=room))
         return "searching there first" if request.action == "look_here" else "not searching there"
 
 
@@ -136,6 +146,10 @@ def drive_refusal(profile: RobotProfile, mode: DriveMode, speed_limit: float) ->
     if mode is DriveMode.AUTO and speed_limit < 1.0:
         return f"{profile.name} navigates by itself and chooses its own speed: no limit can be set"
     return ""
+
+
+def _regions(strokes: Sequence[PaintedStroke]) -> list[Stroke]:
+    return [Stroke(kind=s.kind, points=tuple(s.strokes), radius_m=s.radius_m) for s in strokes]
 
 
 def _weigh(strokes: Sequence[Stroke], mission: Mission) -> None:

@@ -5,6 +5,7 @@ atomically, so that a crash leaves the previous version. A third file exists whi
 runs: who finds it at a start knows that the last run was killed, and what it did then.
 """
 
+import contextlib
 import logging
 import threading
 import time
@@ -19,6 +20,7 @@ from app.messages.control import SearchRequest, decode
 from app.messages.driving import DriveModeName
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.planned_search import PlannedSearch
+from app.process.boot import boot_time
 from ippon.atomic_file import remove_partial_files, replace_file
 from ippon.errors import MapFileError
 from ippon.guidance.levels import LevelName
@@ -95,6 +97,15 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     def may_go_on(self) -> bool:
         """Whether its successor may move the robot without asking."""
         return not self.held and self.mode == "auto"
+
+
+class _KeptRun(msgspec.Struct, frozen=True):
+    """The file of a run. One of an earlier version cannot be decoded: the robot waits."""
+
+    run: RunState
+    boot: str
+    at_s: float
+    """See `boot_time`."""
 
 
 def read_saved_state(path: Path, config: MapConfig) -> SavedState | None:
@@ -199,7 +210,8 @@ class StatePersistence:
 
     def keep_state(self, goals: GoalQueue, run: RunState) -> None:
         """Write goals and state when they change, also while no frame comes."""
-        if self._run is None or self._run[0] != run:
+        kept = self._run  # The writer's thread may forget it.
+        if kept is None or kept[0] != run:
             self._put_run(run)
         if self._problem and not self._reported:
             self._reported = True
@@ -208,9 +220,10 @@ class StatePersistence:
 
     def keep_map(self, voxel_map: VoxelMap) -> None:
         """Write the map, if it is due: called by the mission's thread after every step."""
-        if self._run is not None and time.monotonic() - self._run[1] >= self._every_s:
+        kept = self._run
+        if kept is not None and time.monotonic() - kept[1] >= self._every_s:
             # A robot that was not heard for long may have been moved: the time is that of a frame.
-            self._put_run(self._run[0])
+            self._put_run(kept[0])
         if time.monotonic() < self._due_at or (self._writer and self._writer.is_alive()):
             return
         if self._map_waits():
@@ -253,7 +266,8 @@ class StatePersistence:
 
     def _put_run(self, run: RunState) -> None:
         self._run = run, time.monotonic()
-        self._small.put(_run_path(self._path), msgspec.json.encode(run))
+        kept = _KeptRun(run, *boot_time())
+        self._small.put(_run_path(self._path), msgspec.json.encode(kept))
 
     def _keep_goals(self, goals: GoalQueue) -> None:
         content = msgspec.json.encode(_requests_of(goals.unfinished()))
@@ -268,7 +282,11 @@ class StatePersistence:
             self._goals = None
             self._problem = f"the goals are not kept in {path.name}: {reason}"
         else:
+            self._run = None
             self._problem = f"the state is not kept in {path.name}: {reason}"
+            # The last state is obsolete, and to remove it needs no space: a Stop is not forgotten.
+            with contextlib.suppress(OSError):
+                path.unlink(missing_ok=True)
 
 
 def persistence_of(
@@ -291,11 +309,12 @@ def _run_path(path: Path) -> Path:
 def _read_run_state(path: Path) -> RunState | None:
     """Return the state of a run that was killed a moment ago."""
     try:
-        if time.time() - path.stat().st_mtime > RECENT_S:
-            return None
-        return decode(path.read_bytes(), RunState)
+        kept = decode(path.read_bytes(), _KeptRun)
     except (OSError, msgspec.MsgspecError):
         return None
+    boot, now_s = boot_time()
+    is_recent = kept.boot == boot and 0.0 <= now_s - kept.at_s <= RECENT_S
+    return kept.run if is_recent else None
 
 
 def _requests_of(searches: Sequence[PlannedSearch]) -> list[SavedGoal]:

@@ -3,7 +3,9 @@ import errno
 import os
 import subprocess
 import sys
+from pathlib import Path
 
+import msgspec
 import pytest
 
 from app.links.network import registry
@@ -92,9 +94,9 @@ def test_a_killed_navigator_is_forgotten_whoever_has_its_number(another_process)
     assert running_navigators() == [navigator(1)]
     child.kill()
     child.wait()
-    assert os.path.exists(path)
+    assert Path(path).exists()
     assert running_navigators() == []
-    assert not os.path.exists(path)
+    assert not Path(path).exists()
 
 
 def test_one_in_another_container_is_found(another_process):
@@ -104,14 +106,53 @@ def test_one_in_another_container_is_found(another_process):
     assert {one.pid for one in running_navigators()} == {1, 99999999}
 
 
-@pytest.mark.parametrize(("pid", "listed"), [(os.getpid(), 1), (99999999, 0)])
-def test_without_locks_the_number_of_the_process_tells(monkeypatch, noted, pid, listed):
+@pytest.fixture
+def no_locks(monkeypatch):
     def flock(*_):
         raise OSError(errno.ENOLCK, "no locks available")
 
     monkeypatch.setattr("fcntl.flock", flock)
+
+
+@pytest.mark.usefixtures("no_locks")
+@pytest.mark.parametrize(("pid", "listed"), [(os.getpid(), 1), (99999999, 0)])
+def test_without_locks_the_number_of_the_process_tells(noted, pid, listed):
     noted(navigator(pid))
     assert len(running_navigators()) == listed
+
+
+@pytest.fixture
+def noted_elsewhere(monkeypatch):
+    """A navigator of another machine that shares the folder; its process has a number of here."""
+    with monkeypatch.context() as there:
+        there.setattr(registry, "boot_id", lambda: "that of the other machine")
+        entry = register(navigator(os.getpid()))
+    with contextlib.closing(entry):
+        yield entry
+
+
+def test_one_of_another_machine_is_not_listed_and_removed_only_once_it_is_dead(noted_elsewhere):
+    assert running_navigators() == []
+    assert noted_elsewhere.path.exists()
+    noted_elsewhere._file.close()
+    assert running_navigators() == []
+    assert not noted_elsewhere.path.exists()
+
+
+@pytest.mark.usefixtures("no_locks")
+def test_without_locks_one_of_another_machine_stays(noted_elsewhere):
+    assert running_navigators() == []
+    assert noted_elsewhere.path.exists()
+
+
+@pytest.mark.parametrize(("pid", "listed"), [(os.getpid(), 1), (99999999, 0)])
+def test_one_of_an_earlier_version_has_no_lock(pid, listed):
+    path = registry.registry_folder() / f"{pid}.json"
+    path.parent.mkdir(parents=True)
+    noted = {**msgspec.structs.asdict(navigator(pid)), "process": "1 2"}
+    path.write_bytes(msgspec.json.encode(noted))
+    assert running_navigators() == listed * [navigator(pid)]
+    assert path.exists() == bool(listed)
 
 
 def test_oldest_first(noted):

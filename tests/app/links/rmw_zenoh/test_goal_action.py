@@ -1,3 +1,4 @@
+import threading
 import time
 
 import numpy as np
@@ -12,9 +13,10 @@ from app.messages.navigation import (
     decode_pose,
     encode_pose,
 )
+from app.nodes.navigator.command.goal_output import GoalOutput
 from app.ros2.ippon_ros2 import goals
 from app.ros2.ippon_ros2.settings import read_settings
-from ippon.command import GoalOutcome
+from ippon.command import GoalOutcome, NavigationGoal
 from tests.app.links.rmw_zenoh.rmw_robot import ActionServer, Received, RmwRobot
 
 POSE = "geometry_msgs::msg::dds_::PoseStamped_"
@@ -282,3 +284,80 @@ def test_nobody_who_takes_goals_is_said(sessions, monkeypatch):
         assert time.monotonic() < end
         time.sleep(0.01)
     link.close()
+
+
+@pytest.fixture
+def output(sessions, monkeypatch):
+    """The navigator's goals in the session of the link, as in its process, and what it is told."""
+    monkeypatch.setattr(robot_link, "DISCOVER_S", 0.05)
+    monkeypatch.setattr(goals, "WATCHDOG_S", PATIENCE_S)
+    told = Received()
+    output = GoalOutput(sessions[0], "r", lambda *report: told.add(report, None))
+    output.told = told
+    return output
+
+
+def _ends(call, output):
+    """Call in a thread; where that hangs, end it, so that sessions can be closed, and fail."""
+    thread = threading.Thread(target=call, daemon=True)
+    thread.start()
+    thread.join(PATIENCE_S)
+    hangs = thread.is_alive()
+    if hangs:
+        output._lock.release()
+    assert not hangs
+
+
+def test_goals_of_a_topic_and_a_stop_pass_in_the_session_of_the_navigator(sessions, output):
+    robot = RmwRobot(sessions[1])
+    received = robot.subscription("/goal_pose", POSE)
+    section = {"middleware": "rmw_zenoh", "goal": "goal_pose"}
+    profile = {"ros2": section, "motion": {"takes": ["goals"]}}
+    link = RobotLink(sessions[0], "r", read_settings(profile))
+    try:
+        robot.sees("MP/%/%/ippon/%goal_pose/")
+        goal = NavigationGoal(number=3, x_m=2.5, y_m=0.0, yaw_rad=0.0)
+
+        def drive():
+            while not (output.told.messages and received.messages):
+                output.send(goal, np.eye(4), 7)
+                time.sleep(0.02)
+            output.send(None, np.eye(4), 7)
+
+        _ends(drive, output)
+        assert output.told.messages == [((3, ACCEPTED), None)]
+        messages = received.wait_for(lambda m: len(m) >= 2)
+        goals_x = [decode_pose(payload).T_frame_base[0, 3] for payload, _ in messages]
+        assert (goals_x[0], goals_x[-1]) == (2.5, 0.0), "the goal, and where the robot stands"
+    finally:
+        link.close()
+
+
+def test_a_status_of_an_action_holds_up_no_stop_in_the_session_of_the_navigator(
+    sessions, output, monkeypatch
+):
+    robot = RmwRobot(sessions[1])
+    server = ActionServer(robot, "/navigate_to_pose")
+    profile = {"ros2": {"middleware": "rmw_zenoh"}, "motion": {"takes": ["goals"]}}
+    status_comes, encode = threading.Event(), robot_link.goal_status
+
+    def goal_status(*status):
+        status_comes.set()
+        return encode(*status)
+
+    monkeypatch.setattr(robot_link, "goal_status", goal_status)
+    link = RobotLink(sessions[0], "r", read_settings(profile))
+    try:
+        robot.sees("SC/%/%/ippon/%navigate_to_pose%_action%cancel_goal/")
+        navigator = Navigator(sessions[0], monkeypatch)
+
+        def stop():
+            with output._lock:  # As a Stop that is being sent has it.
+                navigator.send(7)
+                navigator.keep(7, status_comes.is_set)
+                navigator.keep(0, lambda: True)
+
+        _ends(stop, output)
+        server.cancelled.wait_for(len)
+    finally:
+        link.close()

@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ippon.planning.visibility.region_weights import RegionWeights, Stroke, WeightGrid
+from ippon.planning.visibility.region_weights import (
+    RegionWeights,
+    Stroke,
+    WeightGrid,
+    painted_corners,
+)
 from ippon.planning.visibility.view_config import RegionConfig
 from ippon.planning.visibility.viewpoint_gain import ViewChoice, ViewSums, choose_view
 
@@ -26,6 +31,28 @@ def test_a_later_stroke_lies_over_an_earlier_one():
     weights = RegionWeights(CONFIG, (AHEAD, over))
     at = weights.at(np.array([[2.0, 0.0], [2.5, 0.0], [9.0, 9.0]]))
     assert at.tolist() == [CONFIG.avoided_weight, CONFIG.preferred_weight, 1.0]
+
+
+def test_a_cell_has_the_weight_of_the_last_stroke_whose_brush_covers_its_centre():
+    generator = np.random.default_rng(1)
+    strokes = [
+        Stroke(
+            kind="not_here" if k % 2 else "look_here",
+            points=tuple(map(tuple, generator.uniform(-4.0, 4.0, (5, 2)))),
+            radius_m=float(generator.uniform(0.1, 3.0)),
+        )
+        for k in range(6)
+    ]
+    low, high = painted_corners(strokes)
+    cells = np.stack(np.meshgrid(*(np.arange(n) for n in ((high - low) / 0.1).astype(int))), -1)
+    centres = low + (cells + 0.5) * 0.1
+    expected = np.ones(centres.shape[:-1])
+    for stroke in strokes:
+        weight = CONFIG.avoided_weight if stroke.kind == "not_here" else CONFIG.preferred_weight
+        for point in stroke.points:
+            expected[((centres - point) ** 2).sum(axis=-1) <= stroke.radius_m**2] = weight
+    assert len(np.unique(expected)) == 3
+    assert (RegionWeights(CONFIG, strokes).at(centres) == expected).all()
 
 
 def test_weights_of_rooms_are_multiplied_with_painted_ones():

@@ -178,6 +178,23 @@ def test_what_is_painted_counts_is_kept_for_late_joiners_and_can_be_undone(servi
         service.request(keys.PAINT, PaintRequest(action="not_here"))
 
 
+def test_a_stroke_far_from_the_others_is_refused_and_not_kept(service):
+    dab = PaintRequest(action="look_here", strokes=[(1.0, 1.0)], radius_m=0.5)
+    service.request(keys.PAINT, dab)
+    _await(lambda: len(service.mission.regions) == 1)
+    for far in ((3500.0, 1200.0), (1.0, 310.0)):
+        with pytest.raises(RequestRefusedError, match=r"would be \d+ m long, at most 300 m are"):
+            service.request(keys.PAINT, PaintRequest(action="not_here", strokes=[far]))
+    with pytest.raises(RequestRefusedError, match="not a PaintRequest"):
+        service.request(keys.PAINT, PaintRequest(action="not_here", strokes=[(0.0, 1e9)]))
+    alone = PaintRequest(action="not_here", strokes=[(0.0, 0.0), (200.0, 200.0), (0.0, 290.0)])
+    service.request(keys.PAINT, alone)
+    _await(lambda: len(service.mission.regions) == 2)
+    assert [stroke.points for stroke in service.mission.regions[1]] == [
+        ((1.0, 1.0),), tuple(alone.strokes)
+    ]  # fmt: skip
+
+
 def test_questions_without_an_answer_say_why(service):
     with pytest.raises(RequestRefusedError, match="there is no goal whose levels could change"):
         service.request(keys.PREVIEW, PreviewRequest(context="on the sofa"), PreviewReply)

@@ -1,7 +1,7 @@
 """What a navigator leaves behind, and what the next one makes of it."""
 
 import dataclasses
-import os
+import errno
 import queue
 import threading
 import time
@@ -25,6 +25,7 @@ from app.messages.status import CountedFind, LevelTable
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.node import Navigator
 from app.nodes.navigator.state import persistence as persistence_module
+from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.persistence import (
     RECENT_S,
     RunState,
@@ -282,6 +283,24 @@ def test_a_disk_that_is_full_is_told_once(open_office, voxel_map, tmp_path):
     assert "No such file" in told[0][1]
 
 
+def test_a_stop_that_a_full_disk_cannot_keep_is_not_forgotten(tmp_path, monkeypatch):
+    def fail(path, content):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    path, goals = tmp_path / "home.map", GoalQueue(3)
+    persistence = StatePersistence(path, lambda *_: None)
+    held = msgspec.structs.replace(RUN, held=True)
+    for run, write, read in (
+        (RUN, replace_file, RUN),
+        (held, fail, None),
+        (held, replace_file, held),
+    ):
+        monkeypatch.setattr(persistence_module, "replace_file", write)
+        persistence.keep_state(goals, run)
+        persistence._small.wait()
+        assert read_saved_state(path, CONFIG).interrupted == read
+
+
 def test_a_disk_that_takes_its_time_holds_up_nobody(open_office, voxel_map, tmp_path, monkeypatch):
     disk = threading.Semaphore(0)
 
@@ -332,13 +351,36 @@ def test_a_killed_run_is_told_from_one_that_ended(open_office, voxel_map, tmp_pa
     keep_with(persistence, voxel_map, office.goals, held)
     assert not read_saved_state(path, CONFIG).interrupted.may_go_on
     run_file = tmp_path / "home.map.run.json"
-    long_ago = run_file.stat().st_mtime - RECENT_S - 1.0
-    os.utime(run_file, (long_ago, long_ago))
-    assert read_saved_state(path, CONFIG).interrupted is None
     run_file.write_text("{")
     assert read_saved_state(path, CONFIG).interrupted is None
     persistence.close(voxel_map, office.goals)
     assert not run_file.exists()
+
+
+@pytest.mark.parametrize(
+    ("later", "is_recent"),
+    [
+        (("boot", 1000.0 + RECENT_S - 1.0), True),
+        (("boot", 1000.0 + RECENT_S + 1.0), False),
+        (("boot", 999.0), False),
+        (("boot after a power cut", 1001.0), False),
+    ],
+)
+def test_only_a_run_that_was_killed_a_moment_ago_goes_on(tmp_path, monkeypatch, later, is_recent):
+    monkeypatch.setattr(persistence_module, "boot_time", lambda: ("boot", 1000.0))
+    path = tmp_path / "home.map"
+    persistence = StatePersistence(path, lambda *_: None)
+    persistence.keep_state(GoalQueue(3), RUN)
+    persistence._small.wait()
+    monkeypatch.setattr(persistence_module, "boot_time", lambda: later)
+    assert read_saved_state(path, CONFIG).interrupted == (RUN if is_recent else None)
+
+
+def test_the_run_of_an_earlier_version_does_not_go_on(tmp_path):
+    path = tmp_path / "home.map"
+    path.with_name("home.map.goals.json").write_bytes(b"[]")
+    path.with_name("home.map.run.json").write_bytes(msgspec.json.encode(RUN))
+    assert read_saved_state(path, CONFIG).interrupted is None
 
 
 def test_a_stop_and_a_goal_are_kept_while_no_frame_comes(tmp_path, sessions):
