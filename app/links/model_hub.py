@@ -11,6 +11,8 @@ from huggingface_hub import HfApi, snapshot_download, try_to_load_from_cache
 from huggingface_hub.errors import GatedRepoError, RepositoryNotFoundError
 from huggingface_hub.utils import httpx
 
+from ippon.segmentation.model_registry import NAME_FILE, model_folder
+
 logger = logging.getLogger(__name__)
 
 HUB: Final = "https://huggingface.co"
@@ -47,7 +49,7 @@ def fetch_missing(names: Iterable[str], folder: Path, hub: str = HUB) -> None:
 
 def is_here(name: str, folder: Path) -> bool:
     """Return whether a model is in a folder or in the hub's local cache."""
-    if Path(name).is_dir() or (folder / Path(name).name).is_dir():
+    if Path(name).is_dir() or model_folder(name, folder).is_dir():
         return True
     return isinstance(try_to_load_from_cache(name, "config.json"), str)
 
@@ -58,8 +60,8 @@ def _fetch(name: str, folder: Path, hub: str) -> None:
     Raises:
         ModelHubError: It cannot be fetched.
     """
-    target = folder / Path(name).name
-    partial = target.with_name(target.name + _PARTIAL)
+    target = model_folder(name, folder)
+    partial = folder / (name.replace("/", "--") + _PARTIAL)
     try:
         said = HfApi(endpoint=hub).model_info(name, files_metadata=True, timeout=_ANSWER_S)
         files = {one.rfilename: one.size or 0 for one in said.siblings or ()}
@@ -90,10 +92,11 @@ def _fetch(name: str, folder: Path, hub: str) -> None:
         raise ModelHubError(f"{hub} cannot be reached or gave an error: {reason}") from error
     shutil.rmtree(partial / ".cache", ignore_errors=True)
     try:
+        (partial / NAME_FILE).write_text(f"{name}\n", encoding="utf-8")
         partial.rename(target)
     except OSError as error:
         # Another process may have fetched the same model meanwhile.
-        if not target.is_dir():
+        if not model_folder(name, folder).is_dir():
             raise ModelHubError(f"{target} cannot be written: {error.strerror}") from error
 
 

@@ -99,6 +99,7 @@ class TeleopTag(_Message, frozen=True):
     """Attachment of every `teleop/cmd_vel`: sender, lease and sequence number."""
 
     sender: str
+    """`sender_of` the session that holds the lease."""
     epoch: int
     """Epoch of the lease."""
     seq: int

@@ -1,5 +1,6 @@
 """Messages of the control lease: who has control of the robot."""
 
+import hashlib
 from typing import Annotated, Literal
 
 from msgspec import Meta, Struct
@@ -15,11 +16,23 @@ class Credential(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """
 
     session: SessionText
-    """Random secret of the requester, never published."""
+    """Random secret of the requester, never published; `sender_of` names it in public."""
     name: NameText
     """Name shown to others while this requester has control."""
     epoch: int = 0
     """Epoch of the session's lease, 0 without one."""
+
+
+def sender_of(session: str) -> str:
+    """Return the `sender` of teleoperation messages: all who watch may read those.
+
+    Args:
+        session: Session of the credential that holds the lease.
+
+    Returns:
+        SHA-256 of the session, in hexadecimal: it names the session, and is no credential.
+    """
+    return hashlib.sha256(session.encode()).hexdigest()
 
 
 class LeaseRequest(

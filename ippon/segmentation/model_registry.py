@@ -1,6 +1,7 @@
-"""Known models of `transformers`: size, licence, and defaults of the backends."""
+"""Models of `transformers`: size and licence, defaults of the backends, and their folders."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 from ippon.segmentation.config import SegmentationConfig
@@ -40,6 +41,8 @@ DEFAULT_MASK_MODELS: Final = {
 }
 """Default network for masks of each backend; other backends have none."""
 NO_MASKS: Final = "none"
+NAME_FILE: Final = "hub-name.txt"
+"""File in the folder of a model that was fetched: its full name on the hub."""
 
 
 def masks_model_of(config: SegmentationConfig) -> str | None:
@@ -58,6 +61,24 @@ def models_of(config: SegmentationConfig) -> tuple[str, ...]:
     takes_masks = config.backend == "detector" or config.backend in DEFAULT_MASK_MODELS
     masks = masks_model_of(config) if takes_masks else None
     return own if masks is None else (*own, masks)
+
+
+def model_folder(name: str, folder: Path) -> Path:
+    """Return where a model lies, or is put, in the folder of models.
+
+    Args:
+        name: Name on the hub, `owner/model`, or its last part.
+        folder: Folder of the models.
+
+    Returns:
+        The folder of the last part of the name; `owner--model` where that one holds the model of
+        another owner. A folder without `NAME_FILE` was not fetched by us: it is taken for both.
+    """
+    owner, model = Path(name).parent, Path(name).name
+    holds = folder / model / NAME_FILE
+    if owner.name and holds.is_file() and holds.read_text(encoding="utf-8").strip() != name:
+        return folder / f"{owner.name}--{model}"
+    return folder / model
 
 
 def terms_of(name: str) -> str:

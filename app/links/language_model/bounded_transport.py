@@ -1,8 +1,8 @@
-"""HTTP transport that bounds the duration and the size of every answer."""
+"""HTTP transport that bounds the duration and the size of every answer, and can be closed."""
 
 import socket
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from typing import Any
 
@@ -25,6 +25,10 @@ class AnswerCompressedError(BoundError):
     """The answer is compressed, although that was not asked for: its size could not be bounded."""
 
 
+class ClosedError(BoundError):
+    """The transport was closed."""
+
+
 class BoundedTransport(httpx2.BaseTransport):
     """Forwards requests; ends their answers at a deadline and at a size.
 
@@ -36,18 +40,22 @@ class BoundedTransport(httpx2.BaseTransport):
     def __init__(self, inner: httpx2.Client, max_bytes: int) -> None:
         self._inner = inner
         self._max_bytes = max_bytes
+        self._lock = threading.Lock()
+        self._live: set[_Deadline] = set()
+        """Those of the requests under way."""
+        self._closed = False
 
     def handle_request(self, request: httpx2.Request) -> httpx2.Response:
         """Send a request; its read timeout bounds the whole answer."""
-        deadline = _Deadline(float(request.extensions["timeout"]["read"]))
+        deadline = self._begin(float(request.extensions["timeout"]["read"]))
         request.extensions = {**request.extensions, "trace": deadline.trace}
         request.headers["Accept-Encoding"] = "identity"
         try:
             response = self._inner.send(request, stream=True)
         except httpx2.TransportError:
             deadline.cancel()
-            if deadline.is_over:
-                raise AnswerTooLateError from None
+            if deadline.over is not None:
+                raise deadline.over from None
             raise
         if response.headers.get("Content-Encoding", "identity").strip().lower() != "identity":
             deadline.cancel()
@@ -61,34 +69,54 @@ class BoundedTransport(httpx2.BaseTransport):
         )
 
     def close(self) -> None:
-        """Close the connections."""
+        """Close the connections; requests under way fail with `ClosedError`."""
+        with self._lock:
+            self._closed = True
+            live = tuple(self._live)
+        # Closing a socket does not wake the thread that waits for it to receive.
+        for deadline in live:
+            deadline.cut(ClosedError)
         self._inner.close()
+
+    def _begin(self, left_s: float) -> "_Deadline":
+        with self._lock:
+            if self._closed:
+                raise ClosedError
+            deadline = _Deadline(left_s, self._live.discard)
+            self._live.add(deadline)
+        return deadline
 
 
 class _Deadline:
     """Cuts the connection of one request when its time is over."""
 
-    def __init__(self, left_s: float) -> None:
-        self.is_over = False
+    def __init__(self, left_s: float, on_end: Callable[["_Deadline"], None]) -> None:
+        self.over: type[BoundError] | None = None
+        """Why the connection was cut."""
+        self._on_end = on_end
         self._socket: socket.socket | None = None
-        self._timer = threading.Timer(left_s, self._cut)
+        self._timer = threading.Timer(left_s, self.cut, (AnswerTooLateError,))
         self._timer.daemon = True
         self._timer.start()
 
     def cancel(self) -> None:
         """Let the connection be."""
         self._timer.cancel()
+        self._on_end(self)
 
     def trace(self, event: str, info: dict[str, Any]) -> None:
         """Note the connection of the request; the HTTP client tells of it."""
         if event in ("connection.connect_tcp.complete", "connection.start_tls.complete"):
             self._socket = info["return_value"].get_extra_info("socket")
-            if self.is_over:
-                self._cut()
+            self._shut()
 
-    def _cut(self) -> None:
-        self.is_over = True
-        if self._socket is not None:
+    def cut(self, why: type[BoundError]) -> None:
+        """Cut the connection, now or as soon as there is one."""
+        self.over = self.over or why
+        self._shut()
+
+    def _shut(self) -> None:
+        if self.over is not None and self._socket is not None:
             with suppress(OSError):  # It is closed already.
                 self._socket.shutdown(socket.SHUT_RDWR)
 
@@ -108,10 +136,10 @@ class _BoundedStream(httpx2.SyncByteStream):
                     raise AnswerTooLongError
                 yield chunk
         except httpx2.TransportError:
-            if not self._deadline.is_over:
+            if self._deadline.over is None:
                 raise
-        if self._deadline.is_over:
-            raise AnswerTooLateError  # What ends with its connection may be a part.
+        if self._deadline.over is not None:
+            raise self._deadline.over  # What ends with its connection may be a part.
 
     def close(self) -> None:
         self._deadline.cancel()

@@ -182,6 +182,8 @@ class ChatEndpoint:
         match error:
             case bounded.AnswerTooLateError():
                 return ChatError(self._late(), retry=True)
+            case bounded.ClosedError():
+                return ChatError("the provider was closed", retry=False)
             case bounded.AnswerTooLongError():
                 return ChatError("the answer is longer than 1 MB", retry=False)
             case bounded.AnswerCompressedError():

@@ -10,6 +10,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from contextvars import ContextVar
 from typing import Any, Final
 
 import zenoh
@@ -26,6 +27,16 @@ QUIET_S: Final = 5.0
 """Time without a refusal after which the next one is logged again."""
 
 Answer = Callable[[zenoh.Query], None]
+
+_waited_s: ContextVar[float] = ContextVar("waited_s", default=0.0)
+
+
+def waited_s() -> float:
+    """Return how long the query that this thread answers waited for its turn; 0 without one.
+
+    Those that were answered before it took that much of the time that its asker waits.
+    """
+    return _waited_s.get()
 
 
 class QueryQueue:
@@ -60,8 +71,9 @@ class QueryQueue:
         self._answer, self._refuse, self._urgent = answer, refuse, urgent
         self._clock = clock
         self._changed = threading.Condition()
-        self._first: deque[zenoh.Query] = deque()
-        self._waiting: deque[tuple[zenoh.Query, Answer]] = deque()
+        # Each with its time of arrival, seconds of the clock.
+        self._first: deque[tuple[zenoh.Query, Answer, float]] = deque()
+        self._waiting: deque[tuple[zenoh.Query, Answer, float]] = deque()
         self._rate_hz, self._burst = rate_hz, burst
         self._credit, self._credit_at = float(burst), clock()
         self._refused_at = -math.inf
@@ -73,18 +85,18 @@ class QueryQueue:
 
     def _receive(self, query: zenoh.Query) -> None:
         with self._changed:
+            now = self._clock()
             if self._urgent is not None and self._urgent(query):
                 if len(self._first) < MAX_WAITING:
-                    self._first.append(query)
-            elif self._admits():
-                self._waiting.append((query, self._answer))
+                    self._first.append((query, self._answer, now))
+            elif self._admits(now):
+                self._waiting.append((query, self._answer, now))
             elif self._refuse is not None and len(self._waiting) < MAX_WAITING:
-                self._waiting.append((query, self._refuse))
+                self._waiting.append((query, self._refuse, now))
             self._changed.notify()
 
-    def _admits(self) -> bool:
+    def _admits(self, now: float) -> bool:
         """Return whether the rate and the queue allow another query; log the first refusal."""
-        now = self._clock()
         self._credit = min(self._burst, self._credit + (now - self._credit_at) * self._rate_hz)
         self._credit_at = now
         if self._credit >= 1.0 and len(self._waiting) < MAX_WAITING:
@@ -113,10 +125,8 @@ class QueryQueue:
                     self._first.clear()
                     self._waiting.clear()
                     return
-                if self._first:
-                    query, answer = self._first.popleft(), self._answer
-                else:
-                    query, answer = self._waiting.popleft()
+                query, answer, arrived_s = (self._first or self._waiting).popleft()
+            _waited_s.set(self._clock() - arrived_s)
             try:
                 answer(query)
             except zenoh.ZError as error:

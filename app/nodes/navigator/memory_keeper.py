@@ -108,7 +108,8 @@ class MemoryKeeper:
             searches: Those that go on.
 
         Raises:
-            ValueError: There is no such thing, or what is said makes no sense.
+            ValueError: There is no such thing, what is said makes no sense, or the memory cannot
+                be written at present.
         """
         memory = self._recollection.memory
         one = memory.get(request.instance_id)
@@ -120,6 +121,9 @@ class MemoryKeeper:
         name = one.name
         if request.name is not None:
             name = checked_name(request.name, one, self.instances, self.labels)
+        if unkept := self._unkept:
+            self._start_writer()  # The disk may have room by now.
+            raise ValueError(unkept)
         noted = memory.note(one.instance_id, name=name, denied=denied)
         assert noted is not None, "it was there"
         self.exclude(searches)
@@ -188,10 +192,11 @@ class MemoryKeeper:
         """Write what is left, and wait until it is written."""
         if not self._map_waits():
             self._recollection.update(time.time_ns())
-        if self._writer is not None:
-            self._writer.join()
+        if (writer := self._writer) is not None:
+            writer.join()
         if self._path is not None:
-            self._collect()
+            with self._lock:
+                self._collect()
             self._write(self._path)
         if self.problem:
             logger.error("%s", self.problem)
@@ -221,39 +226,56 @@ class MemoryKeeper:
         self._report_event("error", self._refused)
 
     def _start_writer(self) -> None:
-        if self._path is None or (self._writer is not None and self._writer.is_alive()):
+        """Have what changed written; a writer that is at work goes on with it."""
+        if self._path is None:
             return
-        self._collect()
-        self._writer = threading.Thread(
-            target=self._write, args=(self._path,), name="memory writer", daemon=True
-        )
-        self._writer.start()
+        with self._lock:
+            self._collect()
+            if self._writer is not None and self._writer.is_alive():
+                return
+            self._writer = threading.Thread(
+                target=self._write_all, args=(self._path,), name="memory writer", daemon=True
+            )
+            self._writer.start()
 
     def _collect(self) -> None:
-        """Add what changed to what is not written yet; no writer runs."""
+        """Add what changed to what waits to be written, in the mission's thread, with the lock."""
         changes = self._recollection.memory.take_changes()
-        self._unwritten.changed = {
-            k: one for k, one in self._unwritten.changed.items() if k not in changes.removed
-        } | changes.changed
-        self._unwritten.removed |= changes.removed
+        self._unwritten = _merged(self._unwritten, changes)
 
-    def _write(self, path: Path) -> None:
+    def _write_all(self, path: Path) -> None:
+        while self._write(path):
+            pass
+
+    def _write(self, path: Path) -> bool:
+        """Write what waits; return whether more waits by now, else this is no writer any more."""
         with self._lock:
-            pictures = dict(self._pictures)
-        pictures = {k: jpeg for k, jpeg in pictures.items() if k not in self._unwritten.removed}
+            changes, self._unwritten = self._unwritten, MemoryChanges()
+            pictures = {k: j for k, j in self._pictures.items() if k not in changes.removed}
         try:
-            write_memory(path, self._robot, self._unwritten, pictures)
+            write_memory(path, self._robot, changes, pictures)
         except MemoryFileError as error:
             if not self._unkept:
                 self._report_event("error", str(error))
             self._unkept = str(error)
-            return
+            with self._lock:
+                self._unwritten = _merged(changes, self._unwritten)
+                self._writer = None
+            return False
         self._unkept = ""
-        self._unwritten = MemoryChanges()
         with self._lock:
             # Pictures that were replaced in the meantime are written the next time.
             left = {k: j for k, j in self._pictures.items() if pictures.get(k) is not j}
             self._pictures = left
+            if self._unwritten.changed or self._unwritten.removed:
+                return True
+            self._writer = None
+        return False
+
+
+def _merged(earlier: MemoryChanges, later: MemoryChanges) -> MemoryChanges:
+    kept = {k: one for k, one in earlier.changed.items() if k not in later.removed}
+    return MemoryChanges(changed=kept | later.changed, removed=earlier.removed | later.removed)
 
 
 def _name(one: Instance) -> str:

@@ -12,7 +12,7 @@ from transformers import AutoTokenizer
 from transformers.utils.logging import disable_progress_bar
 
 from ippon.segmentation.errors import WITHOUT_NETWORK, CheckpointError
-from ippon.segmentation.model_registry import terms_of
+from ippon.segmentation.model_registry import model_folder, terms_of
 
 IMAGENET_MEAN = (0.485, 0.456, 0.406)
 IMAGENET_STD = (0.229, 0.224, 0.225)
@@ -27,12 +27,12 @@ class Pretrained:
     model: str
     """A folder, or a name on the hub such as `CIDAS/clipseg-rd64-refined`."""
     folder: Path
-    """Folder of models that are given by the last part of their name."""
+    """Folder of the models; `model_folder` says where in it one lies."""
 
     @property
     def source(self) -> str:
         """The folder if it exists, else the name, which may be in the hub's local cache."""
-        for path in (Path(self.model), self.folder / Path(self.model).name):
+        for path in (Path(self.model), model_folder(self.model, self.folder)):
             if path.is_dir():
                 return str(path)
         return self.model
@@ -142,12 +142,12 @@ class Pretrained:
         reason = str(error).strip().split("\n", maxsplit=1)[0][:200]
         if Path(self.source).is_dir():
             return CheckpointError(f"{self.source} is not a folder of such a model: {reason}")
-        name = Path(self.model).name
+        folder = model_folder(self.model, self.folder)
         return CheckpointError(
             f"the weights of {self.model}{terms_of(self.model)} are not on this machine: fetch its "
             f"folder (config.json, model.safetensors, the tokenizer's files) from "
             f"https://huggingface.co/{self.model}, "
-            f'for example with "hf download {self.model} --local-dir {self.folder / name}". '
+            f'for example with "hf download {self.model} --local-dir {folder}". '
             f"{WITHOUT_NETWORK}"
         )
 

@@ -13,6 +13,7 @@ pytest.importorskip("huggingface_hub", reason="the extra ippon[segmentation] is 
 from app.links import model_hub
 from app.links.model_hub import fetch_missing, is_here
 
+MODELS = ("some/tiny", "other/tiny", "some/pickles")
 SHA = "0123456789abcdef0123456789abcdef01234567"
 FILES = {
     "config.json": b'{"model_type": "sam2"}',
@@ -45,7 +46,7 @@ class Hub(BaseHTTPRequestHandler):
         return self._answer(200, content, {"ETag": f'"{tag}"', "X-Repo-Commit": SHA})
 
     def _api(self, path):
-        if not path.startswith(("/api/models/some/tiny", "/api/models/some/pickles")):
+        if not path.startswith(tuple(f"/api/models/{name}" for name in MODELS)):
             return self._answer(404, b"{}", {"X-Error-Code": "RepoNotFound"})
         only = None if "tiny" in path else "pytorch_model.bin"
         files = {name: content for name, content in FILES.items() if only in {None, name}}
@@ -103,13 +104,46 @@ def test_a_model_is_fetched_and_its_terms_are_said_first(hub, tmp_path, said):
         f"fetching some/tiny: 0 MB, licence apache-2.0 ({hub}/some/tiny), into {target}"
     ]
     assert {path.name: path.read_bytes() for path in target.iterdir()} == {
-        name: FILES[name] for name in ("config.json", "model.safetensors", "vocab.txt")
+        **{name: FILES[name] for name in ("config.json", "model.safetensors", "vocab.txt")},
+        "hub-name.txt": b"some/tiny\n",
     }
     assert [path.name for path in target.parent.iterdir()] == ["tiny"]
     assert is_here("some/tiny", tmp_path / "models")
     before = len(Hub.asked)
     fetch_missing(["some/tiny", str(target), "./some/tiny/other", "san_vit_b_16"], tmp_path, hub)
     assert [path for path in Hub.asked[before:] if "/san" in path or "other" in path] == []
+
+
+def test_a_model_of_another_owner_is_fetched_beside_that_of_its_name(
+    hub, tmp_path, said, monkeypatch
+):
+    fetch_missing(["some/tiny"], tmp_path, hub)
+    assert not is_here("other/tiny", tmp_path)
+    monkeypatch.setitem(FILES, "model.safetensors", b"others")
+    fetch_missing(["other/tiny"], tmp_path, hub)
+    assert said.messages[-1].endswith(f", into {tmp_path / 'other--tiny'}")
+    assert is_here("other/tiny", tmp_path)
+    assert is_here("some/tiny", tmp_path)
+    weights = {path.parent.name: path.read_bytes() for path in tmp_path.glob("*/model.safetensors")}
+    assert weights == {"tiny": b"weights" * 1000, "other--tiny": b"others"}
+
+
+def test_a_model_of_another_owner_that_was_fetched_meanwhile_is_not_taken(
+    hub, tmp_path, said, monkeypatch
+):
+    download = model_hub.snapshot_download
+
+    def with_another(*arguments, **options):
+        download(*arguments, **options)
+        (tmp_path / "tiny").mkdir()
+        (tmp_path / "tiny" / "hub-name.txt").write_text("other/tiny\n")
+
+    monkeypatch.setattr(model_hub, "snapshot_download", with_another)
+    fetch_missing(["some/tiny"], tmp_path, hub)
+    assert f"some/tiny was not fetched: {tmp_path / 'tiny'} cannot be written" in said.messages[-1]
+    monkeypatch.setattr(model_hub, "snapshot_download", download)
+    fetch_missing(["some/tiny"], tmp_path, hub)
+    assert is_here("some/tiny", tmp_path)
 
 
 def test_what_is_here_is_not_asked_for(hub, tmp_path, said):

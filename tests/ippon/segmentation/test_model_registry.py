@@ -7,6 +7,8 @@ from ippon.segmentation.model_registry import (
     DEFAULT_MASK_MODELS,
     DEFAULT_MODELS,
     MODELS,
+    NAME_FILE,
+    model_folder,
     models_of,
     terms_of,
 )
@@ -34,3 +36,14 @@ def test_the_terms_of_usual_models_are_known():
 )
 def test_a_configuration_takes_these_models(fields, models):
     assert models_of(SegmentationConfig(**fields)) == models
+
+
+def test_a_folder_belongs_to_the_model_that_it_was_fetched_for(tmp_path):
+    tiny = tmp_path / "tiny"
+    assert model_folder("some/tiny", tmp_path) == tiny
+    tiny.mkdir()
+    assert model_folder("some/tiny", tmp_path) == tiny, "put there by hand"
+    (tiny / NAME_FILE).write_text("some/tiny\n")
+    assert model_folder("some/tiny", tmp_path) == tiny
+    assert model_folder("other/tiny", tmp_path) == tmp_path / "other--tiny"
+    assert model_folder("tiny", tmp_path) == tiny

@@ -20,7 +20,7 @@ from app.links.network.topic_listener import CONNECT_S, TopicListener
 from app.messages import keys
 from app.messages.control import Accepted, ControlReply, ControlRequest, M, encode
 from app.messages.driving import DriveModeName, DriveRequest, DriveStatus, TeleopTag
-from app.messages.lease import LeaseReply, LeaseRequest, LeaseStatus, TakeRequest
+from app.messages.lease import LeaseReply, LeaseRequest, LeaseStatus, TakeRequest, sender_of
 from app.messages.motion import StampedTwist, encode_twist
 from app.messages.status import Status
 from app.nodes.console.critical_thread import OnFailure, critical_thread
@@ -153,7 +153,8 @@ class NavigatorLink(PanelRequests):
             yaw_rate_rad_s=held.turn * tops.top_yaw_rate_rad_s,
             tilt_rate_rad_s=held.tilt * tops.top_tilt_rate_rad_s,
         )
-        tag = TeleopTag(sender=browser.session, epoch=browser.epoch, seq=next(self._input_seq))
+        sender = sender_of(browser.session)
+        tag = TeleopTag(sender=sender, epoch=browser.epoch, seq=next(self._input_seq))
         try:
             publisher.put(encode_twist(twist), attachment=encode(tag))
         except zenoh.ZError as error:

@@ -74,13 +74,13 @@ class LoginPages:
             answer.headers["Retry-After"] = str(math.ceil(wait_s))
             return answer
         # Counted before the check, so that concurrent guesses count as well.
-        self._throttle.failed(address, name, time.monotonic())
+        attempt = self._throttle.failed(address, name, time.monotonic())
         async with self._guesses:
             role = await asyncio.to_thread(self._accounts.verify, name, form["password"])
         if role is None:
             logger.warning("wrong password for %r from %s", name, address)
             return self._form(request, self._words("login.wrong"), 401)
-        self._throttle.succeeded(address, name)
+        self._throttle.succeeded(attempt)
         logger.info("%s (%s) logged in from %s", name, role, address)
         granted = self._access.issue(name, role)
         answer = RedirectResponse(_page_after(request), status_code=303)

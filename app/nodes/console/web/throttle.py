@@ -1,7 +1,7 @@
 """Limit on password guesses."""
 
 from collections import OrderedDict
-from typing import Final
+from typing import Final, NamedTuple
 
 FREE: Final = 5
 """Wrong passwords before the first wait."""
@@ -11,6 +11,16 @@ FORGOTTEN_S: Final = 3600.0
 MAX_KEYS: Final = 10_000
 
 Key = tuple[str, str]
+
+
+class Attempt(NamedTuple):
+    """A login that was counted as a failure, until its password turns out to be right."""
+
+    address: str
+    name: str
+    at_s: float
+    before_s: float
+    """Time of the failure of the same address before it."""
 
 
 class Throttle:
@@ -29,18 +39,28 @@ class Throttle:
             self._left_s((address, name), FREE, now_s), self._left_s((address, ""), 4 * FREE, now_s)
         )
 
-    def failed(self, address: str, name: str, now_s: float) -> None:
-        """Count a wrong password."""
+    def failed(self, address: str, name: str, now_s: float) -> Attempt:
+        """Count a wrong password; return what takes it back."""
+        before_s = self._failures.get((address, ""), (0, now_s))[1]
         for key in ((address, name), (address, "")):
             count, at_s = self._failures.pop(key, (0, now_s))
             count = 0 if now_s - at_s > FORGOTTEN_S else count
             self._failures[key] = (count + 1, now_s)
         while len(self._failures) > MAX_KEYS:
             self._failures.popitem(last=False)
+        return Attempt(address, name, now_s, before_s)
 
-    def succeeded(self, address: str, name: str) -> None:
-        """Reset the failures after a successful login."""
-        self._failures.pop((address, name), None)
+    def succeeded(self, attempt: Attempt) -> None:
+        """Reset the failures of a name after its login, and take back that of the address.
+
+        Those of other attempts stay: an account does not let its owner guess others' passwords.
+        """
+        self._failures.pop((attempt.address, attempt.name), None)
+        count, at_s = self._failures.pop((attempt.address, ""), (0, 0.0))
+        if count > 1:
+            # A failure that came meanwhile still counts from its own time.
+            at_s = attempt.before_s if at_s == attempt.at_s else at_s
+            self._failures[attempt.address, ""] = count - 1, at_s
 
     def _left_s(self, key: Key, free: int, now_s: float) -> float:
         count, at_s = self._failures.get(key, (0, now_s))

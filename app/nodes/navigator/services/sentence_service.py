@@ -14,6 +14,7 @@ from app.links.language_model.interface import (
     SentenceAnswer,
 )
 from app.links.language_model.sentence_reading import as_reading
+from app.links.network.query_queue import waited_s
 from app.links.network.requests import RequestRefusedError
 from app.messages.control import PictureRequest, SentenceReading, SentenceRequest
 from app.nodes.navigator.state.goal_queue import GoalQueue
@@ -25,9 +26,10 @@ from ippon.rooms.named_rooms import RoomName
 from ippon.vocabulary import in_words
 
 SENTENCE_TIMEOUT_S: Final = 8.0
-"""Time after which rules read a sentence instead of the model, because a user is waiting."""
+"""Time after which rules read a sentence instead of the model, because a user is waiting; it
+includes the time that the sentence waited for others to be read."""
 PICTURE_TIMEOUT_S: Final = 20.0
-"""Time for a model to name what a picture shows; nothing can replace it."""
+"""Time for a model to name what a picture shows, counted alike; nothing can replace it."""
 NO_MODEL: Final = (
     "a picture needs a language model that takes images, and the navigator has none: start it with "
     "--llm.model NAME, or say in words what to look for"
@@ -72,11 +74,9 @@ class SentenceService:
         except ValueError:
             raise RequestRefusedError("the picture is not a JPEG image") from None
         started = time.monotonic()
-        reading = self._pool.submit(self._model.read_picture, request.jpeg)
         try:
-            answer = reading.result(timeout=PICTURE_TIMEOUT_S)
+            answer = self._ask(PICTURE_TIMEOUT_S, self._model.read_picture, request.jpeg)
         except TimeoutError:
-            reading.cancel()
             raise RequestRefusedError(
                 f"{self._model.name} did not say within {PICTURE_TIMEOUT_S:g} s what the picture "
                 "shows: say in words what to look for"
@@ -91,13 +91,28 @@ class SentenceService:
         failed = ""
         previous = self._previous()
         if self._model is not None:
-            reading = self._pool.submit(self._model.read_request, sentence, previous)
             try:
-                return reading.result(timeout=SENTENCE_TIMEOUT_S)
+                return self._ask(SENTENCE_TIMEOUT_S, self._model.read_request, sentence, previous)
             except TimeoutError:
-                reading.cancel()
                 failed = f"no answer within {SENTENCE_TIMEOUT_S:g} s"
         return SentenceAnswer(read_request(sentence, previous), RULES, "", "", failed)
+
+    def _ask(
+        self, timeout_s: float, question: Callable[..., SentenceAnswer], *of: object
+    ) -> SentenceAnswer:
+        """Ask the model, in its own thread.
+
+        Raises:
+            TimeoutError: It was late, counted from the arrival of the request that is answered.
+        """
+        left_s = timeout_s - waited_s()
+        if left_s <= 0.0:
+            raise TimeoutError
+        reading = self._pool.submit(question, *of)
+        try:
+            return reading.result(timeout=left_s)
+        finally:
+            reading.cancel()
 
     def _previous(self) -> tuple[Goal, ...]:
         """Return the goal that was asked for last: "the other one" refers to it."""

@@ -8,7 +8,7 @@ free ──request──▶ held ──1 s of silence──▶ stale ──1 s m
 from dataclasses import dataclass, replace
 from typing import Final
 
-from app.messages.lease import Credential, LeaseReply, LeaseStatus
+from app.messages.lease import Credential, LeaseReply, LeaseStatus, sender_of
 
 STALE_S: Final = 1.0
 EXPIRY_S: Final = 2.0
@@ -143,12 +143,12 @@ class Lease:
             return None
         return f"{requester} no longer asks for control"
 
-    def teleop_refusal(self, session: str, epoch: int, now_s: float) -> str | None:
+    def teleop_refusal(self, sender: str, epoch: int, now_s: float) -> str | None:
         """Return why teleoperation is refused, None when accepted: it always needs the lease."""
         self._expire(now_s)
         if self._holder is None:
             return "nobody has control: take it to drive"
-        if self._holder.session != session:
+        if sender_of(self._holder.session) != sender:
             return f"{self._holder.name} has control"
         return None if epoch == self._epoch else "this lease has ended"
 

@@ -4,6 +4,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from typing import Any
 
@@ -20,11 +21,11 @@ Serve = Callable[[socket.socket], None]
 
 
 @pytest.fixture
-def serve() -> Iterator[Callable[[Serve], Any]]:
+def serve() -> Iterator[Callable[..., Any]]:
     listener = socket.create_server(("127.0.0.1", 0))
     over, endpoints = threading.Event(), list[Any]()
 
-    def start(answer: Serve) -> Any:
+    def start(answer: Serve, timeout_s: float = LIMIT_S) -> Any:
         def loop() -> None:
             while not over.is_set():
                 with suppress(OSError):
@@ -36,7 +37,7 @@ def serve() -> Iterator[Callable[[Serve], Any]]:
         threading.Thread(target=loop, daemon=True).start()
         url = f"http://127.0.0.1:{listener.getsockname()[1]}/v1"
         endpoints.append(
-            chat.ChatEndpoint(chat.ChatConfig(base_url=url, model="m", timeout_s=LIMIT_S))
+            chat.ChatEndpoint(chat.ChatConfig(base_url=url, model="m", timeout_s=timeout_s))
         )
         return endpoints[-1]
 
@@ -78,9 +79,31 @@ def flood(data: bytes) -> Serve:
     ],
     ids=["headers", "body", "continue", "silence"],
 )
-def test_no_answer_takes_longer_than_its_time(serve: Callable[[Serve], Any], answer: Serve) -> None:
+def test_no_answer_takes_longer_than_its_time(serve: Callable[..., Any], answer: Serve) -> None:
     endpoint = serve(answer)
     begun = time.monotonic()
     with pytest.raises(chat.ChatError):
         endpoint.ask(lambda _: [{"role": "user", "content": "?"}], {"type": "object"})
     assert time.monotonic() - begun < 0.5 * LONG_S
+
+
+@pytest.mark.parametrize("begun", [b"", b"HTTP/1.1 200 OK\r\n\r\n{"], ids=["silence", "body"])
+def test_closing_ends_a_request_that_waits(serve: Callable[..., Any], begun: bytes) -> None:
+    asked, over = threading.Event(), threading.Event()
+
+    def answer(connection: socket.socket) -> None:
+        connection.sendall(begun)
+        asked.set()
+        over.wait(LONG_S)
+
+    endpoint = serve(answer, timeout_s=600.0)
+    question = [{"role": "user", "content": "?"}]
+    with ThreadPoolExecutor(1) as pool:
+        asking = pool.submit(endpoint.ask, lambda _: question, {"type": "object"})
+        try:
+            assert asked.wait(LONG_S)
+            endpoint.close()
+            error = asking.exception(timeout=0.5 * LONG_S)
+        finally:
+            over.set()
+    assert str(error) == "the provider was closed"

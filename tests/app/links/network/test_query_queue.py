@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from app.links.network.query_queue import QueryQueue
+from app.links.network.query_queue import QueryQueue, waited_s
 from app.links.network.requests import RequestRefusedError, ask, serve
 from app.messages.control import Accepted, ControlReply, ControlRequest, SearchRequest
 
@@ -72,6 +72,35 @@ def test_an_urgent_query_goes_before_those_that_wait_and_past_the_limit(sessions
     for replies in (first, others, others, others):
         replies.get(timeout=10.0)
     assert desk.answered[:4] == ["a", "stop", "b", "c"]
+
+
+def test_an_answer_knows_how_long_its_query_waited_for_its_turn(sessions):
+    router, client = sessions
+    desk, now, waited = Desk(), [100.0], {}
+    arrived = threading.Semaphore(0)
+
+    def answer(query):
+        waited[query.payload.to_string()] = waited_s()
+        desk.answer(query)
+
+    def clock():
+        time_s = now[0]
+        arrived.release()
+        return time_s
+
+    QueryQueue(router, KEY, answer, clock=clock)
+    first = send(client, "a")
+    assert desk.begins.acquire(timeout=10.0)
+    while arrived.acquire(blocking=False):
+        pass
+    second = send(client, "b")
+    assert arrived.acquire(timeout=10.0)
+    now[0] += 8.0
+    desk.may_answer.release(10)
+    for replies in (first, second):
+        replies.get(timeout=10.0)
+    assert waited == {"a": 0.0, "b": 8.0}
+    assert waited_s() == 0.0
 
 
 def test_a_failure_does_not_end_the_answers(sessions, caplog):

@@ -1,10 +1,12 @@
 """What the navigator's memory keeps, and what it says when a file cannot be used."""
 
+import threading
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from app.errors import MemoryFileError
 from app.memory.memory_file import memory_path, read_memory, read_picture, write_memory
 from app.messages.memory import MemoryNoteRequest
 from app.nodes.navigator import memory_keeper
@@ -79,6 +81,12 @@ def hat_search(position=(2.0, 0.0, 1.0), found=True):
         exclusion=ExclusionConfig(),
         image_check=SimpleNamespace(images=0),
     )
+
+
+def until_written(keeper):
+    if (writer := keeper._writer) is not None:
+        writer.join(20.0)
+        assert not writer.is_alive()
 
 
 def test_what_was_found_is_there_after_a_restart_with_its_picture(open_keeper, frame, tmp_path):
@@ -157,12 +165,12 @@ def test_a_disk_that_refuses_is_said_once(open_keeper, frame, tmp_path, monkeypa
     keeper.begin(search)
     for _ in range(3):
         keeper.step(frame, search, 0.0)
-        keeper._writer.join()
+        until_written(keeper)
     assert [kind for kind, _ in events] == ["error"]
     assert "the memory is not kept in home.map.memory" in keeper.problem
     path.rmdir()
     keeper.step(frame, search, 0.0)
-    keeper._writer.join()
+    until_written(keeper)
     assert keeper.problem == "", "what is kept again is no problem any more"
     keeper.close()
     assert [one.label for one in read_memory(path)] == ["hat"]
@@ -209,6 +217,54 @@ def test_what_a_person_says_is_kept_and_holds_for_searches_at_once(open_keeper, 
     assert [text for _, text in events] == [
         "Opa's hat was last seen just now: at (2.0, 0.0), 1.0 m high"
     ]
+
+
+def test_what_is_said_while_the_disk_is_slow_is_written_without_another_frame(
+    open_keeper, tmp_path, monkeypatch
+):
+    path = memory_path(tmp_path / "home.map")
+    write_memory(path, "r", MemoryChanges(changed={1: thing(1), 2: thing(2)}), {})
+    keeper = open_keeper([])
+    begun, may_write = threading.Event(), threading.Event()
+
+    def slowly(*of):
+        begun.set()
+        assert may_write.wait(20.0)
+        write_memory(*of)
+
+    monkeypatch.setattr(memory_keeper, "write_memory", slowly)
+    keeper.note(MemoryNoteRequest(instance_id=1, name="Opa's hat"), [])
+    assert begun.wait(20.0)
+    keeper.note(MemoryNoteRequest(instance_id=2, name="Anna's hat"), [])
+    may_write.set()
+    until_written(keeper)
+    # Not closed: a kill must not lose what was confirmed.
+    assert [one.name for one in read_memory(path)] == ["Opa's hat", "Anna's hat"]
+
+
+def test_what_cannot_be_written_is_not_confirmed(open_keeper, tmp_path, monkeypatch):
+    path = memory_path(tmp_path / "home.map")
+    write_memory(path, "r", MemoryChanges(changed={1: thing(1)}), {})
+    keeper = open_keeper([])
+
+    def full(*_):
+        raise MemoryFileError("the memory is not kept in home.map.memory: disk is full")
+
+    monkeypatch.setattr(memory_keeper, "write_memory", full)
+    first, second = (
+        MemoryNoteRequest(instance_id=1, name=name) for name in ("Opa's hat", "Anna's hat")
+    )
+    keeper.note(first, [])
+    until_written(keeper)
+    monkeypatch.setattr(memory_keeper, "write_memory", write_memory)
+    with pytest.raises(ValueError, match=r"not kept in home\.map\.memory: disk is full$"):
+        keeper.note(second, [])
+    assert [one.name for one in keeper.instances] == ["Opa's hat"]
+    until_written(keeper)
+    assert [one.name for one in read_memory(path)] == ["Opa's hat"], "tried again by what came"
+    keeper.note(second, [])
+    until_written(keeper)
+    assert [one.name for one in read_memory(path)] == ["Anna's hat"]
 
 
 @pytest.mark.parametrize(

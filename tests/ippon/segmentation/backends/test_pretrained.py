@@ -129,6 +129,14 @@ def test_a_missing_model_names_source_and_folder(tmp_path, backend):
     assert "Without it `ippon demo`" in str(caught.value)
 
 
+def test_the_model_of_another_owner_is_not_taken_for_that_of_its_name(folder, tmp_path):
+    shutil.copytree(folder / "clipseg-tiny", tmp_path / "clipseg-tiny")
+    (tmp_path / "clipseg-tiny" / "hub-name.txt").write_text("another-hub/clipseg-tiny\n")
+    with pytest.raises(CheckpointError, match="some-hub/clipseg-tiny are not on this machine") as e:
+        load_segmenter(config("clipseg"), tmp_path)
+    assert f"--local-dir {tmp_path / 'some-hub--clipseg-tiny'}" in str(e.value)
+
+
 def test_a_folder_of_another_model_is_refused(folder):
     wrong = SegmentationConfig(backend="clipseg", model=str(folder / "owlv2-tiny"), device="cpu")
     with pytest.raises(CheckpointError, match=r"is (another model|no folder of such a model)"):

@@ -3,7 +3,9 @@
 import asyncio
 import threading
 import time
+from types import SimpleNamespace
 
+import msgspec
 import pytest
 
 from app.links.network import topic_listener
@@ -11,11 +13,15 @@ from app.links.network.inbox import Inbox
 from app.links.network.session import open_router
 from app.messages import keys
 from app.messages.control import ControlRequest
+from app.messages.driving import TeleopTag
 from app.nodes.console.link import navigator_link as link_module
 from app.nodes.console.link.commands import CommandError
 from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.scene.shell_state import waiting_state
+from app.nodes.console.web.browsers import Browser, new_session, set_acting_browser
 from app.nodes.navigator.run import starting
+from app.nodes.navigator.state.lease import Lease
+from ippon.control.drive_mode import TeleopInput
 from tests.app.relay import Relay
 
 pytestmark = pytest.mark.process
@@ -175,3 +181,20 @@ def test_what_nobody_expected_is_told(link, failures, monkeypatch):
     monkeypatch.setattr(link_module, "open_client", fail)
     _wait(lambda: failures)
     assert isinstance(failures[0], KeyError)
+
+
+def test_a_driving_message_counts_for_the_lease_and_carries_no_credential():
+    sent = []
+    link = NavigatorLink("tcp/127.0.0.1:1", "r", [], Inbox([]), print)
+    link._input_publisher = SimpleNamespace(put=lambda _, attachment: sent.append(attachment))
+    browser, lease = Browser(new_session(), "Anna", "operator"), Lease()
+    browser.update_lease(lease.request(browser.credential(), 0.0))
+    set_acting_browser(browser)
+    try:
+        link.send_input(TeleopInput(forward=1.0))
+    finally:
+        set_acting_browser(None)
+    (attachment,) = sent
+    assert browser.session.encode() not in attachment
+    tag = msgspec.json.decode(attachment, type=TeleopTag)
+    assert lease.teleop_refusal(tag.sender, tag.epoch, 0.1) is None

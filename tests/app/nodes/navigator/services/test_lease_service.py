@@ -14,7 +14,7 @@ from app.messages.control import (
     FeedbackRequest,
 )
 from app.messages.driving import TeleopTag
-from app.messages.lease import Credential, LeaseReply, LeaseRequest, TakeRequest
+from app.messages.lease import Credential, LeaseReply, LeaseRequest, TakeRequest, sender_of
 from app.nodes.navigator.services.lease_service import LeaseService
 from app.nodes.navigator.services.request_services import declare_endpoints
 
@@ -73,6 +73,10 @@ def holding(office, who):
     reply = office.request("request", who)
     assert reply.standing == "holds"
     return Credential(session=who.session, name=who.name, epoch=reply.epoch)
+
+
+def tag_of(who, epoch, seq):
+    return TeleopTag(sender=sender_of(who.session), epoch=epoch, seq=seq)
 
 
 def test_a_command_counts_for_everyone_while_nobody_holds_control(office):
@@ -168,16 +172,16 @@ def test_what_changes_is_told_once(office):
     assert office.service.watch() == ((), True, False), "stale"
     office.clock.now += 1.0
     assert office.service.watch() == (("Anna is gone: the lease expired",), True, True)
-    assert office.service.teleop_refusal(TeleopTag(sender=anna.session, epoch=anna.epoch, seq=1))
+    assert office.service.teleop_refusal(tag_of(anna, epoch=anna.epoch, seq=1))
 
 
 def test_a_handover_takes_the_hand_off_the_wheels(office):
     holding(office, ANNA)
     office.service.watch()
-    assert office.service.teleop_refusal(TeleopTag(sender=ANNA.session, epoch=1, seq=1)) is None
+    assert office.service.teleop_refusal(tag_of(ANNA, epoch=1, seq=1)) is None
     office.service.take(TakeRequest(), BERT)
     assert office.service.watch() == (("Bert took control from Anna",), True, True)
-    assert office.service.teleop_refusal(TeleopTag(sender=ANNA.session, epoch=1, seq=2))
+    assert office.service.teleop_refusal(tag_of(ANNA, epoch=1, seq=2))
 
 
 def test_of_many_who_press_at_once_one_holds_and_one_waits(office):

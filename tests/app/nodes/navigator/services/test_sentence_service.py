@@ -46,6 +46,17 @@ def test_a_sentence_is_read_by_the_model_within_its_time(open_office, monkeypatc
     assert reading.note == "no answer within 0.05 s"
 
 
+def test_the_time_that_a_request_waited_for_others_counts_as_the_models(open_office, monkeypatch):
+    office = open_office(Model())
+    monkeypatch.setattr(sentence_service, "waited_s", lambda: 8.0)
+    reading = office.sentences.read(SentenceRequest(sentence="find my mug"))
+    assert (reading.goals[0].object, reading.provider) == ("mug", RULES)
+    assert reading.note == "no answer within 8 s"
+    monkeypatch.setattr(sentence_service, "waited_s", lambda: 20.0)
+    with pytest.raises(RequestRefusedError, match=r"did not say within 20 s what"):
+        office.sentences.read_picture(PICTURE)
+
+
 def test_a_sentence_may_refer_to_the_goal_that_was_asked_for_last(open_office):
     office = open_office()
     request = SentenceRequest(sentence="the other one, please")

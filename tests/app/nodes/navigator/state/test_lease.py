@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.messages.lease import Credential
+from app.messages.lease import Credential, sender_of
 from app.nodes.navigator.state.lease import EXPIRY_S, STALE_S, Lease
 
 ANNA = Credential(session="anna" * 5, name="Anna")
@@ -48,26 +48,35 @@ def test_what_is_free_is_taken(lease: Lease) -> None:
 def test_while_it_is_free_every_command_counts(lease: Lease) -> None:
     assert lease.refusal(None, 0.0) is None
     assert lease.refusal(ANNA, 0.0) is None
-    assert lease.teleop_refusal(ANNA.session, 0, 0.0) == "nobody has control: take it to drive"
+    assert (
+        lease.teleop_refusal(sender_of(ANNA.session), 0, 0.0)
+        == "nobody has control: take it to drive"
+    )
 
 
 def test_the_holders_commands_count_and_nobody_elses(held: Lease) -> None:
     assert held.refusal(ANNA_1, 0.1) is None
-    assert held.teleop_refusal(ANNA.session, 1, 0.1) is None
+    assert held.teleop_refusal(sender_of(ANNA.session), 1, 0.1) is None
     refused = (
         "Anna has control: request it, wait until it is released, or take it (ippon ask --take)"
     )
     assert held.refusal(None, 0.1) == refused
     assert held.refusal(of_epoch(BERT, 1), 0.1) == refused
-    assert held.teleop_refusal(BERT.session, 1, 0.1) == "Anna has control"
+    assert held.teleop_refusal(sender_of(BERT.session), 1, 0.1) == "Anna has control"
 
 
 def test_an_old_epoch_counts_no_more(held: Lease) -> None:
     held.release(ANNA_1, 0.1)
     assert held.request(ANNA, 0.2).epoch == 2
     assert "ended" in str(held.refusal(ANNA_1, 0.3))
-    assert held.teleop_refusal(ANNA.session, 1, 0.3) == "this lease has ended"
-    assert held.teleop_refusal(ANNA.session, 2, 0.3) is None
+    assert held.teleop_refusal(sender_of(ANNA.session), 1, 0.3) == "this lease has ended"
+    assert held.teleop_refusal(sender_of(ANNA.session), 2, 0.3) is None
+
+
+def test_the_secret_of_the_holder_is_no_sender(held: Lease) -> None:
+    # Who watches the driving messages must not learn what the lease is commanded with.
+    assert held.teleop_refusal(ANNA.session, 1, 0.1) == "Anna has control"
+    assert held.refusal(Credential(session=sender_of(ANNA.session), name="x", epoch=1), 0.1)
 
 
 def test_renewals_keep_it_and_silence_ends_it(held: Lease) -> None:
@@ -80,7 +89,7 @@ def test_renewals_keep_it_and_silence_ends_it(held: Lease) -> None:
     assert held.status(last + EXPIRY_S + 0.01).state == "free"
     assert held.take_events() == ("Anna is gone: the lease expired",)
     assert held.renew(ANNA_1, last + 3.0).standing == "watches"
-    assert held.teleop_refusal(ANNA.session, 1, last + 3.0) is not None
+    assert held.teleop_refusal(sender_of(ANNA.session), 1, last + 3.0) is not None
 
 
 def test_asking_shows_and_the_holder_grants(held: Lease) -> None:
@@ -191,8 +200,11 @@ def test_the_holder_and_the_requester_are_kept_by_whatever_they_send(
 
 
 def test_a_silent_holder_drives_no_longer(held: Lease) -> None:
-    assert held.teleop_refusal(ANNA.session, 1, 2.0) is None
-    assert held.teleop_refusal(ANNA.session, 1, 2.01) == "nobody has control: take it to drive"
+    assert held.teleop_refusal(sender_of(ANNA.session), 1, 2.0) is None
+    assert (
+        held.teleop_refusal(sender_of(ANNA.session), 1, 2.01)
+        == "nobody has control: take it to drive"
+    )
 
 
 def test_a_silent_holder_neither_refuses_nor_is_taken_from(held: Lease) -> None:
@@ -292,5 +304,7 @@ def test_whatever_happens_one_at_most_commands(steps: list[tuple[str, int, float
                 if lease.refusal(of_epoch(p, e), now) is None
             ]
             assert allowed == [(status.holder, status.epoch)]
-            driving = [p for p in PEOPLE if not lease.teleop_refusal(p.session, last_epoch, now)]
+            driving = [
+                p for p in PEOPLE if not lease.teleop_refusal(sender_of(p.session), last_epoch, now)
+            ]
             assert [p.name for p in driving] == [status.holder]
