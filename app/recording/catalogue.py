@@ -10,8 +10,8 @@ import msgspec
 
 from app.messages.control import decode
 from app.messages.status import GoalStatus
-from app.recording.errors import RecordingError
 from app.process.file_lock import is_held
+from app.recording.errors import RecordingError
 from app.recording.reading.bag_files import STORED, files_of, is_one_bag
 from app.recording.reading.file_index import ByteRange
 from app.recording.reading.recording import Recording

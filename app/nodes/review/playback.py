@@ -17,8 +17,8 @@ from app.nodes.console.critical_thread import OnFailure, critical_thread
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.review.player import Emit, Player
 from app.nodes.review.session_figures import ReviewSession, opening_s, review_session
-from app.recording.errors import RecordingError
 from app.process.file_lock import is_held
+from app.recording.errors import RecordingError
 from app.recording.notes import Note, add_note, read_notes
 from app.recording.reading.recording import Recording
 from app.view.words import ENGLISH, Words

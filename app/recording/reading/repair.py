@@ -13,12 +13,12 @@ from mcap.writer import CompressionType, Writer
 from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.keys import BASE_FRAME
+from app.process.file_lock import is_held
 from app.recording.camera_topics import COLORS, DEPTHS, POSES, image_problems, mixed, topic_problem
 from app.recording.channels import GAP_KEY, USUAL, Names, Topic, to_recorded, topic_of
 from app.recording.depth_pairs import FEW, DepthPairs
 from app.recording.errors import RecordingError
 from app.recording.frame_tree import FrameTree
-from app.process.file_lock import is_held
 from app.recording.reading.recording import OtherTopic, Recording
 from app.recording.timeline import (
     TIMELINE_ATTACHMENT,
