@@ -509,6 +509,43 @@ def test_a_plan_that_nobody_has_moved_fits_a_window_of_another_size(page):
     assert right - left == pytest.approx(bottom - top, abs=3), "all of the square is in the window"
 
 
+def test_only_the_left_button_clicks_and_moves_the_plan(page):
+    _show_plan(page)
+    page.keyboard.press("p")
+    expect(page.locator("#plan-none")).to_be_hidden()
+    page.keyboard.press("m")
+    x0, y0, x1, y1 = before = page.evaluate(FLOOR_BOX)
+    x, y = (x0 + x1) / 2, (y0 + y1) / 2
+    answer = page.locator("#plan-answer")
+    for button in ("middle", "right"):
+        page.mouse.click(x, y, button=button)
+        assert answer.inner_text().startswith("Click two points")
+        page.mouse.down(button=button)
+        page.mouse.move(x + 60, y + 60)
+        page.mouse.up(button=button)
+        page.mouse.move(x, y)
+    assert page.evaluate(FLOOR_BOX) == before
+    page.mouse.click(x, y)
+    assert answer.inner_text() == "Now the second point."
+
+
+def test_the_plan_does_not_follow_a_mouse_whose_release_was_swallowed(page):
+    _show_plan(page)
+    page.keyboard.press("p")
+    expect(page.locator("#plan-none")).to_be_hidden()
+    x0, y0, x1, y1 = before = page.evaluate(FLOOR_BOX)
+    page.mouse.move((x0 + x1) / 2, (y0 + y1) / 2)
+    page.mouse.down()
+    page.evaluate(
+        """([clientX, clientY]) => {
+        const move = { isPrimary: true, pointerType: "mouse", buttons: 0, clientX, clientY };
+        document.getElementById("plan-picture").dispatchEvent(new PointerEvent("pointermove", move));
+        }""",
+        [x0, y0],
+    )
+    assert page.evaluate(FLOOR_BOX) == before
+
+
 def test_names_of_rooms_do_not_cover_each_other(page):
     page.set_viewport_size({"width": 390, "height": 844})
     _show_plan(page, ("", 4.0, 4.0), ("living room", 4.4, 12.0), ("", 4.8, 3.0), ("bath", 4.4, 2.0))
