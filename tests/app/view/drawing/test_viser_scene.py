@@ -1,6 +1,7 @@
 """The layers, drawn into a real viser server; what it would send is what is checked."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import msgspec
 import numpy as np
@@ -13,9 +14,12 @@ from app.messages.motion import StampedPath, StampedTransform, robot_transforms
 from app.messages.scene import FoundObject
 from app.messages.status import CountedFind, FarEvidenceCells, GoalStatus, LevelRow, LevelTable
 from app.nodes.navigator.config import NavigatorConfig
+from app.view.colors import voxel_colors
+from app.view.drawing import viser_scene, voxel_layer
 from app.view.drawing.find_layer import found_before, marks_of
 from app.view.drawing.robot_layer import RobotLayer
-from app.view.drawing.viser_scene import ALL_PARTS, ViserScene
+from app.view.drawing.viser_scene import ALL_PARTS, GAINS_S, ViserScene
+from app.view.drawing.voxel_layer import NEAR_M
 from app.view.model.scene_model import SceneModel
 from app.view.model.scene_reader import SceneReader
 from app.view.view_options import LAYERS, ViewOptions
@@ -103,6 +107,50 @@ def test_another_colour_mode_gathers_no_voxels(server, model, make, monkeypatch)
     assert gathered == [(0, 0)]
     scene.draw(model, frozenset(), ViewOptions(mode="height", ceiling_m=None))
     assert len(gathered) == 1 + 9, "another cut is another map"
+
+
+def test_a_voxel_has_the_gain_of_the_viewpoint_nearest_to_it(server, make, monkeypatch):
+    rng, model, shown = np.random.default_rng(3), SceneModel(), {}
+    model.on_status(make.status())
+    model.on_voxels(make.cloud(rng.integers((16, -16, 0), (32, 0, 3), (300, 3))))
+    xy, gains = rng.uniform((0, -3), (5, 2), (9, 2)), rng.uniform(0, 9, 9).astype(np.float32)
+    xy = xy.astype(np.float32)
+    positions = np.column_stack([xy, np.zeros(9, np.float32)])
+    model.on_tree(dataclasses.replace(_tree(9), positions_world=positions, gains=gains))
+    monkeypatch.setattr(
+        voxel_layer, "voxel_colors", lambda mode, **of: shown.update(of) or voxel_colors(mode, **of)
+    )
+    _draw(server, model, mode="gain", layers=frozenset({"map"}))
+    centers = (model.voxels.column((1, -1)).local[:, :2] + [16, -16] + 0.5) * 0.1
+    apart = np.linalg.norm(centers[:, None] - xy, axis=2)
+    nearest = apart.argmin(axis=1)
+    expected = (gains[nearest] / gains.max() * 254).astype(np.uint8)
+    expected[apart.min(axis=1) > NEAR_M] = 255
+    assert 20 < np.count_nonzero(expected == 255) < len(expected) - 20
+    np.testing.assert_array_equal(shown["gain"], expected)
+    model.on_tree(_tree(0))
+    _draw(server, model, mode="gain", layers=frozenset({"map"}))
+    assert (shown["gain"] == 255).all()
+
+
+def test_gains_are_coloured_again_some_time_after_the_last_drawing(server, model, monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr(viser_scene, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    scene, options, drawn = ViserScene(server), ViewOptions(mode="gain"), []
+
+    def draw_for_5_s(store, voxel_size_m, dirty, options):
+        drawn.append(len(dirty))
+        now[0] += 5.0
+
+    monkeypatch.setattr(scene.voxels, "draw", draw_for_5_s)
+    model.on_tree(_tree(5))
+    scene.draw(model, ALL_PARTS, options)
+    now[0] += GAINS_S - 0.5
+    scene.draw(model, frozenset({"tree"}), options)
+    assert len(drawn) == 1
+    now[0] += 0.5
+    scene.draw(model, frozenset({"tree"}), options)
+    assert drawn == [9, 9]
 
 
 def test_the_map_reaches_as_far_as_its_voxels(server, model, make):
