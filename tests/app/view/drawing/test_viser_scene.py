@@ -171,6 +171,23 @@ def test_the_ceiling_is_cut(server, model, make):
     assert _node(server, "/map/0_0").points[:, 2].max() == 29.5
 
 
+def test_a_mesh_without_a_voxel_below_the_cut_is_removed(server, model, make):
+    options = {"layers": frozenset({"mesh", "clearance"})}
+    scene = _draw(server, model, **options)
+    assert _node(server, "/skin") is not None
+    scene.draw(model, frozenset(), ViewOptions(ceiling_m=0.0, **options))
+    assert _node(server, "/skin") is None
+    scene.draw(model, frozenset(), ViewOptions(**options))
+    assert _node(server, "/skin") is not None
+    model.on_status(make.status(robot="another"))
+    scene.draw(model, model.take_changes(), ViewOptions(ceiling_m=2.0, **options))
+    assert _node(server, "/skin") is None, "the map of another robot is empty at first"
+    assert _node(server, "/clearance") is None
+    model.on_voxels(make.cloud([(3, 3, 9)]))
+    scene.draw(model, model.take_changes(), ViewOptions(**options))
+    assert _node(server, "/skin") is not None
+
+
 def test_boxes_follow_the_threshold(server, model, make):
     scene = _draw(server, model, object_threshold=0.5)
     assert len(_node(server, "/object_voxels").batched_positions) == 2
