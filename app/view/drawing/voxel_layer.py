@@ -96,7 +96,8 @@ class VoxelLayer:
         for column in dirty:
             self._gathered.pop(column, None)
         if options != self._options:
-            dirty = store.columns
+            # Columns of a map that was cleared are no longer in the store.
+            dirty = list({*dirty, *store.columns})
             self._options = options
         boxes_changed = False
         for column in dirty:
@@ -104,6 +105,8 @@ class VoxelLayer:
             if voxels is None:
                 voxels = self._gathered[column] = store.column(column, below)
             boxes_changed |= self._draw_column(column, voxels, options)
+            if not len(voxels.local):
+                self._forget(column)
         if boxes_changed:
             self._draw_boxes()
         self.shown = len(self._extents)
@@ -118,6 +121,13 @@ class VoxelLayer:
         high = np.array([self._extents[column][1] for column in shown])
         size = self._voxel_size_m
         return (corners + low).min(axis=0) * size, (corners + high + 1.0).max(axis=0) * size
+
+    def _forget(self, column: Column) -> None:
+        """Remove the cloud of a column without voxels, which may be that of another map."""
+        del self._gathered[column]
+        cloud = self._clouds.pop(column, None)
+        if cloud is not None:
+            cloud.remove()
 
     def _draw_column(self, column: Column, voxels: ColumnVoxels, options: ViewOptions) -> bool:
         """Draw one column; return whether the boxes have changed."""

@@ -206,6 +206,18 @@ def test_a_new_map_replaces_the_old_one(server, model, make):
     scene.draw(model, model.take_changes(), ViewOptions())
     assert scene.voxels.shown == 1
     assert not _node(server, "/object_voxels").visible
+    assert _node(server, "/map/0_0") is not None
+    assert _node(server, "/map/1_1") is None, "nothing is left of the old map"
+
+
+def test_an_old_map_is_removed_also_where_options_change_with_it(server, model, make):
+    scene = _draw(server, model)
+    model.on_status(make.status(robot="another"))
+    scene.draw(model, model.take_changes(), ViewOptions(mode="height"))
+    assert _node(server, "/map/0_0") is None
+    model.on_voxels(make.cloud([(0, 0, 0)]))
+    scene.draw(model, model.take_changes(), ViewOptions(mode="height"))
+    assert _node(server, "/map/0_0").visible
 
 
 def test_what_was_seen_from_afar_lies_on_the_floor_in_two_strengths(server, model):
