@@ -96,7 +96,8 @@ function found(find, mayJudge) {
 function unfound(lost) {
   if (!lost) return { title: "" };
   return {
-    key: `unfound ${lost.goal_id}`,
+    // A navigator that was started again counts goals from 1.
+    key: `unfound ${lost.goal_id} ${lost.start_ns}`,
     title: say("notice.exhausted", { object: lost.name }),
     text: say("notice.exhausted.text"),
     acts: lost.places > 0 ? ["places"] : [],

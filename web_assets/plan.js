@@ -204,32 +204,38 @@ export class Plan {
 
   followPointer() {
     let from = null;
+    const end = (event) => {
+      if (!event.isPrimary) return;
+      from = null;
+      this.isDragged = false;
+    };
     this.canvas.addEventListener("pointerdown", (event) => {
-      // A second finger would have the plan jump between the two.
-      if (this.size !== "full" || !event.isPrimary) return;
+      // A second finger would have the plan jump between the two; other buttons are for menus.
+      if (this.size !== "full" || !event.isPrimary || event.button !== 0) return;
       from = [event.clientX, event.clientY, this.center];
       this.canvas.setPointerCapture(event.pointerId);
     });
     this.canvas.addEventListener("pointermove", (event) => {
       if (from === null || from[2] === null || !event.isPrimary) return;
+      // A menu may have swallowed the release.
+      if ((event.buttons & 1) === 0) {
+        end(event);
+        return;
+      }
       const [dx, dy] = [event.clientX - from[0], event.clientY - from[1]];
       if (Math.hypot(dx, dy) < 4 && !this.isDragged) return;
       this.isDragged = this.isMoved = true;
       this.center = [from[2][0] - dx / this.scale, from[2][1] + dy / this.scale];
       this.draw();
     });
-    const end = (event) => {
-      if (!event.isPrimary) return;
-      from = null;
-      this.isDragged = false;
-    };
     this.canvas.addEventListener("pointerup", (event) => {
-      const isPoint = from !== null && !this.isDragged && event.isPrimary && this.center !== null;
+      const isPress = from !== null && event.isPrimary && event.button === 0;
+      const isPoint = isPress && !this.isDragged && this.center !== null;
       end(event);
       if (!isPoint) return;
       this.click(this.world(event));
     });
-    this.canvas.addEventListener("pointercancel", end);
+    for (const type of ["pointercancel", "lostpointercapture"]) this.canvas.addEventListener(type, end);
     for (const type of ["focus", "blur"]) this.canvas.addEventListener(type, () => this.draw());
     this.canvas.addEventListener("click", () => this.size === "corner" && this.resize("full"));
     this.canvas.addEventListener("wheel", (event) => {

@@ -50,8 +50,6 @@ class DerivedLayers:
             return
         self._drawn_at = now
         voxels, _ = store.all_voxels()
-        if not len(voxels):
-            return
         if "mesh" in shown:
             below = np.inf if ceiling_m is None else ceiling_m / voxel_size_m
             self._draw_skin(voxels[voxels[:, 2] < below], voxel_size_m)
@@ -68,18 +66,24 @@ class DerivedLayers:
                 handle.visible = False
 
     def _draw_skin(self, voxels: NDArray[np.int64], voxel_size_m: float) -> None:
-        vertices, faces = skin(voxels, voxel_size_m)
         if self._skin is not None:
             self._skin.remove()
+            self._skin = None
+        if not len(voxels):
+            return
+        vertices, faces = skin(voxels, voxel_size_m)
         self._skin = self._scene.add_mesh_simple(
             "/skin", vertices, faces, color=_SKIN, flat_shading=True, side="front"
         )
 
     def _draw_clearance(self, voxels: NDArray[np.int64], voxel_size_m: float) -> None:
-        points, distance = clearance_slice(voxels, voxel_size_m)
-        step = np.clip(distance / CLEAR_M * 255.0, 0.0, 255.0).astype(np.uint8)
         if self._clearance is not None:
             self._clearance.remove()
+            self._clearance = None
+        if not len(voxels):
+            return
+        points, distance = clearance_slice(voxels, voxel_size_m)
+        step = np.clip(distance / CLEAR_M * 255.0, 0.0, 255.0).astype(np.uint8)
         self._clearance = self._scene.add_point_cloud(
             "/clearance",
             points,
@@ -94,7 +98,7 @@ class DerivedLayers:
 def skin(
     voxels: NDArray[np.int64], voxel_size_m: float
 ) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
-    """Return the outer faces of voxels: (4 Q, 3) vertices, (2 Q, 3) triangles."""
+    """Return the outer faces of at least one voxel: (4 Q, 3) vertices, (2 Q, 3) triangles."""
     low = voxels.min(axis=0) - 1
     size = voxels.max(axis=0) - low + 2
     solid = np.zeros(tuple(size), dtype=np.bool_)
@@ -118,7 +122,7 @@ def clearance_slice(
     """Return free floor points and their distances to the nearest obstacle.
 
     Args:
-        voxels: (N, 3) surface voxels.
+        voxels: (N, 3) surface voxels, at least one.
         voxel_size_m: Edge length of a voxel.
 
     Returns:

@@ -5,8 +5,6 @@ import time
 from dataclasses import replace
 from typing import Any, Final
 
-import numpy as np
-
 from app.view.drawing.derived_layers import DerivedLayers
 from app.view.drawing.find_layer import (
     APART_M,
@@ -28,7 +26,7 @@ from ippon.geometry import Float64Array
 NAMES_SHARE: Final = 0.2
 """Least distance between two names, as a share of the longer side of the map."""
 GAINS_S: Final = 2.0
-"""Minimum interval between two recolourings of the map by gain."""
+"""Minimum interval from the end of a recolouring of the map, by gain or kind, to the next one."""
 ROOTS: Final = (
     "/map", "/object_voxels", "/skin", "/clearance", "/tree", "/path", "/trail", "/camera",
     "/robot", "/finds", "/painted", "/far_evidence", "/pointed",
@@ -114,7 +112,8 @@ class ViserScene:
             self._options = options
             self._gains_at = -math.inf
             self._derived.restart()
-        changed |= self._recolored(model, changed, options)
+        recolored = self._recolored(model, changed, options)
+        changed |= recolored
         layers = options.layers
         with self._server.atomic():
             if "voxels" in changed and model.voxel_size_m is not None:
@@ -139,6 +138,8 @@ class ViserScene:
             if changed & {"status", "detections"}:
                 marks = _marks(model, self._words, self._apart_m())
                 self._finds.draw(marks, "finds" in layers, "labels" in layers)
+        if recolored:
+            self._gains_at = time.monotonic()
 
     def _recolored(
         self, model: SceneModel, changed: frozenset[Part], options: ViewOptions
@@ -151,9 +152,7 @@ class ViserScene:
             return frozenset()
         if "tree" not in changed:
             return frozenset()
-        self._gains_at = now
-        tree = model.tree
-        self.voxels.beads = np.column_stack([tree.positions_world[:, :2], tree.gains])
+        self.voxels.set_gains(model.tree.positions_world[:, :2], model.tree.gains)
         self._revision = 0
         return frozenset({"voxels"})
 

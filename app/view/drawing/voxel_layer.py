@@ -5,6 +5,7 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from app.view.colors import NOT_MAPPED, OOI_SCALE, UNMAPPED, linear, ooi_colors, voxel_colors
 from app.view.model.voxel_store import COLUMN, Column, ColumnVoxels, VoxelStore
@@ -52,12 +53,28 @@ class VoxelLayer:
         """Least and greatest x and y of the voxels drawn in each column, in voxels."""
         self._likely: dict[Column, tuple[NDArray[np.float32], NDArray[np.uint8]]] = {}
         self._boxes: Any = None
-        self.beads: NDArray[np.float32] = np.empty((0, 3), np.float32)
-        """(N, 3) x, y and gain of the viewpoints, for the colour mode of gains."""
+        self._viewpoints: KDTree | None = None
+        """x and y of the viewpoints, for the colour mode of gains; None if all gains are 0."""
+        self._gains: NDArray[np.uint8] = np.empty(0, np.uint8)
+        """(N + 1,) gain of each viewpoint over the highest gain, and 255 for none."""
         self.kinds: NDArray[np.uint8] = np.full((256, 3), UNMAPPED, np.uint8)
         """(256, 3) colour of each label, for the colour mode of things without a chosen one."""
         self.shown = 0
         """Columns that are drawn now."""
+
+    def set_gains(self, xy_world: NDArray[np.float32], gains: NDArray[np.float32]) -> None:
+        """Set the viewpoints of the colour mode of gains, for columns that are drawn after.
+
+        Args:
+            xy_world: (N, 2) position of each, metres.
+            gains: (N,) gain of each.
+        """
+        highest = gains.max(initial=0.0)
+        self._viewpoints = None
+        if highest > 0.0:
+            self._viewpoints = KDTree(xy_world)
+            shares = np.clip(gains / highest * OOI_SCALE, 0.0, OOI_SCALE)
+            self._gains = np.append(shares.astype(np.uint8), np.uint8(NOT_MAPPED))
 
     def draw(
         self,
@@ -79,7 +96,8 @@ class VoxelLayer:
         for column in dirty:
             self._gathered.pop(column, None)
         if options != self._options:
-            dirty = store.columns
+            # Columns of a map that was cleared are no longer in the store.
+            dirty = list({*dirty, *store.columns})
             self._options = options
         boxes_changed = False
         for column in dirty:
@@ -87,6 +105,8 @@ class VoxelLayer:
             if voxels is None:
                 voxels = self._gathered[column] = store.column(column, below)
             boxes_changed |= self._draw_column(column, voxels, options)
+            if not len(voxels.local):
+                self._forget(column)
         if boxes_changed:
             self._draw_boxes()
         self.shown = len(self._extents)
@@ -101,6 +121,13 @@ class VoxelLayer:
         high = np.array([self._extents[column][1] for column in shown])
         size = self._voxel_size_m
         return (corners + low).min(axis=0) * size, (corners + high + 1.0).max(axis=0) * size
+
+    def _forget(self, column: Column) -> None:
+        """Remove the cloud of a column without voxels, which may be that of another map."""
+        del self._gathered[column]
+        cloud = self._clouds.pop(column, None)
+        if cloud is not None:
+            cloud.remove()
 
     def _draw_column(self, column: Column, voxels: ColumnVoxels, options: ViewOptions) -> bool:
         """Draw one column; return whether the boxes have changed."""
@@ -173,19 +200,13 @@ class VoxelLayer:
         return colors
 
     def _gain_of(self, column: Column, local: NDArray[np.int16]) -> NDArray[np.uint8]:
-        """Return the gain of the nearest viewpoint over the highest gain, 255 for none."""
-        out = np.full(len(local), NOT_MAPPED, dtype=np.uint8)
-        beads = self.beads
-        if not len(beads) or beads[:, 2].max() <= 0.0:
-            return out
+        """Return the gain of the nearest viewpoint over the highest gain, 255 for none near."""
+        if self._viewpoints is None:
+            return np.full(len(local), NOT_MAPPED, dtype=np.uint8)
         corner = np.array([column[0] * COLUMN, column[1] * COLUMN])
         xy = (local[:, :2] + corner + 0.5) * self._voxel_size_m
-        apart = np.linalg.norm(xy[:, None] - beads[None, :, :2], axis=2)
-        nearest = apart.argmin(axis=1)
-        near = apart[np.arange(len(xy)), nearest] <= NEAR_M
-        share = beads[nearest, 2] / beads[:, 2].max()
-        out[near] = np.clip(share[near] * OOI_SCALE, 0.0, OOI_SCALE).astype(np.uint8)
-        return out
+        _, nearest = self._viewpoints.query(xy, distance_upper_bound=NEAR_M)
+        return self._gains[nearest]
 
     def _draw_boxes(self) -> None:
         if not self._likely:

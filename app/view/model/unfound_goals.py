@@ -63,9 +63,9 @@ class UnfoundGoals:
         if self.latest is not None and _is_past(self.latest.goal, [*status.history, *present]):
             self.latest = None
 
-    def dismiss(self, goal_id: int) -> None:
-        """Forget a goal that somebody has read about."""
-        if self.latest is not None and self.latest.goal.goal_id == goal_id:
+    def dismiss(self, lost: UnfoundGoal) -> None:
+        """Forget a goal that somebody has read about; another one of its number stays."""
+        if self.latest is lost:
             self.latest = None
 
 

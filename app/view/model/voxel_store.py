@@ -78,6 +78,12 @@ class VoxelStore:
     """Surface voxels in pools of blocks. Not thread-safe: one thread owns it."""
 
     def __init__(self) -> None:
+        self._revision = 0
+        self._touched: OrderedDict[Column, int] = OrderedDict()
+        """Revision of each column's last change, the latest at the end."""
+        self._empty()
+
+    def _empty(self) -> None:
         self.count = 0
         self.refused = 0
         """Number of voxels not stored: too far away, or beyond `MAX_BLOCKS`."""
@@ -88,9 +94,6 @@ class VoxelStore:
         """Rows of the blocks above each other, by block index along x and y."""
         self._present = np.zeros((0, VOLUME), dtype=np.bool_)
         self._attributes = np.zeros((0, VOLUME, ATTRIBUTES), dtype=np.uint8)
-        self._revision = 0
-        self._touched: OrderedDict[Column, int] = OrderedDict()
-        """Revision of each column's last change, the latest at the end."""
 
     @property
     def revision(self) -> int:
@@ -99,7 +102,7 @@ class VoxelStore:
 
     @property
     def columns(self) -> tuple[Column, ...]:
-        """Every column that ever held a voxel."""
+        """Every column that held a voxel since the store was empty."""
         return tuple(self._columns)
 
     def apply(self, update: VoxelUpdate) -> None:
@@ -134,10 +137,9 @@ class VoxelStore:
         self._touch((x >> 1, y >> 1) for x, y in blocks[first, :2].tolist())
 
     def clear(self) -> None:
-        """Remove every voxel; columns that had some are marked."""
-        self._present[:] = False
-        self.count = 0
+        """Remove every voxel and free its block; columns that had some are marked."""
         self._touch(self._columns)
+        self._empty()
 
     def changed_since(self, revision: int) -> tuple[tuple[Column, ...], int]:
         """Return the columns changed since a revision (0 for all), and the present revision.

@@ -1,7 +1,7 @@
 """Commands to the navigator: from the page (`Controller`) and from the panels (`Actions`)."""
 
 from collections.abc import Sequence
-from typing import Literal, Protocol
+from typing import Literal, NamedTuple, Protocol
 
 from app.messages.control import (
     ControlRequest,
@@ -24,6 +24,14 @@ PaintAction = Literal["look_here", "not_here", "undo", "clear"]
 ClickAction = Literal["explain", "go", "look_here", "not_here"]
 """What a click on the map does; on the plan, too, but for explaining."""
 RecordAction = Literal["start", "stop", "note", "mark"]
+
+
+class StartedSearch(NamedTuple):
+    """A search that the navigator has accepted."""
+
+    text: str
+    """A line for the operator."""
+    goal_id: int
 
 
 class CommandError(Exception):
@@ -184,8 +192,6 @@ class Actions(FloorCommands, Protocol):
     """Whether a recording is shown, without a robot."""
     say: Words
     """The words of the replies, and of the panels."""
-    last_goal: int | None
-    """Number of the goal that was accepted last; None before the first."""
 
     def search(
         self,
@@ -193,12 +199,12 @@ class Actions(FloorCommands, Protocol):
         context: str,
         scenario: str,
         *,
-        joins_last: bool = False,
+        joins: int | None = None,
         attributes: Sequence[Attribute] = (),
         count: int | Literal["all"] = 1,
         other: bool = False,
-    ) -> str:
-        """Start a search for an object, if wanted in one tour with the last one."""
+    ) -> StartedSearch:
+        """Start a search for an object, in one tour with the goal numbered `joins` if given."""
         ...
 
     def read(self, sentence: str) -> SentenceReading:

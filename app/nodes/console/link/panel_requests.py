@@ -36,7 +36,7 @@ from app.messages.memory import (
 )
 from app.messages.plain_text import as_sentence
 from app.messages.recording import RecordingStatus, RecordRequest
-from app.nodes.console.link.commands import PaintAction, RecordAction
+from app.nodes.console.link.commands import PaintAction, RecordAction, StartedSearch
 from app.view.words import Words
 from ippon.guidance.language.goals.goal import Attribute
 from ippon.guidance.levels import LevelName
@@ -54,8 +54,6 @@ class PanelRequests(ABC):
 
     recorded = False
     say: Words
-    last_goal: int | None = None
-    """Number of the goal that was accepted last."""
 
     @abstractmethod
     def _request(
@@ -126,7 +124,7 @@ class PanelRequests(ABC):
 
     def search_for(self, wanted: str) -> str:
         """Start a search for an object of which nothing else is known."""
-        return self.search(wanted, "", SearchRequest(object=wanted).scenario)
+        return self.search(wanted, "", SearchRequest(object=wanted).scenario).text
 
     def change_queue(self, request: QueueRequest) -> str:
         """Change the queue of goals."""
@@ -147,30 +145,30 @@ class PanelRequests(ABC):
         context: str,
         scenario: str,
         *,
-        joins_last: bool = False,
+        joins: int | None = None,
         attributes: Sequence[Attribute] = (),
         count: int | Literal["all"] = 1,
         other: bool = False,
-    ) -> str:
-        """Start a search for an object, if wanted in one tour with the last one."""
+    ) -> StartedSearch:
+        """Start a search for an object, in one tour with the goal numbered `joins` if given."""
         request = SearchRequest(
             object=wanted,
             context=context,
             scenario=scenario,
             requester=REQUESTER,
-            joins=self.last_goal if joins_last else None,
+            joins=joins,
             attributes=list(attributes),
             count=count,
             other=other,
         )
         accepted = self._request(keys.SEARCH, request, SearchAccepted)
-        self.last_goal = accepted.goal_id
         name = self.say.name(accepted.object)
         key = "reply.looking" + ".after" * (accepted.position > 0)
         key += ".joined" * (accepted.joined is not None)
         before = accepted.position
         looking = self.say.count(key, before, name=name) if before else self.say(key, name=name)
-        return " ".join([looking, *(as_sentence(note) for note in accepted.notes)])
+        text = " ".join([looking, *(as_sentence(note) for note in accepted.notes)])
+        return StartedSearch(text, accepted.goal_id)
 
     def read(self, sentence: str) -> SentenceReading:
         """Read the goals of a sentence; a language model may need seconds for it."""

@@ -19,8 +19,8 @@ class CandidatesPanel:
     def __init__(self, gui: Any, actions: Actions, attempt: Try) -> None:
         self._actions = actions
         self._shown: UnfoundGoal | None = None
-        self._closed: int | None = None
-        """Number of the goal whose list was closed."""
+        self._closed: UnfoundGoal | None = None
+        """The goal whose list was closed; its number may be another goal's after a restart."""
         say = self._words = actions.say
         self._head = gui.add_html("", visible=False)
         self._rows: list[tuple[Any, Any]] = []
@@ -71,7 +71,7 @@ class CandidatesPanel:
         lost = self._shown
         if lost is None:
             return
-        self._closed = lost.goal.goal_id
+        self._closed = lost
         for part in (self._head, self._close, *(part for row in self._rows for part in row)):
             part.visible = False
 

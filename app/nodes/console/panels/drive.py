@@ -97,8 +97,8 @@ class DrivePanel:
 
     def _list_painted(self, model: SceneModel) -> None:
         """List what is painted, with how much of the map it covers."""
-        size_m = model.voxel_size_m or 0.0
-        regions = [(one, mapped_m2(one, model.voxels, size_m)) for one in model.painted]
+        areas = mapped_m2(model.painted, model.voxels, model.voxel_size_m or 0.0)
+        regions = list(zip(model.painted, areas, strict=True))
         self._regions.content = painted(regions, self._words)
 
     def attempt(self, command: Callable[[], str]) -> bool:

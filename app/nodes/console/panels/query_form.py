@@ -3,7 +3,7 @@
 Two people who type at the same time would write into each other's text otherwise.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 import viser
@@ -12,6 +12,7 @@ from app.messages.control import SearchRequest
 from app.nodes.console.panels.last_question import Question
 from app.view.drawing.viser_private import ignore_disconnect, uuid_of
 from app.view.words import Words
+from ippon.guidance.language.goals.goal import Goal
 from ippon.guidance.language.requests.sentence import is_name
 
 USUAL_SCENARIO: Final = SearchRequest(object="hat").scenario
@@ -40,6 +41,8 @@ class QueryForm:
         self._client = client
         self._proposed = ("", "", "")
         """Object and context of a doubtful reading, and the context that stood there before."""
+        self._held: tuple[tuple[str, str], Sequence[Goal]] | None = None
+        """Object and context that stand beside a doubtful reading, and its goals."""
         gui = client.gui
         wanted, context, scenario = draft or ("", "", USUAL_SCENARIO)
         with gui.add_form(None) as form:
@@ -86,6 +89,20 @@ class QueryForm:
         """Write a doubtful reading into the fields, to be corrected."""
         self._proposed = wanted.strip(), context.strip(), self.question[1]
         self.write(wanted, context)
+
+    def hold(self, goals: Sequence[Goal]) -> None:
+        """Keep the goals of a doubtful reading for the next press of Search."""
+        self._held = self.question[:2], goals
+
+    def take_held(self, wanted: str, context: str) -> Sequence[Goal]:
+        """Return the goals kept, and keep them no longer.
+
+        Args:
+            wanted: What is asked for now; none are returned if it is something else.
+            context: Its context, likewise.
+        """
+        held, self._held = self._held, None
+        return held[1] if held is not None and held[0] == (wanted, context) else ()
 
     def field_uuids(self) -> set[str]:
         """Return the identifiers of the fields in messages."""

@@ -3,8 +3,9 @@
 What is typed is each browser's own (`QueryForm`); answers are common to all.
 """
 
+import threading
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -18,7 +19,7 @@ from app.nodes.console.panels.counted_finds import CountedFindsPanel, VerdictBut
 from app.nodes.console.panels.find_markup import find_card
 from app.nodes.console.panels.last_question import LastQuestion, Question
 from app.nodes.console.panels.proximity import ProximityPanel
-from app.nodes.console.panels.query_form import USUAL_SCENARIO, QueryForm
+from app.nodes.console.panels.query_form import QueryForm
 from app.nodes.console.scene.find_picture import FindPictures
 from app.view.drawing.viser_private import show_jpeg_in_panel
 from app.view.model.scene_model import Part, SceneModel
@@ -37,6 +38,16 @@ _STOPPED: Final = ("end",)
 """After a stop the bar has Resume."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Asking:
+    """A question while it is answered; several browsers may ask at once."""
+
+    form: QueryForm
+    question: Question
+    accepted: list[int] = field(default_factory=list)
+    """Numbers of its goals that the navigator has accepted."""
+
+
 class SearchPanel:
     """Builds the tab inside the current container and updates it from the model."""
 
@@ -52,21 +63,15 @@ class SearchPanel:
         self._state = ""
         self._fades = False
         """Whether the shown reply is removed when the search ends."""
-        self._proposed: tuple[QueryForm, str, str] | None = None
-        """Where an ambiguous reading is shown for correction, and what stands there beside it."""
+        self._questions = threading.Lock()
+        """Held for what is asked: each press of Search has its own thread."""
         self._last = LastQuestion()
-        self._answering: Question | None = None
+        self._answering: set[Question] = set()
         """What is being answered: a second press of Search is no second question."""
         self._shown_question = ("", "")
         """What stood in the fields when its search was accepted."""
-        self._accepted: set[int] = set()
-        """Goals of the question that is being answered."""
         self._next = ""
         """Names of the goals that come after the present ones; empty for none."""
-        self._ready: list[Goal] = []
-        """Goals of that reading; Search starts them if the fields are left as they are."""
-        self._scenario = USUAL_SCENARIO
-        """That of the last question."""
         self._forms: list[QueryForm] = []
         self._queries = None if actions.recorded else gui.add_folder(None)
         """Container of each browser's fields; none for a recording."""
@@ -126,60 +131,66 @@ class SearchPanel:
         self._verdict = VerdictButtons(gui, self._find_box, self._actions, self._try)
 
     def _ask(self, form: QueryForm) -> None:
-        question = typed, context, self._scenario = form.asked()
+        asking = _Asking(form, form.asked())
+        typed, _, _ = question = asking.question
         if len(typed) > MAX_TYPED:
             self._say(self._words("panel.search.long", most=MAX_TYPED, n=len(typed)), ok=False)
             return
-        if question == self._answering:
-            return
-        if self._last.repeats(question):
+        with self._questions:
+            if question in self._answering:
+                return
+            repeats = self._last.repeats(question)
+            if not repeats:
+                self._answering.add(question)
+        if repeats:
             self._say(self._words("panel.search.repeats"), ok=False)
             return
-        self._answering, self._accepted = question, set[int]()
         try:
-            text, ok = self._answer_question(form, typed, context)
+            text, ok = self._answer_question(asking)
         finally:
-            self._answering = None
-        if self._accepted:
-            self._last.accepted(question, self._accepted)
-            self._shown_question = form.question[:2]
+            with self._questions:
+                self._answering.remove(question)
+                if asking.accepted:
+                    self._last.accepted(question, set(asking.accepted))
+                    self._shown_question = form.question[:2]
         # Last: whoever has read it may press again.
         self._say(text, ok=ok)
 
-    def _answer_question(self, form: QueryForm, typed: str, context: str) -> tuple[str, bool]:
+    def _answer_question(self, asking: _Asking) -> tuple[str, bool]:
         """Return the answer, and whether all went well."""
         self._understood.content = ""
-        ready, self._ready = self._ready, []
-        if ready and (form, typed, context) == self._proposed:
-            return _answer_of(lambda: self._search_all(ready, ""))
+        typed, context, _ = asking.question
+        ready = asking.form.take_held(typed, context)
+        if ready:
+            return _answer_of(lambda: self._search_all(asking, ready, ""))
         if is_name(typed):
-            return _answer_of(lambda: self._search(typed, context))
+            return _answer_of(lambda: self._search(asking, typed, context))
         self._say(self._words("panel.search.reading"), ok=True)
-        return _answer_of(lambda: self._read(form, typed, context))
+        return _answer_of(lambda: self._read(asking))
 
-    def _read(self, form: QueryForm, sentence: str, context: str) -> str:
+    def _read(self, asking: _Asking) -> str:
         """Read a sentence, show what was understood, and search; a doubtful reading waits."""
+        form, (sentence, context, _) = asking.form, asking.question
         reading = self._actions.read(sentence)
         if not reading.goals:
             raise CommandError(as_sentence(reading.because))
         self._understood.content = markup.understood(reading, self._words)
         if not reading.doubtful:
-            return self._search_all(reading.goals, context)
-        self._ready = [
-            replace(goal, context=_both(goal.context, context)) for goal in reading.goals
-        ]
-        if len(self._ready) == 1:
-            form.propose(search_name(self._ready[0]), self._ready[0].context)
-        self._proposed = (form, *form.question[:2])
+            return self._search_all(asking, reading.goals, context)
+        ready = [replace(goal, context=_both(goal.context, context)) for goal in reading.goals]
+        if len(ready) == 1:
+            form.propose(search_name(ready[0]), ready[0].context)
+        form.hold(ready)
         return self._words("panel.search.read_by", provider=reading.provider)
 
-    def _search_all(self, goals: Sequence[Goal], context: str) -> str:
+    def _search_all(self, asking: _Asking, goals: Sequence[Goal], context: str) -> str:
         """Search for goals: for those named with "and" in one tour, else one after the other."""
         return " ".join(
             self._search(
+                asking,
                 search_name(goal),
                 _both(goal.context, context),
-                joins_last=place > 0 and goal.order == "and",
+                joins=asking.accepted[-1] if place > 0 and goal.order == "and" else None,
                 attributes=goal.attributes,
                 count=goal.count,
                 other=goal.refers_to == "other",
@@ -189,30 +200,30 @@ class SearchPanel:
 
     def _search(
         self,
+        asking: _Asking,
         wanted: str,
         context: str,
         *,
-        joins_last: bool = False,
+        joins: int | None = None,
         attributes: Sequence[Attribute] = (),
         count: int | Literal["all"] = 1,
         other: bool = False,
     ) -> str:
-        scenario = self._scenario
+        _, _, scenario = asking.question
         problem = _problem(wanted, context, scenario, self._words)
         if problem is not None:
             raise CommandError(problem)
-        text = self._actions.search(
+        started = self._actions.search(
             wanted,
             context,
             scenario,
-            joins_last=joins_last,
+            joins=joins,
             attributes=attributes,
             count=count,
             other=other,
         )
-        if self._actions.last_goal is not None:
-            self._accepted.add(self._actions.last_goal)
-        return text
+        asking.accepted.append(started.goal_id)
+        return started.text
 
     def _control(self, word: str) -> None:
         actions, say = self._actions, self._words
@@ -234,9 +245,11 @@ class SearchPanel:
         self._fades = ok
 
     def _show_status(self, status: Status, model: SceneModel) -> None:
-        self._last.follow(status)
-        if self._last.is_outdated():
-            self._forget_question()
+        with self._questions:
+            self._last.follow(status)
+            forgotten = self._shown_question if self._last.is_outdated() else None
+        if forgotten is not None:
+            self._forget_question(forgotten)
         self._next = _next_names(status, self._words)
         self._now.content = markup.now(status, self._words)
         self._goals.content = markup.goals(
@@ -278,9 +291,9 @@ class SearchPanel:
         if picture is not None:
             show_jpeg_in_panel(self._crop, picture)
 
-    def _forget_question(self) -> None:
+    def _forget_question(self, words: tuple[str, str]) -> None:
         """The words of a search that is over do not stand beside another one."""
-        forms = [form for form in self._forms if form.question[:2] == self._shown_question]
+        forms = [form for form in self._forms if form.question[:2] == words]
         for form in forms:
             form.write("", "")
         if forms:

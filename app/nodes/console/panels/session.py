@@ -60,7 +60,8 @@ class SessionPanel:
         if status is None or start_ns is None:
             return
         if "status" in changed:
-            self._warnings.content = markup.warnings(status.notes)
+            partial = [self._words("panel.session.partial")] if model.voxels.refused else []
+            self._warnings.content = markup.warnings([*status.notes, *partial])
             self._figures.content = markup.figures(status, model.voxels.count, self._words)
             self._streams.content = markup.streams(status.streams, self._words)
             self._updates += 1

@@ -1,6 +1,7 @@
 """The layers, drawn into a real viser server; what it would send is what is checked."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import msgspec
 import numpy as np
@@ -13,9 +14,12 @@ from app.messages.motion import StampedPath, StampedTransform, robot_transforms
 from app.messages.scene import FoundObject
 from app.messages.status import CountedFind, FarEvidenceCells, GoalStatus, LevelRow, LevelTable
 from app.nodes.navigator.config import NavigatorConfig
+from app.view.colors import voxel_colors
+from app.view.drawing import viser_scene, voxel_layer
 from app.view.drawing.find_layer import found_before, marks_of
 from app.view.drawing.robot_layer import RobotLayer
-from app.view.drawing.viser_scene import ALL_PARTS, ViserScene
+from app.view.drawing.viser_scene import ALL_PARTS, GAINS_S, ViserScene
+from app.view.drawing.voxel_layer import NEAR_M
 from app.view.model.scene_model import SceneModel
 from app.view.model.scene_reader import SceneReader
 from app.view.view_options import LAYERS, ViewOptions
@@ -105,6 +109,50 @@ def test_another_colour_mode_gathers_no_voxels(server, model, make, monkeypatch)
     assert len(gathered) == 1 + 9, "another cut is another map"
 
 
+def test_a_voxel_has_the_gain_of_the_viewpoint_nearest_to_it(server, make, monkeypatch):
+    rng, model, shown = np.random.default_rng(3), SceneModel(), {}
+    model.on_status(make.status())
+    model.on_voxels(make.cloud(rng.integers((16, -16, 0), (32, 0, 3), (300, 3))))
+    xy, gains = rng.uniform((0, -3), (5, 2), (9, 2)), rng.uniform(0, 9, 9).astype(np.float32)
+    xy = xy.astype(np.float32)
+    positions = np.column_stack([xy, np.zeros(9, np.float32)])
+    model.on_tree(dataclasses.replace(_tree(9), positions_world=positions, gains=gains))
+    monkeypatch.setattr(
+        voxel_layer, "voxel_colors", lambda mode, **of: shown.update(of) or voxel_colors(mode, **of)
+    )
+    _draw(server, model, mode="gain", layers=frozenset({"map"}))
+    centers = (model.voxels.column((1, -1)).local[:, :2] + [16, -16] + 0.5) * 0.1
+    apart = np.linalg.norm(centers[:, None] - xy, axis=2)
+    nearest = apart.argmin(axis=1)
+    expected = (gains[nearest] / gains.max() * 254).astype(np.uint8)
+    expected[apart.min(axis=1) > NEAR_M] = 255
+    assert 20 < np.count_nonzero(expected == 255) < len(expected) - 20
+    np.testing.assert_array_equal(shown["gain"], expected)
+    model.on_tree(_tree(0))
+    _draw(server, model, mode="gain", layers=frozenset({"map"}))
+    assert (shown["gain"] == 255).all()
+
+
+def test_gains_are_coloured_again_some_time_after_the_last_drawing(server, model, monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr(viser_scene, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    scene, options, drawn = ViserScene(server), ViewOptions(mode="gain"), []
+
+    def draw_for_5_s(store, voxel_size_m, dirty, options):
+        drawn.append(len(dirty))
+        now[0] += 5.0
+
+    monkeypatch.setattr(scene.voxels, "draw", draw_for_5_s)
+    model.on_tree(_tree(5))
+    scene.draw(model, ALL_PARTS, options)
+    now[0] += GAINS_S - 0.5
+    scene.draw(model, frozenset({"tree"}), options)
+    assert len(drawn) == 1
+    now[0] += 0.5
+    scene.draw(model, frozenset({"tree"}), options)
+    assert drawn == [9, 9]
+
+
 def test_the_map_reaches_as_far_as_its_voxels(server, model, make):
     scene = _draw(server, model)
     low, high = scene.bounds()
@@ -121,6 +169,23 @@ def test_the_ceiling_is_cut(server, model, make):
     assert _node(server, "/map/0_0").points[:, 2].max() < 10
     scene.draw(model, frozenset(), ViewOptions(ceiling_m=None))
     assert _node(server, "/map/0_0").points[:, 2].max() == 29.5
+
+
+def test_a_mesh_without_a_voxel_below_the_cut_is_removed(server, model, make):
+    options = {"layers": frozenset({"mesh", "clearance"})}
+    scene = _draw(server, model, **options)
+    assert _node(server, "/skin") is not None
+    scene.draw(model, frozenset(), ViewOptions(ceiling_m=0.0, **options))
+    assert _node(server, "/skin") is None
+    scene.draw(model, frozenset(), ViewOptions(**options))
+    assert _node(server, "/skin") is not None
+    model.on_status(make.status(robot="another"))
+    scene.draw(model, model.take_changes(), ViewOptions(ceiling_m=2.0, **options))
+    assert _node(server, "/skin") is None, "the map of another robot is empty at first"
+    assert _node(server, "/clearance") is None
+    model.on_voxels(make.cloud([(3, 3, 9)]))
+    scene.draw(model, model.take_changes(), ViewOptions(**options))
+    assert _node(server, "/skin") is not None
 
 
 def test_boxes_follow_the_threshold(server, model, make):
@@ -141,6 +206,18 @@ def test_a_new_map_replaces_the_old_one(server, model, make):
     scene.draw(model, model.take_changes(), ViewOptions())
     assert scene.voxels.shown == 1
     assert not _node(server, "/object_voxels").visible
+    assert _node(server, "/map/0_0") is not None
+    assert _node(server, "/map/1_1") is None, "nothing is left of the old map"
+
+
+def test_an_old_map_is_removed_also_where_options_change_with_it(server, model, make):
+    scene = _draw(server, model)
+    model.on_status(make.status(robot="another"))
+    scene.draw(model, model.take_changes(), ViewOptions(mode="height"))
+    assert _node(server, "/map/0_0") is None
+    model.on_voxels(make.cloud([(0, 0, 0)]))
+    scene.draw(model, model.take_changes(), ViewOptions(mode="height"))
+    assert _node(server, "/map/0_0").visible
 
 
 def test_what_was_seen_from_afar_lies_on_the_floor_in_two_strengths(server, model):

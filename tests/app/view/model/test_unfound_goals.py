@@ -34,9 +34,9 @@ def test_what_was_not_found_is_past_once_it_is_dismissed_or_a_later_find_is_conf
     unfound = UnfoundGoals()
     unfound.follow(status_of(goal=HAT), lambda: PLACES)
     unfound.follow(over, lambda: PLACES)
-    unfound.dismiss(2)
-    assert unfound.latest is not None
-    unfound.dismiss(GONE.goal_id)
+    unfound.dismiss(_followed(status_of(goal=HAT), over))
+    assert unfound.latest is not None, "that is the goal of another run"
+    unfound.dismiss(unfound.latest)
     unfound.follow(over, lambda: PLACES)
     assert unfound.latest is None
 

@@ -128,6 +128,21 @@ def test_clear_empties_and_marks_every_column():
     assert store.count == 0
     assert set(store.changed_since(revision)[0]) == {(0, 0), (1, 0)}
     assert len(store.column((0, 0)).local) == 0
+    assert store.columns == ()
+
+
+def test_maps_that_are_cleared_take_no_block_of_the_next_one(monkeypatch):
+    monkeypatch.setattr(voxel_store, "MAX_BLOCKS", 10)
+    store = VoxelStore()
+    for home in range(5):
+        store.clear()
+        assert store.refused == 0
+        store.apply(_update([((8 * n, 800 * home, 0), 1, True) for n in range(11)]))
+        assert (store.count, store.refused) == (10, 1)
+        assert store.holds(np.array([[0, 800 * home, 0], [0, 800 * (home - 1), 0]])).tolist() == [
+            True,
+            False,
+        ]
 
 
 def test_voxels_too_far_out_are_refused_and_counted():

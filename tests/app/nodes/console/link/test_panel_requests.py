@@ -26,12 +26,14 @@ class Requests(PanelRequests):
         )
 
 
-def test_a_search_joins_the_last_one_where_it_is_told_to():
+def test_a_search_joins_the_goal_that_it_is_told_to():
     requests = Requests()
-    assert requests.search("keys", "", "a flat") == "Looking for: keys, after 1 other goal."
-    assert requests.search("hat", "", "a flat", joins_last=True) == "Looking for: hat, in one tour."
-    assert requests.search("mug", "", "a flat") == "Looking for: mug."
-    assert requests.joins == [None, 7, None]
+    first = requests.search("keys", "", "a flat")
+    assert first == ("Looking for: keys, after 1 other goal.", 7)
+    assert requests.search("mug", "", "a flat") == ("Looking for: mug.", 8)
+    joined = requests.search("hat", "", "a flat", joins=first.goal_id)
+    assert joined == ("Looking for: hat, in one tour.", 9)
+    assert requests.joins == [None, None, 7]
 
 
 def test_a_verdict_names_the_find_of_a_tour_that_is_shown():

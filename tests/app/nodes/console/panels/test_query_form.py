@@ -1,14 +1,18 @@
 """The fields of a search, of which each browser has its own."""
 
+import itertools
 from contextlib import nullcontext
 from types import SimpleNamespace
 from unittest.mock import MagicMock
 
 import pytest
 
+from app.messages.control import SentenceReading
+from app.nodes.console.link.commands import StartedSearch
 from app.nodes.console.panels import query_form
 from app.nodes.console.panels.search import SearchPanel
 from app.view.words import ENGLISH
+from ippon.guidance.language.goals.goal import Goal
 
 
 class Client:
@@ -47,7 +51,8 @@ class Client:
 @pytest.fixture
 def actions():
     actions = MagicMock(say=ENGLISH, recorded=False)
-    actions.search.return_value = ""
+    numbers = itertools.count(7)
+    actions.search.side_effect = lambda wanted, *_, **__: StartedSearch(wanted, next(numbers))
     return actions
 
 
@@ -118,3 +123,82 @@ def test_a_doubtful_reading_waits_for_the_browser_that_asked(panel, actions):
         assert not actions.search.called
         other.search()
     assert actions.search.call_count == 2
+
+
+def _reading(*goals, doubtful=False):
+    return SentenceReading(
+        goals=[Goal(display=goal["object"], **goal) for goal in goals], doubtful=doubtful,
+        because="Cups, or maybe mugs?", unused=[], notes=[], language="", provider="rules",
+        elapsed_ms=1.0,
+    )  # fmt: skip
+
+
+def _asking(panel, wanted, scenario):
+    client = Client()
+    panel.open_form(client, (wanted, "", scenario), lambda _: None)
+    return client
+
+
+def test_a_search_of_another_browser_changes_none_that_is_being_read(panel, actions):
+    one = _asking(panel, "the keys and the hat, please", "a flat")
+    other = _asking(panel, "mug", "an office")
+
+    def read(_):
+        other.search()
+        one.search()
+        return _reading({"object": "keys"}, {"object": "hat"})
+
+    actions.read.side_effect = read
+    one.search()
+    actions.read.assert_called_once_with("the keys and the hat, please")
+    mug, keys, hat = actions.search.call_args_list
+    assert mug.args == ("mug", "", "an office")
+    assert keys.args == ("keys", "", "a flat")
+    assert hat.args == ("hat", "", "a flat")
+    assert hat.kwargs["joins"] == 8, "the keys, not the mug"
+    assert panel._last._goals == {8, 9}
+
+
+def test_two_browsers_that_search_at_once_join_goals_of_their_own(panel, actions):
+    one = _asking(panel, "the keys and the hat, please", "a flat")
+    other = _asking(panel, "mug", "an office")
+    actions.read.return_value = _reading({"object": "keys"}, {"object": "hat"})
+    search = actions.search.side_effect
+
+    def search_meanwhile(wanted, *args, **kwargs):
+        started = search(wanted, *args, **kwargs)
+        if wanted == "keys":
+            other.search()
+        return started
+
+    actions.search.side_effect = search_meanwhile
+    one.search()
+    asked = [(call.args[0], call.kwargs["joins"]) for call in actions.search.call_args_list]
+    assert asked == [("keys", None), ("mug", None), ("hat", 7)]
+
+
+def test_a_doubtful_reading_outlives_the_search_of_another_browser(panel, actions):
+    one = _asking(panel, "two cups, or maybe mugs", "a flat")
+    other = _asking(panel, "hat", "an office")
+    goal = {"object": "cup", "count": 2, "refers_to": "other"}
+    actions.read.return_value = _reading(goal, doubtful=True)
+    one.search()
+    assert one.fields[ENGLISH("field.find")].value == "cup"
+    other.search()
+    one.search()
+    hat, cup = actions.search.call_args_list
+    assert hat.args[0] == "hat"
+    assert cup.args == ("cup", "", "a flat")
+    assert (cup.kwargs["count"], cup.kwargs["other"]) == (2, True)
+    assert actions.read.call_count == 1
+
+
+def test_a_doubtful_reading_is_gone_once_its_words_are_changed(panel, actions):
+    one = _asking(panel, "two cups, or maybe mugs", "a flat")
+    actions.read.return_value = _reading({"object": "cup", "count": 2}, doubtful=True)
+    one.search()
+    one.type("field.find", "mug")
+    one.search()
+    one.type("field.find", "cup")
+    one.search()
+    assert [call.kwargs["count"] for call in actions.search.call_args_list] == [1, 1]

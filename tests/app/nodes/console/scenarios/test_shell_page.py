@@ -409,7 +409,7 @@ def test_a_find_of_a_tour_waits_over_the_scene_while_the_robot_goes_on(page, pos
         goal_id=7, number=2, name="chair 2", position=(1.0, 2.0, 0.5), size=(0.2, 0.2, 0.2),
         perhaps=False, out_of_reach_m=None,
     )  # fmt: skip
-    lost = ShownUnfound(goal_id=3, name="hat", places=0)
+    lost = ShownUnfound(goal_id=3, start_ns="1", name="hat", places=0)
     post(msgspec.structs.replace(SEARCHING, state="searching", find=find, unfound=lost))
     notice = page.locator("#notice")
     expect(notice).to_contain_text("Found: chair 2 Is this it?")
@@ -418,6 +418,20 @@ def test_a_find_of_a_tour_waits_over_the_scene_while_the_robot_goes_on(page, pos
     assert navigator.actions == [("reject", 7, 2)]
     post(msgspec.structs.replace(SEARCHING, state="searching", unfound=lost))
     expect(notice).to_contain_text("Not found: hat")
+
+
+def test_a_closed_notice_stays_closed_for_the_search_of_that_run_only(page, post):
+    lost = ShownUnfound(goal_id=1, start_ns="1700000000000000001", name="hat", places=0)
+    post(unfound=lost)
+    notice = page.locator("#notice")
+    expect(notice).to_contain_text("Not found: hat")
+    page.locator("#notice-close").click()
+    expect(notice).to_be_hidden()
+    post(unfound=lost, why="closed")
+    expect(page.locator("#why")).to_have_text("closed")
+    expect(notice).to_be_hidden()
+    post(unfound=msgspec.structs.replace(lost, start_ns="1700000000000000002"))
+    expect(notice).to_be_visible()
 
 
 def test_a_plan_without_a_map_has_no_rooms(page):
@@ -507,6 +521,43 @@ def test_a_plan_that_nobody_has_moved_fits_a_window_of_another_size(page):
     _until(lambda: page.wait_for_timeout(50) or page.evaluate(FLOOR_BOX) != before)
     left, top, right, bottom = page.evaluate(FLOOR_BOX)
     assert right - left == pytest.approx(bottom - top, abs=3), "all of the square is in the window"
+
+
+def test_only_the_left_button_clicks_and_moves_the_plan(page):
+    _show_plan(page)
+    page.keyboard.press("p")
+    expect(page.locator("#plan-none")).to_be_hidden()
+    page.keyboard.press("m")
+    x0, y0, x1, y1 = before = page.evaluate(FLOOR_BOX)
+    x, y = (x0 + x1) / 2, (y0 + y1) / 2
+    answer = page.locator("#plan-answer")
+    for button in ("middle", "right"):
+        page.mouse.click(x, y, button=button)
+        assert answer.inner_text().startswith("Click two points")
+        page.mouse.down(button=button)
+        page.mouse.move(x + 60, y + 60)
+        page.mouse.up(button=button)
+        page.mouse.move(x, y)
+    assert page.evaluate(FLOOR_BOX) == before
+    page.mouse.click(x, y)
+    assert answer.inner_text() == "Now the second point."
+
+
+def test_the_plan_does_not_follow_a_mouse_whose_release_was_swallowed(page):
+    _show_plan(page)
+    page.keyboard.press("p")
+    expect(page.locator("#plan-none")).to_be_hidden()
+    x0, y0, x1, y1 = before = page.evaluate(FLOOR_BOX)
+    page.mouse.move((x0 + x1) / 2, (y0 + y1) / 2)
+    page.mouse.down()
+    page.evaluate(
+        """([clientX, clientY]) => {
+        const to = { isPrimary: true, pointerType: "mouse", buttons: 0, clientX, clientY };
+        document.getElementById("plan-picture").dispatchEvent(new PointerEvent("pointermove", to));
+        }""",
+        [x0, y0],
+    )
+    assert page.evaluate(FLOOR_BOX) == before
 
 
 def test_names_of_rooms_do_not_cover_each_other(page):
@@ -614,7 +665,9 @@ _BESIDE_THE_PANEL = f"""for (const one of document.querySelectorAll(".stack, #ex
 
 @pytest.mark.parametrize("is_listed", [False, True])
 def test_an_explanation_and_a_notice_are_beside_each_other(page, post, is_listed):
-    lost = ShownUnfound(goal_id=3, name="the little red hat of my grandmother", places=2)
+    lost = ShownUnfound(
+        goal_id=3, start_ns="1", name="the little red hat of my grandmother", places=2
+    )
     post(unfound=lost, explanation=ClickExplanation(number=4, title="Sofa", note="A sofa."))
     expect(page.locator("#explanation")).to_be_visible()
     page.evaluate(_BESIDE_THE_PANEL)

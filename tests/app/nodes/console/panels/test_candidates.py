@@ -1,0 +1,27 @@
+"""The list of likeliest places: closing it concerns one goal of one run."""
+
+from unittest.mock import MagicMock
+
+from app.messages.status import GoalStatus
+from app.nodes.console.panels.candidates import CandidatesPanel
+from app.view.model.scene_model import SceneModel
+from app.view.words import ENGLISH
+
+
+def test_a_closed_list_opens_for_a_goal_of_that_number_after_a_restart(stage):
+    gui, model = MagicMock(), SceneModel()
+    panel = CandidatesPanel(gui, MagicMock(say=ENGLISH), MagicMock())
+    (close,), _ = gui.add_button.return_value.on_click.call_args
+
+    def end_goal(stamp_ns):
+        goal = GoalStatus(goal_id=1, object="hat", outcome="exhausted")
+        model.on_status(stage.status_of("searching", stamp_ns=stamp_ns))
+        model.on_status(stage.status_of("exhausted", goal=goal, stamp_ns=stamp_ns + 1))
+        panel.show(model)
+        return model.unfound.latest
+
+    assert end_goal(9_000_000_000) is not None
+    close(None)
+    panel.show(model)
+    assert model.unfound.latest is None
+    assert end_goal(1_000_000_000) is not None, "the navigator was started again"
