@@ -137,6 +137,10 @@ class VoxelStore:
         """Remove every voxel; columns that had some are marked."""
         self._present[:] = False
         self.count = 0
+        self.touch()
+
+    def touch(self) -> None:
+        """Mark all columns: they are drawn differently from now on."""
         self._touch(self._columns)
 
     def changed_since(self, revision: int) -> tuple[tuple[Column, ...], int]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.camera import PinholeCamera
+from ippon.frame import UNDERFOOT_M
 from ippon.mapping.arrays import read_only
 from ippon.mapping.blocks import N_ROWS, BlockDirectory, Pools
 from ippon.mapping.config import SURFACE_VOXELS_PER_BLOCK, MapConfig
@@ -43,9 +44,6 @@ from ippon.observation_model import ObservationModels
 
 AVERAGE_LEVEL: Final = 1
 MAX_LABELS: Final = 255
-UNDERFOOT_M: Final = 0.2
-"""Depth below the robot's floor, metres, that counts as this floor, given the errors of depth and
-pose. Lower surface may belong to another floor."""
 CLEAR_SHARE: Final = 0.05
 """Share of the image's longer side, 32 of 640 pixels, from which an object is detected nearly as
 often as from nearby; measured with NanoDet-Plus (docs/results.md)."""
