@@ -24,6 +24,7 @@ from app.export.session_data import need_map, read_session_data
 from app.messages import keys
 from app.messages.control import encode
 from app.messages.status import CountedFind, GoalStatus
+from app.recording.session_goals import SessionSearch
 from app.recording.writing.writer import SessionWriter
 from tests.app.recording.conftest import START_NS, status_of, write_session
 from tests.chromium import PATIENCE_MS, new_page, open_browser
@@ -216,7 +217,8 @@ def test_the_map_of_a_report_marks_the_finds_of_every_search(session, monkeypatc
         GoalStatus(goal_id=3, object="chair", position_world=places[2], counted=[chair], count=2),
     ]
     monkeypatch.setattr(report, "draw_map", draw)
-    monkeypatch.setattr(report, "goals_of", lambda _: goals)
+    searches = [SessionSearch(goal=goal, parts=((0, goal.goal_id),)) for goal in goals]
+    monkeypatch.setattr(report, "searches_of", lambda _: searches)
     report.part_of(session)
     assert drawn == [(mode, places) for mode in ("camera", "ooi", "proximity")]
 
