@@ -15,6 +15,9 @@ NANOSECONDS: Final = 1_000_000_000
 """Nanoseconds per second, for `stamp_ns`."""
 FLOORS_APART_M: Final = 1.0
 """Difference of height from which a robot stands on another floor."""
+UNDERFOOT_M: Final = 0.2
+"""Depth below the robot's floor, metres, that counts as this floor, given the errors of depth and
+pose. Lower surface may belong to another floor."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -30,7 +30,7 @@ def write_points(session: SessionData, path: Path, mode: AttributeColor) -> None
         RecordingError: There is no map.
     """
     indices, attributes, voxel_m = need_map(session)
-    colors = attribute_colors(indices, attributes, voxel_m, mode)
+    colors = attribute_colors(indices, attributes, voxel_m, mode, session.scene.floor_z_m)
     cloud: Any = trimesh.PointCloud((indices + 0.5) * voxel_m, colors=colors)
     path.write_bytes(cloud.export(file_type="ply"))
 
@@ -57,7 +57,7 @@ def voxel_faces(session: SessionData, mode: AttributeColor) -> Any:
         RecordingError: There is no map.
     """
     indices, attributes, voxel_m = need_map(session)
-    colors = attribute_colors(indices, attributes, voxel_m, mode)
+    colors = attribute_colors(indices, attributes, voxel_m, mode, session.scene.floor_z_m)
     low = indices.min(axis=0) - 1
     solid = np.zeros(indices.max(axis=0) - low + 2, np.bool_)
     cells = indices - low

@@ -16,6 +16,7 @@ from app.view.model.voxel_store import ATTRIBUTES
 
 GROUND: Final = (13, 17, 23)
 CEILING_M: Final = 1.4
+"""Height above the floor from which nothing is shown."""
 MARGIN_PX: Final = 16
 _PLACE_M: Final = 0.4
 """Edge of the mark of a find whose size is not known any more."""
@@ -58,6 +59,8 @@ class MapFromAbove:
         voxel_m: float,
         frame: PictureExtent,
         mode: AttributeColor = "camera",
+        *,
+        floor_z_m: float,
     ) -> None:
         """Create an empty picture.
 
@@ -66,12 +69,13 @@ class MapFromAbove:
             voxel_m: Edge length of a voxel.
             frame: Extent of the picture.
             mode: Colour mode.
+            floor_z_m: Height of the floor.
         """
-        self._voxel_m, self._frame = voxel_m, frame
+        self._voxel_m, self._frame, self._floor_z_m = voxel_m, frame, floor_z_m
         self._mode: AttributeColor = mode
         self._low = indices.min(axis=0)
         size = indices.max(axis=0) - self._low + 1
-        below = math.ceil(CEILING_M / voxel_m - 0.5) - int(self._low[2])
+        below = math.ceil((floor_z_m + CEILING_M) / voxel_m - 0.5) - int(self._low[2])
         size[2] = max(1, min(int(size[2]), below))
         self._size = size
         self._solid = np.zeros(tuple(size), np.bool_)
@@ -111,9 +115,12 @@ class MapFromAbove:
         i, j = i[filled], j[filled]
         top = columns.shape[1] - 1 - np.argmax(columns[filled, ::-1], axis=1)
         indices = np.stack([i, j, top], axis=1) + self._low
-        colors = attribute_colors(indices, self._attributes[i, j, top], self._voxel_m, self._mode)
+        colors = attribute_colors(
+            indices, self._attributes[i, j, top], self._voxel_m, self._mode, self._floor_z_m
+        )
         # Higher voxels are lighter, so that furniture contrasts with the floor.
-        rise = np.clip((indices[:, 2:] + 1) * (self._voxel_m / CEILING_M), 0.0, 1.0)
+        floor = self._floor_z_m / CEILING_M
+        rise = np.clip((indices[:, 2:] + 1) * (self._voxel_m / CEILING_M) - floor, 0.0, 1.0)
         self._cells[j, i] = (colors * (0.72 + 0.28 * rise)).astype(np.uint8)
 
     def image(self) -> Image.Image:
@@ -145,7 +152,7 @@ def draw_map(
     image = Image.new("RGB", frame.size, GROUND)
     indices, attributes = scene.voxels.all_voxels()
     if scene.voxel_size_m is not None and len(indices):
-        above = MapFromAbove(indices, scene.voxel_size_m, frame, mode)
+        above = MapFromAbove(indices, scene.voxel_size_m, frame, mode, floor_z_m=scene.floor_z_m)
         above.take(indices, attributes)
         image = above.image()
     return draw_things(image, scene, frame, found)

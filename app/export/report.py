@@ -19,7 +19,7 @@ from PIL import Image
 from app.export.line_plot import line_plot
 from app.export.map_picture import draw_map, extent_of
 from app.export.search_table import (
-    effort_of,
+    efforts_of,
     is_found,
     outcome_text,
     places_of,
@@ -36,7 +36,7 @@ from app.messages.images import decode_color
 from app.messages.status import GoalStatus
 from app.recording.errors import RecordingError
 from app.recording.notes import Note, read_notes
-from app.recording.session_goals import goals_of
+from app.recording.session_goals import SessionSearch, runs_of, searches_of
 from app.recording.timeline import MARKS
 from app.view.colors import GREEN, ORANGE, SKY, hex_of
 from app.view.model.attribute_colors import AttributeColor
@@ -83,12 +83,13 @@ class ReportPart:
 
 def part_of(session: SessionData, say: Words = ENGLISH) -> ReportPart:
     """Return what a report says of one session."""
-    goals, driven_m = goals_of(session.timeline), session.driven_m()
+    searches, driven_m = searches_of(session.timeline), session.driven_m()
+    goals = [one.goal for one in searches]
     title = _title(session, goals, say)
     sections = [
         f"<p class=when>{escape(_when(session, goals, say))}</p>",
-        _figures(session, goals, say),
-        search_table(session, goals, say),
+        _figures(session, searches, say),
+        search_table(session.timeline, searches, say),
         _map(session, goals, say),
         _pictures(session, say),
         _plots(session, say),
@@ -153,11 +154,12 @@ def _when(session: SessionData, goals: Sequence[GoalStatus], say: Words) -> str:
     return f"{_started(session)} · {session.name}{said}"
 
 
-def _figures(session: SessionData, goals: Sequence[GoalStatus], say: Words) -> str:
-    last = session.timeline.last
+def _figures(session: SessionData, searches: Sequence[SessionSearch], say: Words) -> str:
+    last, goals = session.timeline.last, [one.goal for one in searches]
+    runs = runs_of(session.timeline)
     cells = [("recorded", _seconds(session.recording.duration_s, say))]
     if goals:
-        seconds, way = total_effort([effort_of(session, goal.goal_id) for goal in goals])
+        seconds, way = total_effort(efforts_of(runs, searches))
         cells += [
             ("time", f"{say.number(seconds, 1)} s"),
             ("path", f"{say.number(way, 1)} m"),
@@ -167,7 +169,7 @@ def _figures(session: SessionData, goals: Sequence[GoalStatus], say: Words) -> s
             ("explored", f"{say.number(last.explored_m2, 1)} m²"),
             # The status says it of its present search alone.
             *([("best", f"{say.percent(last.best_ooi)}")] if len(goals) < 2 else []),
-            ("frames", f"{last.frames}"),
+            ("frames", f"{sum(run.last.frames for run in runs)}"),
         ]
     place = places_text(goals[0], say) if len(goals) == 1 else ""
     if place:

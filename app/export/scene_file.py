@@ -25,7 +25,7 @@ def write_scene(session: SessionData, path: Path) -> None:
         scene.draw(session.scene, ALL_PARTS, ViewOptions())
         bounds = scene.bounds()
         if bounds is not None:
-            view = framing(*bounds, 1.5)
+            view = framing(*bounds, 1.5, session.scene.floor_z_m)
             server.initial_camera.fov = FOV_RAD
             server.initial_camera.position = view.position
             server.initial_camera.look_at = view.look_at

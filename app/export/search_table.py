@@ -4,37 +4,39 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
-from app.export.session_data import SessionData
 from app.messages.status import GoalStatus, Status
-from app.recording.session_goals import outcome_of
+from app.recording.session_goals import NavigatorRun, SessionSearch, outcome_of, runs_of
+from app.recording.timeline import SessionTimeline
 from app.view.words import Words
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effort:
-    """What a search took."""
+    """What a search took in one run of the navigator."""
 
     seconds: float
     path_length_m: float
-    tour: int
-    """Lowest number of the goals of its tour; its own number without one."""
+    tour: tuple[int, int]
+    """Place of the run, and lowest number of the goals of its tour; its own number without one."""
 
 
-def search_table(session: SessionData, goals: Sequence[GoalStatus], say: Words) -> str:
+def search_table(timeline: SessionTimeline, searches: Sequence[SessionSearch], say: Words) -> str:
     """Return a table of the searches if there are several."""
-    if len(goals) < 2:
+    if len(searches) < 2:
         return ""
     rows: list[str] = []
-    for goal in goals:
-        effort = effort_of(session, goal.goal_id)
+    runs = runs_of(timeline)
+    for search in searches:
+        goal = search.goal
+        seconds, way = total_effort(efforts_of(runs, [search]))
         rows.append(
             table_row(
                 escape(say.goal(goal)),
                 escape(goal.context),
                 escape(_result(goal, say)),
                 escape(places_text(goal, say)),
-                f"{say.number(effort.seconds, 1)} s",
-                f"{say.number(effort.path_length_m, 1)} m",
+                f"{say.number(seconds, 1)} s",
+                f"{say.number(way, 1)} m",
             )
         )
     names = ("object", "context", "outcome", "place", "time", "path")
@@ -92,15 +94,20 @@ def table(names: Sequence[str], rows: Sequence[str], say: Words) -> str:
     return f"<table><tr>{head}</tr>{''.join(rows)}</table>"
 
 
-def effort_of(session: SessionData, goal_id: int) -> Effort:
-    """Return duration and path length of one search, up to its end.
+def efforts_of(runs: Sequence[NavigatorRun], searches: Sequence[SessionSearch]) -> list[Effort]:
+    """Return duration and path length of searches in each run, up to their end.
 
     In a tour they are those since the tour began: all of its goals are searched for at once.
     """
+    parts = [part for search in searches for part in search.parts]
+    return [_effort_of(runs[place], place, goal_id) for place, goal_id in parts]
+
+
+def _effort_of(run: NavigatorRun, place: int, goal_id: int) -> Effort:
     during = [
-        (timed.status, goal)
-        for timed in session.timeline.statuses
-        if (goal := _searched(timed.status, goal_id)) is not None
+        (status, goal)
+        for status in run.statuses
+        if (goal := _searched(status, goal_id)) is not None
     ]
     # The clock of a search continues while its find waits for an answer, and that of a tour while
     # its other goals are searched for.
@@ -111,13 +118,13 @@ def effort_of(session: SessionData, goal_id: int) -> Effort:
     return Effort(
         seconds=max((status.elapsed_s for status in active), default=0.0),
         path_length_m=max((status.path_length_m for status in way), default=0.0),
-        tour=min(tour, default=goal_id),
+        tour=(place, min(tour, default=goal_id)),
     )
 
 
 def total_effort(efforts: Sequence[Effort]) -> tuple[float, float]:
     """Return seconds and metres of all searches; those of one tour count once."""
-    tours: dict[int, list[Effort]] = {}
+    tours: dict[tuple[int, int], list[Effort]] = {}
     for one in efforts:
         tours.setdefault(one.tour, []).append(one)
     return (

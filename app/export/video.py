@@ -66,7 +66,7 @@ def _scene_pictures(session: SessionData) -> Pictures:
     recording = session.recording
     indices, _, voxel_m = need_map(session)
     frame = extent_of(indices, voxel_m, SCENE_PX)
-    above = MapFromAbove(indices, voxel_m, frame)
+    above = MapFromAbove(indices, voxel_m, frame, floor_z_m=session.scene.floor_z_m)
     scene = SceneModel()
     reader = SceneReader(scene)
     aligned = alignment_message(recording, recording.start_ns)

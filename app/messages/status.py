@@ -24,6 +24,7 @@ MissionState = Literal[
 ]
 
 
+_RESTART_NS: Final = 1_000_000_000
 MOST_COUNTED: Final = 99
 Count = Literal["all"] | Annotated[int, Meta(ge=1, le=MOST_COUNTED)]
 """How many of an object; "all": everything reachable is seen before the search ends."""
@@ -226,6 +227,24 @@ def awaited_find(status: Status) -> FindReport | None:
     find = status.find
     goal = None if find is None else goal_of(status, find.goal_id)
     return None if goal is not None and goal.confirmed else find
+
+
+def is_restart(before: Status, now: Status) -> bool:
+    """Return whether the map of a navigator began anew between two of its statuses."""
+    return (
+        now.map_revision < before.map_revision
+        or now.voxel_size_m != before.voxel_size_m
+        or now.stamp_ns < before.stamp_ns - _RESTART_NS
+        or now.robot != before.robot
+    )
+
+
+def is_next_run(before: Status, now: Status) -> bool:
+    """Return whether a navigator was started again between two of its statuses.
+
+    It may go on with the map of its last run; its goals are numbered anew in any case.
+    """
+    return now.frames < before.frames or now.robot != before.robot
 
 
 class Event(_Message, frozen=True):

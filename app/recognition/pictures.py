@@ -64,7 +64,7 @@ def plan(
     """Return the map from above as a data URI, with numbered marks; None for an empty map.
 
     Args:
-        voxel_map: Map whose highest surface below 1.9 m is shown in its colour.
+        voxel_map: Map whose highest surface up to 1.9 m above its floor is shown in its colour.
         marks: Texts and positions in the map's world, metres.
     """
     surface, size = voxel_map.surface, voxel_map.config.voxel_size_m
@@ -73,7 +73,7 @@ def plan(
     block, k = surface.voxel[rows] // 512, surface.voxel[rows] % 512
     inner = np.stack([k >> 6, (k >> 3) & 7, k & 7], axis=1)
     voxels = voxel_map.block_coords[block].astype(np.int64) * BLOCK_EDGE + inner
-    low = voxels[:, 2] * size < _CEILING_M
+    low = voxels[:, 2] * size < voxel_map.floor_z_m + _CEILING_M
     voxels, rows = voxels[low], rows[low]
     if len(voxels) == 0:
         return None

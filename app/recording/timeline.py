@@ -20,7 +20,7 @@ from app.messages.control import decode
 from app.messages.memory import MapAlignment
 from app.messages.motion import StampedTransform, decode_transforms
 from app.messages.recording import RecordingGap
-from app.messages.status import Event, LevelTable, Status
+from app.messages.status import Event, LevelTable, Status, is_next_run
 from app.recording.base_pose import BasePose
 from app.recording.channels import GAP_KEY
 from app.recording.errors import RecordingError
@@ -81,6 +81,15 @@ class TimedStatus(msgspec.Struct, frozen=True, array_like=True):
     status: Status
 
 
+class EndedRun(msgspec.Struct, frozen=True, array_like=True):
+    """A run of the navigator that another one followed in the same session."""
+
+    last: Status
+    """Its last status, whole."""
+    n_statuses: int
+    """Number of the timeline's statuses up to its end."""
+
+
 class TimedEvent(msgspec.Struct, frozen=True, array_like=True):
     """An event and its time."""
 
@@ -135,6 +144,8 @@ class SessionTimeline(msgspec.Struct, kw_only=True, dict=True):
     marks: list[Mark] = []
     last: Status | None = None
     """The last status of all."""
+    ended: list[EndedRun] = []
+    """The runs of the navigator before its last one."""
     found_ns: int | None = None
     """When the last find was announced."""
     levels_of: int | None = None
@@ -171,6 +182,11 @@ class SessionTimeline(msgspec.Struct, kw_only=True, dict=True):
         points = [(p.x, p.y) for p in self.trail]
         return sum(math.dist(a, b) for a, b in itertools.pairwise(points))
 
+    def lacks_runs(self) -> bool:
+        """Return whether runs of the navigator are not told apart, as in older files."""
+        pairs = itertools.pairwise(one.status for one in self.statuses)
+        return not self.ended and any(is_next_run(before, now) for before, now in pairs)
+
     def problems(self) -> tuple[str, ...]:
         """Return what a user should know of the recording."""
         if not self.dropped:
@@ -180,11 +196,16 @@ class SessionTimeline(msgspec.Struct, kw_only=True, dict=True):
     def _add_status(self, status: Status, time_ns: int) -> None:
         before = self.last
         self.last = status
+        is_first = False
+        if before is not None and is_next_run(before, status):
+            is_first = True
+            self.ended.append(EndedRun(before, len(self.statuses)))
         likely = status.best_ooi >= 0.5
         if likely and before is not None and before.best_ooi < 0.5 and status.goal is not None:
             name = in_words(status.goal.object)
             self.marks.append(Mark(time_ns, "detection", f"something looks like the {name}"))
-        if self.statuses and time_ns < self.statuses[-1].time_ns + STATUS_EVERY_NS:
+        early = self.statuses and time_ns < self.statuses[-1].time_ns + STATUS_EVERY_NS
+        if early and not is_first:
             return
         brief = msgspec.structs.replace(status, streams=[], queue=[], history=[], notes=[], why="")
         self.statuses.append(TimedStatus(time_ns, brief))
@@ -248,7 +269,9 @@ def timeline_of(recording: Recording) -> SessionTimeline:
     packed = recording.attachment(TIMELINE_ATTACHMENT)
     if packed is not None:
         try:
-            return unpack_timeline(packed)
+            timeline = unpack_timeline(packed)
+            if not timeline.lacks_runs():
+                return timeline
         except RecordingError as error:
             recording.index.problems.append(str(error))
     timeline = SessionTimeline()

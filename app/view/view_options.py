@@ -28,7 +28,8 @@ class ViewOptions:
 
     mode: ColorMode = "camera"
     ceiling_m: float | None = 1.4
-    """Height above which voxels are hidden, to show the rooms inside; None hides nothing."""
+    """Height above the robot's floor from which voxels are hidden, to show the rooms inside; None
+    hides nothing."""
     object_threshold: float = 0.3
     """p(v in O) from which a voxel is drawn as a box; higher values give fewer boxes."""
     thing: int | None = None

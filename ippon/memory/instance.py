@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from typing import Literal
 
+from ippon.frame import UNDERFOOT_M
 from ippon.geometry import Float64Array
 from ippon.guidance.knowledge import WITHIN_REACH_M
-from ippon.mapping.objects.posterior_arithmetic import UNDERFOOT_M
 
 Source = Literal["map", "search"]
 

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from skimage.segmentation import watershed
 
+from ippon.frame import UNDERFOOT_M
 from ippon.geometry import Float64Array
 from ippon.guidance.knowledge import WITHIN_REACH_M, load_knowledge
 from ippon.mapping.arrays import FREE
-from ippon.mapping.objects.posterior_arithmetic import UNDERFOOT_M
 from ippon.mapping.objects.surface_voxels import N_USED, NO_LABEL
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.vocabulary import in_words

@@ -24,7 +24,8 @@ class Foxglove:
     layout: Path | None = None
     """Write the layout of panels to this file and exit. In Foxglove: Layouts, Import from file."""
     ceiling_m: float = 1.4
-    """Height above which the map is hidden, so that one looks into rooms from above."""
+    """Height above the robot's floor from which on the map is hidden, so that one looks into rooms
+    from above."""
     parent_pid: int | None = None
     """Exit when this process has ended."""
 
@@ -46,6 +47,7 @@ class Rerun:
     save: Path | None = None
     """Write to this file (.rrd) instead of a viewer."""
     ceiling_m: float = 1.4
-    """Height above which the map is hidden, so that one looks into rooms from above."""
+    """Height above the robot's floor from which on the map is hidden, so that one looks into rooms
+    from above."""
     parent_pid: int | None = None
     """Exit when this process has ended."""

@@ -14,9 +14,8 @@ from app.memory.memory_file import read_memory, read_picture, write_memory
 from app.memory.wording import said_place, said_time
 from app.messages.memory import MemoryNoteRequest
 from ippon.atomic_file import set_aside
-from ippon.frame import Frame
+from ippon.frame import UNDERFOOT_M, Frame
 from ippon.guidance.knowledge import WITHIN_REACH_M
-from ippon.mapping.objects.posterior_arithmetic import UNDERFOOT_M
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.memory.best_view import better_views
 from ippon.memory.instance import Instance, Point

@@ -16,6 +16,7 @@ from app.messages.motion import StampedTransform, decode_transforms, encode_tran
 from app.messages.recording import RecordingStatus
 from app.messages.scene import VoxelCloud, encode_voxels
 from app.recording.channels import MARKERS_KEY, MARKERS_TYPE
+from app.view.floor_height import layer_below
 from app.view.model.attribute_colors import AttributeColor, attribute_colors
 from app.view.model.scene_model import SceneModel
 from ippon.geometry import Float64Array
@@ -68,7 +69,7 @@ def whole_maps(
     if voxel_m is None:
         return {}
     indices, attributes = scene.voxels.all_voxels()
-    low = indices[:, 2] < round(ceiling_m / voxel_m)
+    low = indices[:, 2] < layer_below(ceiling_m, scene.floor_z_m, voxel_m)
     indices, attributes = indices[low], attributes[low]
     cloud = VoxelCloud(
         stamp_ns=stamp_ns,
@@ -81,12 +82,11 @@ def whole_maps(
         confidence=attributes[:, 7],
         removed=np.zeros(len(indices), np.bool_),
     )
-    return {
-        key: encode_voxels(
-            replace(cloud, color=attribute_colors(indices, attributes, voxel_m, CLOUDS[key]))
-        )
+    colored = {
+        key: attribute_colors(indices, attributes, voxel_m, CLOUDS[key], scene.floor_z_m)
         for key in shown
     }
+    return {key: encode_voxels(replace(cloud, color=color)) for key, color in colored.items()}
 
 
 def depth_image(payload: bytes) -> bytes:

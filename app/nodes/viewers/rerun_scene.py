@@ -13,6 +13,7 @@ from app.nodes.viewers.live_robot import clock_ns
 from app.view.colors import FOUND, ORANGE, PATH, ROBOT, node_colors
 from app.view.drawing.find_layer import marks_of
 from app.view.drawing.tree_layer import HEIGHT_M
+from app.view.floor_height import layer_below
 from app.view.model.attribute_colors import AttributeColor, attribute_colors
 from app.view.model.scene_model import Part, SceneModel
 from app.view.model.voxel_store import COLUMN, Column
@@ -59,7 +60,7 @@ class RerunScene:
 
         Args:
             stream: Where it goes.
-            ceiling_m: Height above which no voxel is drawn.
+            ceiling_m: Height above the robot's floor from which no voxel is drawn.
         """
         self._stream = stream
         self._ceiling_m = ceiling_m
@@ -194,13 +195,14 @@ class RerunScene:
         self._last_event = events[-1] if events else None
 
     def _draw_column(self, scene: SceneModel, column: Column, voxel_m: float) -> None:
-        voxels = scene.voxels.column(column, below=round(self._ceiling_m / voxel_m))
+        below = layer_below(self._ceiling_m, scene.floor_z_m, voxel_m)
+        voxels = scene.voxels.column(column, below)
         corner = np.array([column[0] * COLUMN, column[1] * COLUMN, 0], np.int64)
         indices = voxels.local + corner
         centers = ((indices + 0.5) * voxel_m).astype(np.float32)
         light = 1.0 - _SHADE + _SHADE * (voxels.openness[:, None] / 255.0)
         for parent, mode in CLOUDS.items():
-            colors = attribute_colors(indices, voxels.attributes, voxel_m, mode)
+            colors = attribute_colors(indices, voxels.attributes, voxel_m, mode, scene.floor_z_m)
             points = rr.Points3D(
                 centers, colors=(colors * light).astype(np.uint8), radii=0.5 * voxel_m
             )

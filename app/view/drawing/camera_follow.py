@@ -39,13 +39,14 @@ class View:
     look_at: tuple[float, float, float]
 
 
-def framing(low: Float64Array, high: Float64Array, aspect: float) -> View:
+def framing(low: Float64Array, high: Float64Array, aspect: float, floor_z_m: float = 0.0) -> View:
     """Return a view of a box from the south and above that shows all of it.
 
     Args:
         low: (2,) least x and y of the map, metres.
         high: (2,) greatest x and y.
         aspect: Width of the picture over its height.
+        floor_z_m: Height of the floor.
     """
     center = 0.5 * (low + high)
     width = max(float(high[0] - low[0]), _SMALLEST_M) * _MARGIN
@@ -58,7 +59,7 @@ def framing(low: Float64Array, high: Float64Array, aspect: float) -> View:
     distance = max(for_width, for_depth)
     back, up = distance * math.cos(_ELEVATION_RAD), distance * math.sin(_ELEVATION_RAD)
     x, y = float(center[0]), float(center[1])
-    return View(position=(x, y - back, up), look_at=(x, y, 0.4))
+    return View(position=(x, y - back, floor_z_m + up), look_at=(x, y, floor_z_m + 0.4))
 
 
 START: Final = framing(np.array([-4.0, -3.0]), np.array([4.0, 3.0]), 1.25)
@@ -126,8 +127,15 @@ class CameraFollow:
             watcher.flight = _close_up(now, centre, size_m)
             watcher.now = None if at_once else now
 
-    def step(self, bounds: tuple[Float64Array, Float64Array] | None) -> None:
-        """Move every camera a step towards the view of the whole map."""
+    def step(
+        self, bounds: tuple[Float64Array, Float64Array] | None, floor_z_m: float = 0.0
+    ) -> None:
+        """Move every camera a step towards the view of the whole map.
+
+        Args:
+            bounds: Least and greatest (x, y) of the map, metres; None if they are as before.
+            floor_z_m: Height of the floor.
+        """
         if bounds is not None:
             self._bounds = bounds
         for watcher in tuple(self._watchers.values()):
@@ -143,7 +151,8 @@ class CameraFollow:
             low, high = np.minimum(low, beside[0]), np.maximum(high, beside[1])
         for watcher in tuple(self._watchers.values()):
             if not watcher.free and watcher.flight is None:
-                self._move(watcher, framing(low, high, watcher.client.camera.aspect))
+                aspect = watcher.client.camera.aspect
+                self._move(watcher, framing(low, high, aspect, floor_z_m))
 
     def _move(self, watcher: _Watcher, wanted: View) -> None:
         now = watcher.now

@@ -68,13 +68,15 @@ class OverlayLayer:
             sheet = _discs(chosen, floor_z_m + lift) if chosen else None
             self._lay(f"/painted/{kind}", sheet, color, 0.42)
 
-    def draw_far_evidence(self, cells: Sequence[tuple[float, float, float]], cell_m: float) -> None:
+    def draw_far_evidence(
+        self, cells: Sequence[tuple[float, float, float]], cell_m: float, floor_z_m: float
+    ) -> None:
         """Draw evidence from beyond the map's range as translucent sheets."""
         half = np.float32(0.5 * cell_m)
         for name, opacity, low, high in _FAR_EVIDENCE:
             chosen = [(x, y) for x, y, nat in cells[:_MAX_CELLS] if low <= nat < high]
             middle = np.array(chosen, np.float32)
-            edges = (middle - half, middle + half, 1.15 * _ABOVE_M)
+            edges = (middle - half, middle + half, floor_z_m + 1.15 * _ABOVE_M)
             sheet = _rectangles(*edges) if chosen else None
             self._lay(f"/far_evidence/{name}", sheet, FAR_EVIDENCE, opacity)
 

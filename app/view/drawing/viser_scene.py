@@ -53,14 +53,15 @@ ALL_PARTS: Final[frozenset[Part]] = frozenset(
 )
 
 
-def add_floor(scene: Any, colors: tuple[Rgb, Rgb]) -> None:
-    """Draw the floor's grid, or draw it anew in other colours.
+def add_floor(scene: Any, colors: tuple[Rgb, Rgb], floor_z_m: float) -> Any:
+    """Draw the floor's grid, or draw it anew; return its handle.
 
     Args:
         scene: That of the server, for all, or of a client, for it alone.
         colors: Of the lines every 0.5 m and every 2 m.
+        floor_z_m: Height of the floor.
     """
-    scene.add_grid(
+    return scene.add_grid(
         "/floor",
         width=40.0,
         height=40.0,
@@ -70,8 +71,12 @@ def add_floor(scene: Any, colors: tuple[Rgb, Rgb]) -> None:
         section_color=colors[1],
         infinite_grid=True,
         fade_distance=30.0,
-        position=(0.0, 0.0, -0.06),
+        position=_grid_at(floor_z_m),
     )
+
+
+def _grid_at(floor_z_m: float) -> tuple[float, float, float]:
+    return 0.0, 0.0, floor_z_m - 0.06
 
 
 class ViserScene:
@@ -94,6 +99,7 @@ class ViserScene:
         self.overlay = OverlayLayer(scene)
         self._options: ViewOptions | None = None
         self._gains_at = -math.inf
+        self._floor_z_m = 0.0
         self._revision = 0
         """Size of the drawn voxels."""
         # The default environment map keeps the scene dim until it is decoded.
@@ -103,7 +109,8 @@ class ViserScene:
         scene.add_light_directional(
             "/lights/sun", color=(255, 250, 240), intensity=2.2, position=(-2.0, -3.0, 5.0)
         )
-        add_floor(scene, DARK_FLOOR)
+        self._grid = add_floor(scene, DARK_FLOOR, self._floor_z_m)
+        """None beneath another drawing, which has it."""
 
     def draw(self, model: SceneModel, changed: frozenset[Part], options: ViewOptions) -> None:
         """Draw the changes since the last call, in one batch."""
@@ -114,15 +121,26 @@ class ViserScene:
             self._derived.restart()
         recolored = self._recolored(model, changed, options)
         changed |= recolored
+        floor_z_m = model.floor_z_m
         layers = options.layers
         with self._server.atomic():
+            if floor_z_m != self._floor_z_m:
+                self._floor_z_m = floor_z_m
+                self._derived.restart()
+                if self._grid is not None:
+                    # Browsers with a grid of their own colours get the height, too.
+                    self._grid.position = _grid_at(floor_z_m)
             if "voxels" in changed and model.voxel_size_m is not None:
                 dirty, self._revision = model.voxels.changed_since(self._revision)
                 # The mesh coincides with the voxels: drawing both would flicker.
                 bare = replace(options, layers=layers - {"map"}) if "mesh" in layers else options
-                self.voxels.draw(model.voxels, model.voxel_size_m, dirty, bare)
+                self.voxels.draw(model.voxels, model.voxel_size_m, dirty, bare, floor_z_m)
                 self._derived.draw(
-                    model.voxels, model.voxel_size_m, options.ceiling_m, frozenset(layers)
+                    model.voxels,
+                    model.voxel_size_m,
+                    options.ceiling_m,
+                    frozenset(layers),
+                    floor_z_m,
                 )
             if "tree" in changed:
                 self._tree.draw(model.tree, "tree" in layers)
@@ -131,10 +149,10 @@ class ViserScene:
             if changed & {"camera", "pose", "image"}:
                 self._draw_robot(model, changed, options)
             if "painted" in changed:
-                self.overlay.draw_painted(model.painted, 0.0)
+                self.overlay.draw_painted(model.painted, floor_z_m)
             if "far_evidence" in changed:
                 places = model.far_evidence.cells if "far_evidence" in layers else []
-                self.overlay.draw_far_evidence(places, model.far_evidence.cell_m)
+                self.overlay.draw_far_evidence(places, model.far_evidence.cell_m, floor_z_m)
             if changed & {"status", "detections"}:
                 marks = _marks(model, self._words, self._apart_m())
                 self._finds.draw(marks, "finds" in layers, "labels" in layers)

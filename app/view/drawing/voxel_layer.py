@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from app.view.colors import NOT_MAPPED, OOI_SCALE, UNMAPPED, linear, ooi_colors, voxel_colors
+from app.view.floor_height import layer_below
 from app.view.model.voxel_store import COLUMN, Column, ColumnVoxels, VoxelStore
 from app.view.view_options import ViewOptions
 
@@ -44,7 +45,7 @@ class VoxelLayer:
     def __init__(self, scene: Any) -> None:
         self._scene = scene
         self._options: ViewOptions | None = None
-        self._voxel_size_m = 0.0
+        self._voxel_size_m = self._floor_z_m = 0.0
         self._clouds: dict[Column, Any] = {}
         self._gathered: dict[Column, ColumnVoxels] = {}
         """Columns as last drawn, for recolouring."""
@@ -82,17 +83,22 @@ class VoxelLayer:
         voxel_size_m: float,
         dirty: Sequence[Column],
         options: ViewOptions,
+        floor_z_m: float,
     ) -> None:
-        """Draw changed columns; all columns after a change of options."""
+        """Draw changed columns; all columns after a change of options.
+
+        Another floor changes all columns of the store.
+        """
         if voxel_size_m != self._voxel_size_m:
             self._remove_all()
             self._voxel_size_m = voxel_size_m
         below = None
         if options.ceiling_m is not None:
-            below = round(options.ceiling_m / voxel_size_m)
+            below = layer_below(options.ceiling_m, floor_z_m, voxel_size_m)
         if below != self._below:
             self._gathered.clear()
             self._below = below
+        self._floor_z_m = floor_z_m
         for column in dirty:
             self._gathered.pop(column, None)
         if options != self._options:
@@ -165,7 +171,8 @@ class VoxelLayer:
             rgb=attributes[:, :3],
             ooi=ooi,
             level=attributes[:, 5],
-            height_m=(local[:, 2] + np.float32(0.5)) * np.float32(self._voxel_size_m),
+            height_m=(local[:, 2] + np.float32(0.5)) * np.float32(self._voxel_size_m)
+            - np.float32(self._floor_z_m),
             top_m=options.ceiling_m or DEFAULT_TOP_M,
             thing=_thing(attributes, options.thing),
             kind=self._kinds_of(attributes) if _shows_kinds(options) else None,

@@ -9,7 +9,7 @@ from app.view.colors import voxel_colors
 
 AttributeColor = Literal["camera", "ooi", "proximity", "height"]
 TOP_M: Final = 3.0
-"""Upper end of the height ramp."""
+"""Upper end of the height ramp, above the floor."""
 
 
 def attribute_colors(
@@ -17,6 +17,7 @@ def attribute_colors(
     attributes: NDArray[np.uint8],
     voxel_m: float,
     mode: AttributeColor,
+    floor_z_m: float,
 ) -> NDArray[np.uint8]:
     """Return (N, 3) RGB of voxels.
 
@@ -25,6 +26,7 @@ def attribute_colors(
         attributes: (N, 8) as `VoxelStore` keeps them.
         voxel_m: Edge length of a voxel.
         mode: Colour mode.
+        floor_z_m: Height of the floor.
     """
     ooi = attributes[:, 3]
     return voxel_colors(
@@ -32,7 +34,7 @@ def attribute_colors(
         rgb=attributes[:, :3],
         ooi=ooi,
         level=attributes[:, 5],
-        height_m=((indices[:, 2] + 0.5) * voxel_m).astype(np.float32),
+        height_m=((indices[:, 2] + 0.5) * voxel_m - floor_z_m).astype(np.float32),
         top_m=TOP_M,
         # Unused by these colour modes.
         thing=ooi,

@@ -20,7 +20,8 @@ from app.messages.memory import MapAlignment, RememberedThing, Room
 from app.messages.motion import StampedPath, StampedTransform
 from app.messages.recording import RecordingStatus
 from app.messages.scene import FoundObject, VoxelCloud
-from app.messages.status import Event, FarEvidenceCells, FindReport, LevelTable, Status
+from app.messages.status import Event, FarEvidenceCells, FindReport, LevelTable, Status, is_restart
+from app.view.floor_height import FloorHeight
 from app.view.model.candidates import Candidate, best_candidates
 from app.view.model.history import History
 from app.view.model.label_colors import LabelColors
@@ -48,7 +49,6 @@ Part = Literal[
     "far_evidence",
     "recording",
 ]
-
 
 NO_FAR_EVIDENCE: Final = FarEvidenceCells(stamp_ns=0, cell_m=0.25, cells=[])
 
@@ -110,8 +110,14 @@ class SceneModel:
         self._fixed: dict[str, StampedTransform] = {}
         self._T_map_world: Float64Array = np.eye(4)
         self._camera_frame: str | None = None
+        self._floor = FloorHeight()
         self._last_find: FindReport | None = None
         self._candidates: tuple[Candidate, ...] | None = None
+
+    @property
+    def floor_z_m(self) -> float:
+        """Height of the floor that the robot stands on, metres; 0 before its first pose."""
+        return self._floor.z_m
 
     def take_changes(self) -> frozenset[Part]:
         """Return what changed since the last call."""
@@ -122,7 +128,7 @@ class SceneModel:
     def on_status(self, status: Status) -> None:
         """Update the state of the navigator; after a restart of it, the map is cleared."""
         before = self.status
-        if before is not None and _restarted(before, status):
+        if before is not None and is_restart(before, status):
             self._forget_session()
         elif before is not None and _goal_of(before) != _goal_of(status):
             self.rejected = ()
@@ -181,8 +187,7 @@ class SceneModel:
         self.T_world_base = self._chain(BASE_FRAME)
         if self._camera_frame is not None:
             self.T_world_camera = self._chain(self._camera_frame)
-            self._keep_camera_pose()
-        self._extend_trail()
+        self._follow_base()
         self._changed.add("pose")
 
     def on_configuration(self, configuration: BodyConfiguration) -> None:
@@ -289,6 +294,7 @@ class SceneModel:
         self._held.clear()
         # Fixed transforms stay: a robot sends them only once.
         self._moving.clear()
+        self._floor.restart()
         self.camera_poses.clear()
         self.trail_world.clear()
         self.history.clear()
@@ -321,15 +327,17 @@ class SceneModel:
             frame = link.parent
         return None
 
-    def _keep_camera_pose(self) -> None:
+    def _follow_base(self) -> None:
+        """Keep its pose; on another floor, all that is drawn by its height is drawn anew."""
         base = self._moving.get(BASE_FRAME) or self._fixed.get(BASE_FRAME)
         if base is not None and self.T_world_camera is not None:
             self.camera_poses.append((base.stamp_ns, self.T_world_camera))
-
-    def _extend_trail(self) -> None:
-        if self.T_world_base is None:
+        if base is None or self.T_world_base is None:
             return
         x, y, z = self.T_world_base[:3, 3].tolist()
+        if self._floor.stand_on(z, base.stamp_ns):
+            self.voxels.touch()
+            self._changed |= {"voxels", "painted", "far_evidence"}
         if self.trail_world and math.dist(self.trail_world[-1], (x, y, z)) < _TRAIL_STEP_M:
             return
         self.trail_world.append((x, y, z))
@@ -339,12 +347,3 @@ class SceneModel:
 
 def _goal_of(status: Status) -> int | None:
     return None if status.goal is None else status.goal.goal_id
-
-
-def _restarted(before: Status, now: Status) -> bool:
-    return (
-        now.map_revision < before.map_revision
-        or now.voxel_size_m != before.voxel_size_m
-        or now.stamp_ns < before.stamp_ns - _RESTART_NS
-        or now.robot != before.robot
-    )

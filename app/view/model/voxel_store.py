@@ -138,8 +138,12 @@ class VoxelStore:
 
     def clear(self) -> None:
         """Remove every voxel and free its block; columns that had some are marked."""
-        self._touch(self._columns)
+        self.touch()
         self._empty()
+
+    def touch(self) -> None:
+        """Mark all columns: they are drawn differently from now on."""
+        self._touch(self._columns)
 
     def changed_since(self, revision: int) -> tuple[tuple[Column, ...], int]:
         """Return the columns changed since a revision (0 for all), and the present revision.

@@ -7,8 +7,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ippon.frame import UNDERFOOT_M
+
 FLOOR_M: Final = 0.1
-"""Height up to which surface is floor."""
+"""Height up to which surface is floor; this and all others are above the robot's floor."""
 TALL_M: Final = 2.0
 """Height up to which surface counts; ceilings and lintels do not."""
 BODY_M: Final = 1.6
@@ -52,18 +54,19 @@ class PlanCells:
 
 
 def plan_cells(
-    indices: NDArray[np.int64], is_wall: NDArray[np.bool_], voxel_m: float
+    indices: NDArray[np.int64], is_wall: NDArray[np.bool_], voxel_m: float, floor_z_m: float
 ) -> PlanCells | None:
-    """Return the plan of a map; None for a map without voxels.
+    """Return the plan of one floor of a map; None for a map without voxels.
 
     Args:
         indices: (N, 3) surface voxels.
         is_wall: (N,) whether the label of a voxel is a wall.
         voxel_m: Edge length of a voxel.
+        floor_z_m: Height of the floor; surface of other floors does not count.
     """
     if not len(indices):
         return None
-    height = (indices[:, 2] + 0.5) * voxel_m
+    height = (indices[:, 2] + 0.5) * voxel_m - floor_z_m
     low = indices[:, :2].min(axis=0)
     size = indices[:, :2].max(axis=0) - low + 1
     at = (indices[:, :2] - low) @ np.array([size[1], 1])
@@ -77,7 +80,7 @@ def plan_cells(
     fills = filled >= WALL_SHARE * (TALL_M - WALL_LOW_M) / voxel_m
     labelled = (filled > 0) & (2 * count(upright & is_wall) >= filled)
     cells = np.full(int(size.prod()), Cell.UNKNOWN, np.uint8)
-    cells[count(height <= FLOOR_M) > 0] = Cell.FLOOR
+    cells[count((height > -UNDERFOOT_M) & (height <= FLOOR_M)) > 0] = Cell.FLOOR
     cells[count(body) > 0] = Cell.FURNITURE
     cells[fills | labelled] = Cell.WALL
     return PlanCells(

@@ -54,7 +54,8 @@ def cells_of(model: SceneModel) -> PlanCells | None:
     indices, attributes = model.voxels.all_voxels()
     names = [] if model.proximity is None else [row.label for row in model.proximity.rows]
     walls = [n for n, label in enumerate(names) if label == _WALL]
-    return plan_cells(indices, np.isin(attributes[:, 6], walls), model.voxel_size_m)
+    is_wall = np.isin(attributes[:, 6], walls)
+    return plan_cells(indices, is_wall, model.voxel_size_m, model.floor_z_m)
 
 
 def plan_scene(model: SceneModel) -> PlanScene:

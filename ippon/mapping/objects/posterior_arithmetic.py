@@ -25,14 +25,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.compiling import njit
+from ippon.frame import UNDERFOOT_M
 from ippon.mapping.arrays import INNER, INNER_OPTIONS
 from ippon.mapping.objects.surface_voxels import ENERGY_MAX, STEPS_PER_NAT
 
 LOG_ODDS_MAX: Final = 10.0
 """p(O) stays within 4.5e-5 of 0 and 1, so that it can recover."""
-UNDERFOOT_M: Final = 0.2
-"""Depth below the robot's floor, metres, that counts as this floor, given the errors of depth and
-pose. Lower surface may belong to another floor."""
 _EVERYWHERE_M: Final = 1e6
 
 _SUMS: Final = njit(

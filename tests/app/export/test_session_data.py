@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.datasets.bag_robot import BagRobot
-from app.export.session_data import SessionData
+from app.export.session_data import SessionData, read_session_data
 from app.messages import keys
 from app.messages.control import encode
 from app.messages.memory import MapAlignment
@@ -16,6 +16,7 @@ from app.messages.motion import StampedTransform, encode_transforms
 from app.recording.errors import RecordingError
 from ippon.geometry import base_pose
 from tests.app.messages.robot_messages import odometry
+from tests.app.recording.conftest import alignment_at, write_session
 
 STAMPS = (1_000_000_000, 2_000_000_000)
 
@@ -132,3 +133,10 @@ def test_a_session_is_named_by_its_folder_and_a_file_among_others_by_itself(tmp_
     (folder / "other.mcap").touch()
     assert name_of(folder) == "morning"
     assert name_of(Path("other.mcap")) == "other.mcap"
+
+
+def test_the_floor_of_a_session_is_that_of_its_last_poses(tmp_path):
+    folder = write_session(tmp_path, more=[alignment_at(9, (0.0, 0.0, -1.3))]).writer.folder
+    session = read_session_data(folder)
+    assert session.scene.floor_z_m == pytest.approx(-1.3)
+    session.recording.close()

@@ -86,7 +86,8 @@ class BrowserView:
         if is_light != self._is_light:
             # Only in this browser's scene, in place of the shared floor.
             self._is_light = is_light
-            add_floor(self.client.scene, LIGHT_FLOOR if is_light else DARK_FLOOR)
+            colors = LIGHT_FLOOR if is_light else DARK_FLOOR
+            add_floor(self.client.scene, colors, model.floor_z_m)
         if self._has_changed:
             self._has_changed = False
             changed |= ALL_PARTS

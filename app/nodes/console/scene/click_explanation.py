@@ -15,6 +15,7 @@ from app.messages.images import decompress_color
 from app.view.colors import CERTAIN_BRUSH
 from app.view.drawing.overlay_layer import NOTHING, Highlight
 from app.view.drawing.tree_layer import HEIGHT_M
+from app.view.floor_height import layer_below
 from app.view.model.picking import SurfaceLookup, first_voxel, nearest_viewpoint, seen_from
 from app.view.model.picture_store import StoredPicture
 from app.view.model.scene_model import SceneModel
@@ -71,7 +72,7 @@ class ExplanationBuilder:
         if size is None:
             empty = ClickExplanation(title=say("click.empty"), note=say("click.empty.note"))
             return empty, NOTHING, None
-        below = None if ceiling_m is None else round(ceiling_m / size)
+        below = None if ceiling_m is None else layer_below(ceiling_m, model.floor_z_m, size)
         lookup = SurfaceLookup(model.voxels, below)
         voxel = first_voxel(origin, direction, size, lookup)
         bead = None if model.tree is None else self._bead(origin, direction, model.tree)

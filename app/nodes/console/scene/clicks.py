@@ -31,6 +31,7 @@ class Clicks:
         panel: DrivePanel | None,
         tool_of: Callable[[int], ClickTool | None],
         actions: Actions,
+        floor_z_m: Callable[[], float],
     ) -> None:
         """Listen to the scene.
 
@@ -39,10 +40,12 @@ class Clicks:
             panel: Shows the answers; None makes every click ask for an explanation.
             tool_of: Returns what the clicks of a browser do, by its number; None to explain.
             actions: Sends the commands.
+            floor_z_m: Returns the height of the floor that clicks are on.
         """
         self._panel = panel
         self._tool_of = tool_of
         self._actions = actions
+        self._floor_z_m = floor_z_m
         self._questions: queue.SimpleQueue[Question] = queue.SimpleQueue()
         server.scene.on_click()(self._clicked)
         if panel is not None:
@@ -77,7 +80,9 @@ class Clicks:
         if tool is None or tool.chosen not in ("look_here", "not_here"):
             raise CommandError(self._actions.say("panel.drive.choose"))
         try:
-            corners = floor_region(event.client.camera, event.screen_min, event.screen_max, 0.0)
+            corners = floor_region(
+                event.client.camera, event.screen_min, event.screen_max, self._floor_z_m()
+            )
         except ValueError as error:
             raise CommandError(self._actions.say("click.not_floor")) from error
         dabs, radius_m = brush_strokes(corners)
@@ -85,7 +90,7 @@ class Clicks:
 
     def _command(self, tool: ClickTool, origin: Float64Array, direction: Float64Array) -> str:
         try:
-            x, y, _ = floor_point(origin, direction, 0.0).tolist()
+            x, y, _ = floor_point(origin, direction, self._floor_z_m()).tolist()
         except ValueError as error:
             raise CommandError(self._actions.say("click.not_floor")) from error
         return act_at(self._actions, tool.chosen, x, y, tool.brush_m)

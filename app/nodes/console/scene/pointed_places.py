@@ -7,6 +7,7 @@ import numpy as np
 from app.nodes.console.scene.browser_views import BrowserView
 from app.nodes.console.scene.clicks import Ray
 from app.nodes.console.scene.scene_requests import Hover, Look
+from app.view.floor_height import layer_below
 from app.view.model.drag_region import view_ray
 from app.view.model.picking import SurfaceLookup, first_voxel
 from app.view.model.scene_model import SceneModel
@@ -39,7 +40,8 @@ def name_under(model: SceneModel, views: Iterable[BrowserView], hover: Hover, sa
     if view is None or size is None or table is None:
         return ""
     ceiling = view.options.ceiling_m
-    lookup = SurfaceLookup(model.voxels, None if ceiling is None else round(ceiling / size))
+    below = None if ceiling is None else layer_below(ceiling, model.floor_z_m, size)
+    lookup = SurfaceLookup(model.voxels, below)
     origin, direction = view_ray(view.client.camera, hover.u, hover.v)
     hit = first_voxel(origin, direction, size, lookup)
     attributes = None if hit is None else lookup.attributes(hit[0])

@@ -96,7 +96,8 @@ class SceneThread:
             link.say,
             self._tabs.search,
         )
-        self._clicks = Clicks(viser_server.server, drive, self._browser_views.tool_of, link)
+        tool_of = self._browser_views.tool_of
+        self._clicks = Clicks(viser_server.server, drive, tool_of, link, self._floor_z_m)
         self._explanations = Explanations(
             self.model, link, self._browser_views, self.follow, state_feed.show
         )
@@ -207,6 +208,9 @@ class SceneThread:
         finally:
             self._fetching = False
 
+    def _floor_z_m(self) -> float:
+        return self.model.floor_z_m
+
     def _name(self, hover: Hover) -> str:
         views = self._browser_views.of(hover.browser)
         return name_under(self.model, views, hover, self._link.say)
@@ -219,7 +223,8 @@ class SceneThread:
         self._browser_views.draw(self.model, self._limit_image_rate(changed))
         if changed & CAMERA_PARTS:
             self._state_feed.camera.show_scene(camera_scene(self.model, self._link.say))
-        self.follow.step(self._browser_views.bounds() if "voxels" in changed else None)
+        bounds = self._browser_views.bounds() if "voxels" in changed else None
+        self.follow.step(bounds, self.model.floor_z_m)
 
     def _limit_image_rate(self, changed: frozenset[Part]) -> frozenset[Part]:
         """Delay the camera image while the last one is recent.

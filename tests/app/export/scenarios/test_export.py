@@ -24,6 +24,7 @@ from app.export.session_data import need_map, read_session_data
 from app.messages import keys
 from app.messages.control import encode
 from app.messages.status import CountedFind, GoalStatus
+from app.recording.session_goals import SessionSearch
 from app.recording.writing.writer import SessionWriter
 from tests.app.recording.conftest import START_NS, status_of, write_session
 from tests.chromium import PATIENCE_MS, new_page, open_browser
@@ -94,13 +95,13 @@ def test_others_read_the_mesh_of_the_depth_images(exported, open3d):
 def test_the_map_from_above_follows_voxels_that_come_and_go(session):
     indices, attributes, voxel_m = need_map(session)
     frame = extent_of(indices, voxel_m, 300)
-    above = MapFromAbove(indices, voxel_m, frame)
+    above = MapFromAbove(indices, voxel_m, frame, floor_z_m=0.0)
     empty = np.asarray(above.image())
     above.take(indices, attributes)
     whole = np.asarray(above.image())
     higher = indices[:10] + np.array([0, 0, 1])
     red = np.full((10, 8), [255, 0, 0, 0, 0, 0, 0, 0], np.uint8)
-    taller = MapFromAbove(np.concatenate([indices, higher]), voxel_m, frame)
+    taller = MapFromAbove(np.concatenate([indices, higher]), voxel_m, frame, floor_z_m=0.0)
     taller.take(indices, attributes)
     np.testing.assert_array_equal(taller.image(), whole)
     taller.take(higher, red)
@@ -216,7 +217,8 @@ def test_the_map_of_a_report_marks_the_finds_of_every_search(session, monkeypatc
         GoalStatus(goal_id=3, object="chair", position_world=places[2], counted=[chair], count=2),
     ]
     monkeypatch.setattr(report, "draw_map", draw)
-    monkeypatch.setattr(report, "goals_of", lambda _: goals)
+    searches = [SessionSearch(goal=goal, parts=((0, goal.goal_id),)) for goal in goals]
+    monkeypatch.setattr(report, "searches_of", lambda _: searches)
     report.part_of(session)
     assert drawn == [(mode, places) for mode in ("camera", "ooi", "proximity")]
 

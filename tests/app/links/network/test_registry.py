@@ -115,7 +115,7 @@ def no_locks(monkeypatch):
 
 
 @pytest.mark.usefixtures("no_locks")
-@pytest.mark.parametrize(("pid", "listed"), [(os.getpid(), 1), (99999999, 0)])
+@pytest.mark.parametrize(("pid", "listed"), [(os.getpid(), 1), (99999999, 0)], ids=["runs", "dead"])
 def test_without_locks_the_number_of_the_process_tells(noted, pid, listed):
     noted(navigator(pid))
     assert len(running_navigators()) == listed
@@ -145,7 +145,7 @@ def test_without_locks_one_of_another_machine_stays(noted_elsewhere):
     assert noted_elsewhere.path.exists()
 
 
-@pytest.mark.parametrize(("pid", "listed"), [(os.getpid(), 1), (99999999, 0)])
+@pytest.mark.parametrize(("pid", "listed"), [(os.getpid(), 1), (99999999, 0)], ids=["runs", "dead"])
 def test_one_of_an_earlier_version_has_no_lock(pid, listed):
     path = registry.registry_folder() / f"{pid}.json"
     path.parent.mkdir(parents=True)

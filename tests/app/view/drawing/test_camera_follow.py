@@ -54,6 +54,16 @@ def test_all_corners_are_in_the_picture(bounds, aspect):
             assert abs(ray @ up / (ray @ ahead)) <= limit
 
 
+def test_the_map_of_another_floor_is_framed_where_it_is(client):
+    follow = CameraFollow()
+    follow.add(client)
+    follow.step(SMALL, 3.0)
+    view = framing(*SMALL, 1.25)
+    lift = np.array([0.0, 0.0, 3.0])
+    assert client.camera.position == pytest.approx(view.position + lift)
+    assert client.camera.look_at == pytest.approx(view.look_at + lift)
+
+
 def test_a_new_browser_sees_the_whole_map_at_once(client):
     follow = CameraFollow()
     follow.step(SMALL)

@@ -9,6 +9,7 @@ import pytest
 import viser
 
 from app.messages import keys
+from app.messages.driving import PaintedRegions, PaintedStroke
 from app.messages.images import CompressedColor, StampedCamera
 from app.messages.motion import StampedPath, StampedTransform, robot_transforms
 from app.messages.scene import FoundObject
@@ -186,6 +187,67 @@ def test_a_mesh_without_a_voxel_below_the_cut_is_removed(server, model, make):
     model.on_voxels(make.cloud([(3, 3, 9)]))
     scene.draw(model, model.take_changes(), ViewOptions(**options))
     assert _node(server, "/skin") is not None
+
+
+@pytest.mark.parametrize("layers", [30, -13])
+def test_another_floor_is_drawn_as_the_one_at_zero(server, make, layers):
+    below, here = (_floor_drawn(server, make, lift) for lift in (0, layers))
+    assert below["points"].max() == 13.5
+    for name, values in here.items():
+        # The shade of a voxel varies with its index.
+        atol = 25.0 if name == "colors" else 2e-5
+        np.testing.assert_allclose(values, below[name], atol=atol, err_msg=name)
+
+
+def _floor_drawn(server, make, layers):
+    """Draw a floor in a layer of voxels, and return the heights above it of what is drawn."""
+    model = SceneModel()
+    model.on_status(make.status())
+    _stand(model, 0.1 * layers)
+    floor = [(i, j, layers) for i in range(40) for j in range(40)]
+    model.on_keyframe(make.cloud([*floor, *((5, 5, layers + k) for k in range(26))]))
+    model.on_painted(PAINTED)
+    model.on_far_evidence(FarEvidenceCells(stamp_ns=1, cell_m=0.25, cells=[(3.0, 1.0, 3.0)]))
+    scene = _draw(server, model, mode="height", layers=frozenset(LAYERS) - {"mesh"})
+    column = _node(server, "/map/0_0")
+    order = np.lexsort(column.points.T)
+    drawn = {"points": column.points[order, 2].astype(float) - layers}
+    drawn["colors"] = column.colors[order].astype(float)
+    drawn["/floor"] = _node(server, "/floor").position[2:] - 0.1 * layers
+    drawn["/clearance"] = _node(server, "/clearance").points[:, 2] - 0.1 * layers
+    for name in ("/painted/look_here", "/far_evidence/strong"):
+        drawn[name] = _node(server, name).vertices[:, 2] - 0.1 * layers
+    # The mesh stands for the voxels, which are not drawn then.
+    scene.draw(model, frozenset(), ViewOptions(layers=frozenset({"mesh"})))
+    drawn["/skin"] = np.sort(_node(server, "/skin").vertices[:, 2]) - 0.1 * layers
+    return drawn
+
+
+def test_the_drawing_follows_the_robot_to_another_floor(server, model, make):
+    model.on_voxels(make.cloud([(3, 3, k) for k in range(60)]))
+    _stand(model, 0.0)
+    scene = _draw(server, model)
+    model.take_changes()
+    assert _node(server, "/map/0_0").points[:, 2].max() == 13.5
+    before = _sent(server)
+    _stand(model, 0.05, 2 * 10**9)
+    scene.draw(model, model.take_changes() - {"pose"}, ViewOptions())
+    assert _sent(server) == before, "the same floor"
+    for n in range(3):
+        _stand(model, 3.0, (4 + n) * 10**9)
+    scene.draw(model, model.take_changes(), ViewOptions())
+    assert _node(server, "/map/0_0").points[:, 2].max() == 43.5
+    assert _node(server, "/floor").position[2] == pytest.approx(2.94)
+
+
+PAINTED = PaintedRegions(
+    regions=[PaintedStroke(kind="look_here", strokes=[(1.0, 1.0)], radius_m=0.5)]
+)
+
+
+def _stand(model, z, stamp_ns=1):
+    T_world_base = base_pose(1.0, 2.0, z, 0.0)
+    model.on_transforms(robot_transforms(stamp_ns, T_world_base, ZED.T_base_camera(0.0), "optical"))
 
 
 def test_boxes_follow_the_threshold(server, model, make):

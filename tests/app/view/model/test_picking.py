@@ -93,11 +93,13 @@ def test_the_skin_of_two_voxels_that_touch_has_ten_faces():
     assert (np.einsum("ij,ij->i", normals, middle) > 0.0).all(), "faces look outwards"
 
 
-def test_clearance_is_the_distance_to_what_stands_at_the_height_of_the_body():
+@pytest.mark.parametrize("layers", [0, 30, -13])
+def test_clearance_is_the_distance_to_what_stands_at_the_height_of_the_body(layers):
     floor = [(i, j, -1) for i in range(10) for j in range(3)]
-    voxels = np.array([*floor, (0, 0, 5), (0, 1, 5), (0, 2, 5), (9, 1, 25)])
-    points, distance = clearance_slice(voxels, V)
+    voxels = np.array([*floor, (0, 0, 5), (0, 1, 5), (0, 2, 5), (9, 1, 25), (9, 9, -30)])
+    points, distance = clearance_slice(voxels + np.array([0, 0, layers]), V, layers * V)
     assert len(points) == 27, "the floor under the wall is taken; the lamp overhead takes nothing"
+    assert points[:, 2] == pytest.approx(layers * V + 0.03, abs=1e-6)
     far = distance[np.argmax(points[:, 0])]
     assert far == pytest.approx(0.9, abs=1e-6)
 

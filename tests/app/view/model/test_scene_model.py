@@ -25,8 +25,8 @@ def _voxels(model):
     return {tuple(i) for i in model.voxels.all_voxels()[0].tolist()}
 
 
-def _move(model, x, stamp_ns=1):
-    T = base_pose(x, 0.0, 0.0, 0.0)
+def _move(model, x, stamp_ns=1, z=0.0):
+    T = base_pose(x, 0.0, z, 0.0)
     model.on_transforms(
         [StampedTransform(stamp_ns=stamp_ns, parent="map", child="base_link", T_parent_child=T)]
     )
@@ -118,6 +118,32 @@ def test_frames_in_a_circle_lead_nowhere(model):
         ]
     )
     assert model.T_world_base is None
+
+
+def test_another_floor_draws_anew_what_depends_on_its_height(model, make):
+    model.on_voxels(make.cloud([(0, 0, 30), (40, 0, 30)]))
+    _move(model, 0.0, 1, z=3.0)
+    assert model.floor_z_m == 3.0
+    assert model.take_changes() == {"voxels", "painted", "far_evidence", "pose"}
+    _, revision = model.voxels.changed_since(0)
+    for n in range(5):
+        _move(model, 0.1 * n, (2 + n) * 10**9, z=3.05)
+    assert (model.floor_z_m, model.take_changes()) == (3.0, {"pose"})
+    assert model.voxels.changed_since(revision)[0] == (), "the same floor draws nothing anew"
+    for n in range(3):
+        _move(model, 1.0, (10 + n) * 10**9, z=6.0)
+    assert model.floor_z_m == 6.0
+    assert set(model.voxels.changed_since(revision)[0]) == set(model.voxels.columns)
+    model.on_status(make.status(robot="other"))
+    _move(model, 1.0, 20 * 10**9, z=-1.3)
+    assert model.floor_z_m == -1.3, "the first pose in another world is on its floor"
+
+
+def test_a_floor_at_zero_draws_nothing_anew(model, make):
+    model.on_voxels(make.cloud([(0, 0, 0)]))
+    model.take_changes()
+    _move(model, 1.0)
+    assert model.take_changes() == {"pose"}
 
 
 def test_the_trail_grows_with_the_way_not_with_the_messages(model):

@@ -14,6 +14,7 @@ import viser
 import websockets.sync.client
 import zstandard
 
+from app.messages.motion import robot_transforms
 from app.nodes.console.panels.search import SearchPanel
 from app.nodes.console.scene.browser_views import OWN, BrowserViews
 from app.nodes.console.web.browsers import Browser
@@ -23,6 +24,7 @@ from app.view.drawing.viser_scene import DARK_FLOOR, LIGHT_FLOOR
 from app.view.model.scene_model import SceneModel
 from app.view.view_options import ViewOptions
 from app.view.words import ENGLISH
+from ippon.geometry import base_pose
 from tests.app.unwatched_viser import unwatched_viser
 
 PATIENCE_S = 60.0
@@ -320,6 +322,11 @@ def test_the_floor_follows_the_theme_of_each_browser(console):
     console.browsers[1].has_light_theme = True
     console.draw()
     second.wait(floor(LIGHT_FLOOR))
+    T_world_base = base_pose(1.0, 2.0, 3.0, 0.0)
+    console.model.on_transforms(robot_transforms(1, T_world_base, np.eye(4), "camera"))
+    console.draw()
+    for one in (first, second):
+        one.wait(lambda m: m.get("name") == "/floor" and m.get("position", [0.0])[-1] > 2.9)
     third = console.open()
     third.wait(floor(DARK_FLOOR))
     assert not any(map(floor(LIGHT_FLOOR), first.heard()))

@@ -153,13 +153,13 @@ class Panel:
             self.said = f"refused: {error}"
 
 
-def _click(tool, origin=(1.0, 2.0, 3.0), direction=(0.0, 0.0, -1.0), client=CLIENT):
-    clicks, said = _clicks(tool)
+def _click(tool, origin=(1.0, 2.0, 3.0), direction=(0.0, 0.0, -1.0), client=CLIENT, floor_z_m=0.0):
+    clicks, said = _clicks(tool, floor_z_m)
     clicks._clicked(SimpleNamespace(ray_origin=origin, ray_direction=direction, client_id=client))
     return said(), clicks.questions()
 
 
-def _clicks(tool):
+def _clicks(tool, floor_z_m=0.0):
     """Return clicks with a tool, and what tells what was said to the operator."""
     scene = SimpleNamespace(on_click=lambda: id, on_rect_select=lambda **_: id)
     actions: Any = SimpleNamespace(
@@ -169,16 +169,16 @@ def _clicks(tool):
     )
     panel: Any = Panel()
     tools: Any = {CLIENT: SimpleNamespace(chosen=tool, brush_m=0.5)}
-    clicks = Clicks(SimpleNamespace(scene=scene), panel, tools.get, actions)
+    clicks = Clicks(SimpleNamespace(scene=scene), panel, tools.get, actions, lambda: floor_z_m)
     return clicks, lambda: panel.said
 
 
-def _drag(tool, low=(0.5, 0.25), high=(0.75, 0.5), height_m=4.0):
+def _drag(tool, low=(0.5, 0.25), high=(0.75, 0.5), height_m=4.0, floor_z_m=0.0):
     """Drag a rectangle with Shift, over a camera that looks straight down."""
     camera = SimpleNamespace(
         position=(2.0, 3.0, height_m), wxyz=(0.0, 1.0, 0.0, 0.0), fov=0.5 * np.pi, aspect=1.0
     )
-    clicks, said = _clicks(tool)
+    clicks, said = _clicks(tool, floor_z_m)
     panel: Any = clicks._panel
     client = SimpleNamespace(camera=camera)
     event = SimpleNamespace(client=client, client_id=CLIENT, screen_min=low, screen_max=high)
@@ -206,6 +206,28 @@ def test_a_drag_paints_a_region_and_nothing_else():
     assert _drag("explain").startswith("refused: Choose Look here or Not here first")
     assert _drag("go").startswith("refused: Choose")
     assert "not on the floor" in _drag("look_here", height_m=-1.0)
+
+
+@pytest.mark.parametrize("floor_z_m", [3.0, -1.3])
+def test_a_click_or_drag_is_on_the_floor_of_the_robot(floor_z_m):
+    eye = (0.0, 2.0, floor_z_m + 4.0)
+    assert _click("go", eye, (0.5, 0.0, -1.0), floor_z_m=floor_z_m)[0] == "to 2 2"
+    lifted = _drag("not_here", height_m=floor_z_m + 4.0, floor_z_m=floor_z_m)
+    assert lifted == _drag("not_here")
+
+
+@pytest.mark.parametrize("layers", [30, -13])
+def test_what_is_cut_above_another_floor_is_not_explained(stage, layers):
+    model = SceneModel()
+    model.on_status(stage.status_of())
+    indices = np.array([(20, 50, 3), (20, 50, 18)]) + np.array([0, 0, layers])
+    model.on_keyframe(stage.cloud_of(indices, np.zeros(2, np.uint8), 1))
+    stands = base_pose(2.0, 2.0, 0.1 * layers, 0.0)
+    model.on_transforms(robot_transforms(1, stands, ZED.T_base_camera(-0.3), "camera"))
+    explanations = ExplanationBuilder(model, lambda *_: None)
+    above = np.array([2.05, 5.05, 0.1 * layers + 3.0])
+    _, _, voxel = explanations.explain(above, DOWN, 1.4)
+    assert voxel == pytest.approx((2.05, 5.05, 0.1 * layers + 0.35))
 
 
 def test_a_click_off_the_floor_or_without_a_ray_commands_nothing():
