@@ -56,6 +56,10 @@ class TimedPlanner:
         """See `Planner.set_termination_min`."""
         self._planner.set_termination_min(termination_min)
 
+    def set_searching(self, searching: bool) -> None:
+        """See `Planner.set_searching`."""
+        self._planner.set_searching(searching)
+
     def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:
         """See `Planner.set_far_evidence`."""
         self._planner.set_far_evidence(far_evidence)

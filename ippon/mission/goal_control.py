@@ -90,9 +90,8 @@ class GoalControl:
         known = goal.object in self._voxel_map.labels
         if not (known and self._look_around.was_done_for(goal.object, self.frame)):
             self._look_around.restart()
-        models = self._voxel_map.models
         self.tour = None
-        search = self._search = Search(goal, guidance, self._config, models)
+        search = self._search = Search(goal, guidance, self._config, self._voxel_map.models)
         self._planner.set_far_evidence(search.far_evidence)
         target = target_of(goal)
         self._voxel_map.set_ooi(
@@ -269,6 +268,7 @@ class GoalControl:
         self._remember_finds()
         self._search = self.tour = None
         self._planner.set_far_evidence(None)
+        self._planner.set_searching(False)
         self._journal.why = WAITING
 
     def reject_find(self, goal_id: int | None = None, number: int | None = None) -> bool:

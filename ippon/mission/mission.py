@@ -193,6 +193,7 @@ class Mission:
     def _act(self, frame: Frame, dt_s: float) -> Command:
         """Plan, and return the command of the first behavior that has something to do."""
         search = None if self.search is None or self.search.over else self.search
+        self._planner.set_searching(search is not None)
         if self.operator.held or (search is None and self.operator.waypoint is None):
             self._plan = self._plan if self.search is not None else None
             return Command(tilt_rad=frame.tilt_rad)

@@ -28,6 +28,14 @@ class Planner(Protocol):
         """Change T_min of the present goal."""
         ...
 
+    def set_searching(self, searching: bool) -> None:
+        """Say whether a search runs; a planner may take more risk before a search gives up.
+
+        Args:
+            searching: False from the end of a search until it goes on or a goal is set.
+        """
+        ...
+
     def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:
         """Set the evidence from beyond the map's range; a planner may ignore it.
 

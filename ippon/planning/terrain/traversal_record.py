@@ -19,6 +19,8 @@ CONTACT: Final = 2
 """Mark of cells that are closed after a contact."""
 SWEPT: Final = 4
 """Mark of cells well inside an earlier footprint, where no contact can have been."""
+REOPENED: Final = 8
+"""Mark of cells that were closed after a contact and are open again until a search ends."""
 _WELL_INSIDE: Final = 0.75
 """Depth inside the footprint, in cells, from which a cell is well inside."""
 _STANDS_M_S: Final = 0.02
@@ -59,7 +61,8 @@ class TraversalRecord:
         self._nothing_closed_at: tuple[float, float] | None = None
         """Where the robot was at the last contact that closed no cell."""
         self.cells: NDArray[np.uint8] = np.zeros((0, 0), dtype=np.uint8)
-        """(X, Y) bits `DRIVEN`, `CONTACT` and `SWEPT` of the grid's cells on the present floor."""
+        """(X, Y) bits `DRIVEN`, `CONTACT`, `SWEPT` and `REOPENED` of the grid's cells on the
+        present floor."""
 
     def resize(self, shape: tuple[int, int], offset: NDArray[np.int64]) -> None:
         """Adopt the extent of the grid.
@@ -174,10 +177,18 @@ class TraversalRecord:
         """
         self._mark_disc(grid, xy, max(_UNREACHABLE_M, grid.voxel_size), CONTACT)
 
-    def forget_contacts(self) -> bool:
+    def reopen_contacts(self) -> bool:
         """Reopen the cells of this floor closed by contacts; return whether there were any."""
-        closed = bool((self.cells & CONTACT).any())
-        self.cells &= 255 - CONTACT
+        return _remark(self.cells, CONTACT, REOPENED)
+
+    def close_reopened(self) -> bool:
+        """Close the reopened cells of all floors again; return whether there were any.
+
+        Those that the body has covered since stay open.
+        """
+        closed = _remark(self.cells, REOPENED, CONTACT)
+        for _, cells in self._others:
+            closed |= _remark(cells, REOPENED, CONTACT)
         return closed
 
     def _is_again(self, x: float, y: float) -> bool:
@@ -230,12 +241,21 @@ class TraversalRecord:
         inside = np.hypot(cx - centre[0], cy - centre[1]) <= radius_m
         if mark == SWEPT:
             self.cells[i[inside], j[inside]] &= 255 - CONTACT
+        if mark == DRIVEN:
+            self.cells[i[inside], j[inside]] &= 255 - REOPENED
         self.cells[i[inside], j[inside]] |= mark
 
     def _extent_m(self, bearing: float) -> float:
         """Return the extent of the body in a direction of the base frame (radians), metres."""
         c, s = math.cos(bearing), math.sin(bearing)
         return max(x * c + y * s + radius for x, y, radius in self._robot.outline)
+
+
+def _remark(cells: NDArray[np.uint8], mark: int, other: int) -> bool:
+    """Replace a mark of cells by another; return whether any had it."""
+    marked = cells & mark > 0
+    cells[marked] = (cells[marked] & (255 - mark)) | other
+    return bool(marked.any())
 
 
 def _moved(

@@ -573,6 +573,26 @@ def test_a_path_to_a_point_on_seen_floor_is_found_before_any_search(dense_map, c
     assert planner.path_to_point(pose, np.array([1.6, -3.0])) is None
 
 
+def test_without_a_search_a_narrow_gap_is_passed_only_where_no_other_path_leads(two_rooms):
+    volume = two_rooms(0.4)
+    planner = make()
+    floor = planner._floor
+    full_m = floor.config.margin_m
+    for _ in range(60):
+        if planner.step(volume.arrays(), POSE, -0.2).exhausted:
+            break
+    assert floor.margin_m < full_m, "the search tried everything"
+    planner.set_searching(False)
+    run(planner, volume, 12)
+    assert floor.margin_m == full_m, "nothing is about to be given up"
+    here, there = np.array([2.5, 1.5]), np.array([5.0, 2.8])
+    for point, margin_m in ((here, full_m), (there, floor.config.squeeze_margin_m), (here, full_m)):
+        path = planner.path_to_point(POSE, point)
+        assert path is not None
+        assert np.hypot(*(path[-1] - point)) < 0.1
+        assert floor.margin_m == margin_m
+
+
 def test_an_empty_map_gives_an_empty_plan(dense_map):
     volume = dense_map()
     plan = make().step(volume.arrays(), base_pose(3.2, 3.2, 0.0, 0.0), 0.0)

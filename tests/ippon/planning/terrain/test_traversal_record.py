@@ -11,7 +11,13 @@ from ippon.mapping.arrays import OCCUPIED, UNKNOWN
 from ippon.planning.terrain.floor_grid import OBSTACLE, OPEN, UNSEEN
 from ippon.planning.terrain.motion_check import can_stand
 from ippon.planning.terrain.traversability import Traversability, TraversabilityConfig
-from ippon.planning.terrain.traversal_record import CONTACT, DRIVEN, SWEPT, TraversalRecord
+from ippon.planning.terrain.traversal_record import (
+    CONTACT,
+    DRIVEN,
+    REOPENED,
+    SWEPT,
+    TraversalRecord,
+)
 from ippon.robot import ZED
 from tests.ippon.planning.terrain.test_clearance import make_grid
 from tests.ippon.planning.terrain.test_traversability import POSE, kind_at, open_floor
@@ -62,15 +68,42 @@ def test_marks_move_with_the_grid():
     np.testing.assert_array_equal(marks.cells, before[10:])
 
 
-def test_contacts_are_forgotten_and_no_other_mark():
+def test_contacts_are_reopened_and_closed_again_and_no_other_mark_changes():
     marks, grid = marks_of(), open_grid()
     marks.record_pose(grid, POSE)
     before = marks.cells.copy()
-    assert not marks.forget_contacts()
+    assert not marks.reopen_contacts()
     marks.mark_contact(grid, POSE)
     assert (marks.cells & CONTACT > 0).any()
-    assert marks.forget_contacts()
-    np.testing.assert_array_equal(marks.cells, before)
+    touched = marks.cells.copy()
+    assert marks.reopen_contacts()
+    assert not (marks.cells & CONTACT).any()
+    np.testing.assert_array_equal(marks.cells & (255 - REOPENED), before)
+    assert marks.close_reopened()
+    np.testing.assert_array_equal(marks.cells, touched)
+    assert not marks.close_reopened()
+
+
+def test_a_reopened_contact_that_the_body_drives_over_stays_open():
+    marks, grid = marks_of(), open_grid()
+    marks.record_pose(grid, POSE)
+    marks.mark_contact(grid, POSE)
+    marks.reopen_contacts()
+    marks.record_pose(grid, base_pose(3.2, 2.8, 0.0, 0.0))
+    assert not marks.close_reopened()
+
+
+def test_a_contact_that_was_reopened_is_closed_on_a_floor_that_the_robot_has_left():
+    marks, grid = marks_of(), open_grid()
+    marks.stand_on(0.0)
+    marks.record_pose(grid, POSE)
+    marks.mark_contact(grid, POSE)
+    touched = marks.cells.copy()
+    marks.reopen_contacts()
+    marks.stand_on(3.0)
+    assert marks.close_reopened()
+    marks.stand_on(0.0)
+    np.testing.assert_array_equal(marks.cells, touched)
 
 
 def test_what_the_body_sweeps_over_was_no_contact():
