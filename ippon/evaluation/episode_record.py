@@ -52,6 +52,10 @@ class TimedPlanner:
         """See `Planner.set_goal`."""
         self._planner.set_goal(probabilities=probabilities, termination_min=termination_min)
 
+    def set_levels(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
+        """See `Planner.set_levels`."""
+        self._planner.set_levels(probabilities=probabilities, termination_min=termination_min)
+
     def set_termination_min(self, termination_min: float) -> None:
         """See `Planner.set_termination_min`."""
         self._planner.set_termination_min(termination_min)

@@ -16,11 +16,20 @@ class Planner(Protocol):
     """Selects where the robot goes; `ViewpointPlanner` is the paper's."""
 
     def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
-        """Set a new goal, or other levels for the same goal.
+        """Set a new goal.
 
         Args:
             probabilities: (4,) p_img by level.
             termination_min: T_min; viewpoints that show more object voxels end the search.
+        """
+        ...
+
+    def set_levels(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
+        """Set other levels for the same goal, or for what is left of a tour.
+
+        Args:
+            probabilities: See `set_goal`.
+            termination_min: See `set_goal`.
         """
         ...
 

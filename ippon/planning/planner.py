@@ -90,19 +90,24 @@ class ViewpointPlanner:
         self._gaps = UnseenGapDetector(config.unseen_gap)
         self._objects = OoiVoxels(config.ooi_threshold)
         self._termination_min = math.inf
-        self._levels_changed = False
+        self._levels_changed = self._goal_changed = False
         self._tree: ShortestTree | None = None
         self._chances = SecondChances(self._floor, config.second_chances)
 
     def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
-        """Recompute every gain for a new goal or other levels; see `Planner.set_goal`."""
+        """Recompute every gain for a new goal; see `Planner.set_goal`."""
+        self.set_levels(probabilities=probabilities, termination_min=termination_min)
+        self._goal_changed = True
+        self._closer_look.reset()
+        # What the goal before had opened stays closed until this one has nothing else.
+        self._chances.begin()
+
+    def set_levels(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
+        """Recompute every gain; what was looked at for this goal stays so."""
         self._termination_min = termination_min
         self._viewpoints.set_probabilities(probabilities)
         self._levels_changed = True
         self._selector.reset()
-        self._closer_look.reset()
-        # What the goal before had opened stays closed until this one has nothing else.
-        self._chances.begin()
 
     def set_termination_min(self, termination_min: float) -> None:
         """See `Planner.set_termination_min`."""
@@ -242,10 +247,11 @@ class ViewpointPlanner:
             standing_at,
             termination_min=self._termination_min,
         )
-        if self._levels_changed:
+        if self._goal_changed:
             self._viewpoints.memory.forget_surfaces()
+        if self._levels_changed:
             self._viewpoints.recount_levels(arrays)
-            self._levels_changed = False
+        self._levels_changed = self._goal_changed = False
         if box is not None:
             self._forget(self._builder.update_floor(box))
         return standing_at is not None

@@ -125,6 +125,13 @@ class BaselinePlanner:
         self._aim = None
         self._given_up.clear()
 
+    def set_levels(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
+        """See `Planner.set_levels`."""
+        self._tree.set_levels(
+            probabilities=self._rule.probabilities(probabilities), termination_min=termination_min
+        )
+        self._aim = None
+
     def set_termination_min(self, termination_min: float) -> None:
         """See `Planner.set_termination_min`."""
         self._tree.set_termination_min(termination_min)

@@ -37,6 +37,9 @@ class OraclePlanner:
     def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
         """Do nothing: the goal is the judge's."""
 
+    def set_levels(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
+        """Do nothing: the goal is the judge's."""
+
     def set_termination_min(self, termination_min: float) -> None:
         """Do nothing: the goal is the judge's."""
 
