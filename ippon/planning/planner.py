@@ -236,6 +236,10 @@ class ViewpointPlanner:
     def _update(self, arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> bool:
         """Take over the map's changes; return whether the robot has reached its target."""
         box = self._floor.update(arrays, T_world_base)
+        if self._levels_changed:
+            # Another goal may have other ranges, with which `update` drops what is counted here.
+            self._viewpoints.recount_levels(arrays)
+            self._levels_changed = False
         standing_at = self._selector.standing_at(
             float(T_world_base[0, 3]), float(T_world_base[1, 3])
         )
@@ -249,9 +253,7 @@ class ViewpointPlanner:
         )
         if self._goal_changed:
             self._viewpoints.memory.forget_surfaces()
-        if self._levels_changed:
-            self._viewpoints.recount_levels(arrays)
-        self._levels_changed = self._goal_changed = False
+            self._goal_changed = False
         if box is not None:
             self._forget(self._builder.update_floor(box))
         return standing_at is not None

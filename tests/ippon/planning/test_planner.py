@@ -245,6 +245,21 @@ def test_other_levels_change_the_gain_without_a_ray(dense_map, monkeypatch):
     assert len(after.tree.parents) >= len(before.tree.parents), "the tree is kept"
 
 
+def test_other_levels_count_at_once_for_an_object_of_another_size(dense_map):
+    """Its ranges are others: no viewpoint's evaluation holds, and few are evaluated in a step."""
+    volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
+    volume.fill((4.8, 2.3, 0.0), (4.9, 3.3, 2.0), FREE)
+    planner = make(evaluation=ViewpointEvaluationConfig(per_step=2))
+    before = run(planner, volume, 60)
+    volume.level[volume.state == OCCUPIED] = Level.FAR
+    ranges = planner._viewpoints.geometry.ranges
+    planner.set_goal(probabilities=PROBABILITIES, termination_min=40.0)
+    after = planner.step(volume.arrays(), POSE, -0.2)
+    assert planner._viewpoints.geometry.ranges != ranges
+    assert after.evaluated < 5 < (after.tree.levels[1:] == Level.FAR).sum()
+    assert after.tree.gains.sum() < before.tree.gains.sum()
+
+
 @pytest.mark.parametrize("same", [False, True])
 def test_another_goal_does_not_end_where_the_object_of_the_last_one_stands(dense_map, same):
     volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (6.8, 4.8))
