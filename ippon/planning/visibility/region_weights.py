@@ -1,5 +1,6 @@
 """Regions of the floor that are preferred or avoided: painted ones, and rooms that were said."""
 
+import copy
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -43,6 +44,11 @@ class WeightGrid:
         cell = np.floor(points / self.cell_m).astype(np.int64) - self.origin
         return _looked_up(self.weights, cell)
 
+    def is_same(self, other: "WeightGrid") -> bool:
+        """Return whether another grid has the same cells and weights."""
+        same_cells = self.cell_m == other.cell_m and np.array_equal(self.origin, other.origin)
+        return same_cells and np.array_equal(self.weights, other.weights)
+
 
 class RegionWeights:
     """Weight of every place on the floor: 1 where nothing is painted; later strokes cover earlier.
@@ -76,6 +82,12 @@ class RegionWeights:
         for stroke, at in zip(strokes, points, strict=True):
             self._fill(at, stroke.radius_m, weight_of[stroke.kind])
 
+    def with_rooms(self, rooms: WeightGrid | None) -> "RegionWeights":
+        """Return the same painted regions with other weights of rooms."""
+        twin = copy.copy(self)
+        twin._rooms = rooms  # noqa: SLF001
+        return twin
+
     def at(self, points: Float64Array) -> Float64Array:
         """Return the weights of (..., 2) points: (...)."""
         cell = np.floor((points - self._origin) / _CELL_M).astype(np.int64)
@@ -106,9 +118,11 @@ class RegionWeights:
         shape = self._weights.shape
         x = self._origin[0] + (np.arange(shape[0]) + 0.5) * _CELL_M
         y = self._origin[1] + (np.arange(shape[1]) + 0.5) * _CELL_M
-        for px, py in points:
-            near = (x[:, None] - px) ** 2 + (y[None, :] - py) ** 2 <= radius_m**2
-            self._weights[near] = weight
+        for point in points:
+            i0, j0 = np.floor((point - radius_m - self._origin) / _CELL_M).astype(int)
+            i1, j1 = np.ceil((point + radius_m - self._origin) / _CELL_M).astype(int)
+            away2 = (x[i0:i1, None] - point[0]) ** 2 + (y[None, j0:j1] - point[1]) ** 2
+            self._weights[i0:i1, j0:j1][away2 <= radius_m**2] = weight
 
 
 def _looked_up(weights: Float64Array, cell: NDArray[np.int64]) -> Float64Array:

@@ -170,8 +170,12 @@ class ViewpointStore:
             every few seconds, mostly as they were.
         """
         before, self._weighed = self._weighed, (tuple(strokes), rooms is not None)
-        given = bool(strokes) or rooms is not None
-        self._regions = RegionWeights(self.config.regions, strokes, rooms) if given else None
+        if not strokes and rooms is None:
+            self._regions = None
+        elif self._regions is not None and self._weighed[0] == before[0]:
+            self._regions = self._regions.with_rooms(rooms)
+        else:
+            self._regions = RegionWeights(self.config.regions, strokes, rooms)
         self._choose_all()
         return self._weighed != before
 

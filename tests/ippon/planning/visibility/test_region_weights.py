@@ -28,6 +28,34 @@ def test_a_later_stroke_lies_over_an_earlier_one():
     assert at.tolist() == [CONFIG.avoided_weight, CONFIG.preferred_weight, 1.0]
 
 
+def test_a_stroke_is_filled_as_by_trying_every_cell():
+    rng = np.random.default_rng(0)
+    strokes = [
+        Stroke(kind=kind, points=tuple(map(tuple, rng.normal(size=(5, 2)) * 3.0)), radius_m=radius)
+        for kind, radius in (("look_here", 0.73), ("not_here", 0.04), ("not_here", 0.4))
+    ]
+    weights = RegionWeights(CONFIG, strokes)
+    index = np.stack(np.indices(weights._weights.shape), axis=-1)
+    cells = weights._origin + (index + 0.5) * 0.1
+    expected = np.ones(weights._weights.shape)
+    for stroke in strokes:
+        away = np.linalg.norm(cells[:, :, None] - np.array(stroke.points), axis=-1).min(axis=-1)
+        worth = CONFIG.preferred_weight if stroke.kind == "look_here" else CONFIG.avoided_weight
+        expected[away <= stroke.radius_m] = worth
+    np.testing.assert_array_equal(weights._weights, expected)
+
+
+def test_other_rooms_leave_what_is_painted():
+    rooms = WeightGrid(cell_m=0.5, origin=np.array([3, 0]), weights=np.full((2, 1), 0.2))
+    painted = RegionWeights(CONFIG, (AHEAD,))
+    at = np.array([[1.7, 0.3], [9.0, 9.0]])
+    assert (
+        painted.with_rooms(rooms).at(at).tolist()
+        == RegionWeights(CONFIG, (AHEAD,), rooms).at(at).tolist()
+    )
+    assert painted.with_rooms(rooms).with_rooms(None).at(at).tolist() == painted.at(at).tolist()
+
+
 def test_weights_of_rooms_are_multiplied_with_painted_ones():
     rooms = WeightGrid(
         cell_m=0.5, origin=np.array([2, -1]), weights=np.array([[3.0, 1.0], [1.0, 0.2]])
