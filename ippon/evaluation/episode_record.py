@@ -77,6 +77,10 @@ class TimedPlanner:
         """See `PathPlanner.path_to_point`; None for methods without it."""
         return path_to(self._planner, (float(xy[0]), float(xy[1])), T_world_base)
 
+    def note_height(self, z_m: float) -> None:
+        """See `Planner.note_height`."""
+        self._planner.note_height(z_m)
+
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
         """See `Planner.mark_contact`."""
         self._planner.mark_contact(T_world_base, motion)

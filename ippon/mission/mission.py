@@ -144,6 +144,7 @@ class Mission:
             FrameRejectedError: The frame contradicts itself or the map; nothing has changed.
         """
         report = self.voxel_map.integrate(frame)
+        self._planner.note_height(float(frame.T_world_base[2, 3]))
         self.goals.observe(frame)
         self._journal.report_dropped(report.blocks_dropped, self.config.map.memory_limit_mb)
 

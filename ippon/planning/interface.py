@@ -53,6 +53,14 @@ class Planner(Protocol):
         """
         ...
 
+    def note_height(self, z_m: float) -> None:
+        """Take over the height of the base in a frame, whether or not a step follows.
+
+        Args:
+            z_m: World z, metres.
+        """
+        ...
+
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
         """Record that the robot has touched an obstacle.
 

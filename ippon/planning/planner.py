@@ -143,8 +143,11 @@ class ViewpointPlanner:
             viewpoints.cued = np.zeros_like(viewpoints.cued)
         viewpoints.recount_levels(map_arrays)
         scores = self._selector.score(self._tree, self._termination_min, viewpoints)
-        exporter = self._exporter(viewpoints, self._tree, scores)
-        return exporter.target(select(scores, None), None)
+        return self._exporter(viewpoints, self._tree, scores).target(select(scores, None), None)
+
+    def note_height(self, z_m: float) -> None:
+        """See `Planner.note_height`."""
+        self._floor.note_height(z_m)
 
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
         """Close the triangular region ahead of the robot (Sec. Traversability)."""

@@ -147,6 +147,11 @@ class BaselinePlanner:
         """See `PathPlanner.path_to_point`: the last step to a find is that of all methods."""
         return self._tree.path_to_point(T_world_base, xy)
 
+    def note_height(self, z_m: float) -> None:
+        """See `Planner.note_height`."""
+        self._tree.note_height(z_m)
+        self._floor.note_height(z_m)
+
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
         """See `Planner.mark_contact`."""
         self._tree.mark_contact(T_world_base, motion)

@@ -49,6 +49,9 @@ class OraclePlanner:
     def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:
         """Do nothing."""
 
+    def note_height(self, z_m: float) -> None:
+        """Do nothing: the path is known to be free."""
+
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
         """Do nothing: the path is known to be free."""
 

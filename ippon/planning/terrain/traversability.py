@@ -156,6 +156,10 @@ class Traversability:
             window[:] = box
         return self._refresh(window)
 
+    def note_height(self, z_m: float) -> None:
+        """Take over the height of the base in a frame; see `TraversalRecord.note_height`."""
+        self._record.note_height(z_m)
+
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
         """Close the region of a contact; see `TraversalRecord.mark_contact`."""
         self._record.mark_contact(self._grid, T_world_base, motion)

@@ -56,6 +56,8 @@ class TraversalRecord:
         self._floor_z_m: float | None = None
         self._stood_z_m: float | None = None
         """Height that the robot stood at last; `_floor_z_m` is that where its floor began."""
+        self._taken_to_z_m: float | None = None
+        """Height that the robot was taken to at once, as by a lift; None once it has left it."""
         self._others: list[tuple[float, NDArray[np.uint8]]] = []
         """Height and marks of the floors that the robot has left."""
         self._nothing_closed_at: tuple[float, float] | None = None
@@ -74,19 +76,29 @@ class TraversalRecord:
         self.cells = _moved(self.cells, shape, offset)
         self._others = [(z, _moved(cells, shape, offset)) for z, cells in self._others]
 
+    def note_height(self, z_m: float) -> None:
+        """Take over the height of the base, also of frames that nothing is planned for.
+
+        A robot that climbs is higher in each frame by a little; one that is taken is at once.
+        """
+        before, self._stood_z_m = self._stood_z_m, z_m
+        if before is not None and abs(z_m - before) > FLOORS_APART_M:
+            self._taken_to_z_m = z_m
+        elif self._taken_to_z_m is not None and abs(z_m - self._taken_to_z_m) > FLOORS_APART_M:
+            self._taken_to_z_m = None
+
     def stand_on(self, floor_z_m: float) -> None:
         """Take up the marks of the floor at a height, none for a floor that is new.
 
         A robot that was taken to a new floor, as by a lift, begins there as on the first one. One
         that climbs to it does not: unseen floor beside stairs may be a drop.
         """
-        here, before = self._floor_z_m, self._stood_z_m
-        self._stood_z_m = floor_z_m
+        self.note_height(floor_z_m)
+        here, was_taken = self._floor_z_m, self._taken_to_z_m is not None
         if here is None:
             self._floor_z_m = floor_z_m
         elif abs(floor_z_m - here) > FLOORS_APART_M:
             self._others.append((here, self.cells))
-            was_taken = before is not None and abs(floor_z_m - before) > FLOORS_APART_M
             new = (floor_z_m, np.zeros_like(self.cells))
             known = [one for one in self._others if abs(one[0] - floor_z_m) <= FLOORS_APART_M]
             self._floor_z_m, self.cells = min(

@@ -269,6 +269,26 @@ def test_a_floor_that_the_robot_was_taken_to_begins_as_the_first_did(heights, ma
     assert not marks.cells[15, 28 + 6] & DRIVEN, "it knows this floor"
 
 
+@pytest.mark.parametrize(
+    ("noted", "margin"),
+    [
+        (np.linspace(0.0, 3.0, 40), False),
+        ((0.0, 3.0, 3.02), True),
+        ((0.0, 3.0, *np.linspace(3.0, 0.0, 40), *np.linspace(0.0, 3.0, 40)), False),
+    ],
+)
+def test_how_a_floor_was_reached_is_known_though_nothing_was_planned_on_the_way(noted, margin):
+    marks, grid = marks_of(), open_grid()
+    marks._start_margin_m = 0.5
+    marks.stand_on(0.0)
+    marks.record_pose(grid, POSE)
+    for z in noted:
+        marks.note_height(float(z))
+    marks.stand_on(float(noted[-1]))
+    marks.record_pose(grid, base_pose(4.0, 2.8, float(noted[-1]), 0.0))
+    assert bool(marks.cells[40, 28 + 6] & DRIVEN) is margin
+
+
 def test_a_ramp_and_a_pose_that_drifts_keep_the_marks():
     marks, grid = marks_of(), open_grid()
     for z in (0.0, 0.6, 0.2, 0.9):
