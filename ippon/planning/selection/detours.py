@@ -201,6 +201,12 @@ def nearest_viewing_position(
     return None
 
 
+def is_standable(around: Surroundings, place: Float64Array) -> bool:
+    """Return whether the robot can stand at a place (2,) that it gets to."""
+    i, j = np.floor(place / around.grid.voxel_size).astype(np.int64) - around.grid.origin
+    return bool(around.reachable[i, j] == STANDABLE)
+
+
 def _spaced(
     config: DetourConfig, cells: NDArray[np.int64], grid: FloorGrid
 ) -> list[tuple[int, int]]:
