@@ -90,14 +90,13 @@ class RegionWeights:
 
     def at(self, points: Float64Array) -> Float64Array:
         """Return the weights of (..., 2) points: (...)."""
-        cell = np.floor((points - self._origin) / _CELL_M).astype(np.int64)
-        painted = _looked_up(self._weights, cell)
+        painted = self._painted_at(points)
         return painted if self._rooms is None else painted * self._rooms.at(points)
 
     def ahead(
         self, xy: Float64Array, headings: Float64Array, reach_m: NDArray[np.floating]
-    ) -> NDArray[np.float32]:
-        """Return the mean weight of the floor that a viewpoint sees in each direction.
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return mean weights of the floor that a viewpoint sees in each direction.
 
         Args:
             xy: (2,) position, metres.
@@ -105,14 +104,22 @@ class RegionWeights:
             reach_m: (A,) longest ray in each direction; floor beyond it is hidden.
 
         Returns:
-            (A,) mean weight, 1 where no painted floor is in sight.
+            (A,) mean weight, and (A,) that of painted regions alone; 1 where neither a painted
+            region nor a weighed room is in sight.
         """
         away = np.array(_SAMPLES_M)
         unit = np.stack([np.cos(headings), np.sin(headings)], axis=1)
-        weights = self.at(xy + away[None, :, None] * unit[:, None, :])
+        points = xy + away[None, :, None] * unit[:, None, :]
         seen = away[None, :] <= np.maximum(reach_m, away[0])[:, None]
-        mean = (weights * seen).sum(axis=1) / seen.sum(axis=1)
-        return mean.astype(np.float32)
+        painted = self._painted_at(points)
+        painted_mean = _mean_seen(painted, seen)
+        if self._rooms is None:
+            return painted_mean, painted_mean
+        return _mean_seen(painted * self._rooms.at(points), seen), painted_mean
+
+    def _painted_at(self, points: Float64Array) -> Float64Array:
+        cell = np.floor((points - self._origin) / _CELL_M).astype(np.int64)
+        return _looked_up(self._weights, cell)
 
     def _fill(self, points: Float64Array, radius_m: float, weight: float) -> None:
         shape = self._weights.shape
@@ -123,6 +130,11 @@ class RegionWeights:
             i1, j1 = np.ceil((point + radius_m - self._origin) / _CELL_M).astype(int)
             away2 = (x[i0:i1, None] - point[0]) ** 2 + (y[None, j0:j1] - point[1]) ** 2
             self._weights[i0:i1, j0:j1][away2 <= radius_m**2] = weight
+
+
+def _mean_seen(weights: Float64Array, seen: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Return the (A,) mean of (A, S) weights where seen."""
+    return ((weights * seen).sum(axis=1) / seen.sum(axis=1)).astype(np.float32)
 
 
 def _looked_up(weights: Float64Array, cell: NDArray[np.int64]) -> Float64Array:

@@ -56,8 +56,8 @@ class ViewpointStore:
         self.gain = np.zeros(capacity, dtype=np.float32)
         """(capacity,) G(n), eq. (3), at the best orientation."""
         self.potential = np.zeros(capacity, dtype=np.float32)
-        """(capacity,) highest gain of any orientation if p_img were that of the average level:
-        whether anything is left to explore does not depend on the levels."""
+        """(capacity,) highest gain of any orientation if p_img were that of the average level, and
+        no room were weighed: whether anything is left to explore depends on neither."""
         self.termination = np.zeros(capacity, dtype=np.float32)
         """(capacity,) T(n), eq. (4)."""
         self.yaw = np.zeros(capacity)
@@ -310,10 +310,10 @@ class ViewpointStore:
 
     def _choose(self, node: int) -> None:
         orientations = self.geometry.orientations
-        weights = self._unweighted
+        weights = painted = self._unweighted
         if self._regions is not None:
             reach_m = self._reach[node][:: orientations.stride] * self.geometry.voxel_size
-            weights = self._regions.ahead(self._at[node], orientations.yaws, reach_m)
+            weights, painted = self._regions.ahead(self._at[node], orientations.yaws, reach_m)
         choice = choose_view(
             self._sums[node],
             self._probabilities,
@@ -321,6 +321,7 @@ class ViewpointStore:
             self.far_evidence_nat[node],
             self.cued[node],
             weights,
+            painted,
         )
         self.gain[node] = choice.gain
         self.potential[node] = choice.potential
