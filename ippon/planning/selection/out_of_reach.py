@@ -162,14 +162,7 @@ class OutOfReach:
             if not self.is_given_up(cluster):
                 self._given_up.append(case.centre)
             return None
-        place, voxel = case.stand
-        node = int(tree.order[np.argmin(np.hypot(*(xy[tree.order] - place).T))])
-        away = float(np.hypot(*(cluster[:, :2] - xy[node]).T).min())
-        # Where no path leads to the place yet, the nearest viewpoint may lie behind a partition.
-        sights = (voxel, *farthest_point_sample(cluster, self._look.sight_points))
-        in_view = any(around.is_visible(xy[node], sight) for sight in sights)
-        look = look_at(node, xy[node], voxel, around.camera_z_m, away)
-        return replace(look, in_view=in_view)
+        return self._look_from_nearest(case.stand, cluster, around, tree, xy)
 
     def _detour(
         self,
@@ -204,6 +197,24 @@ class OutOfReach:
         case.centre = centre
         self._case = case
         return case
+
+    def _look_from_nearest(
+        self,
+        stand: tuple[Float64Array, Float64Array],
+        cluster: Float64Array,
+        around: Surroundings,
+        tree: ShortestTree,
+        xy: Float64Array,
+    ) -> LookTarget:
+        """Look at the object from the viewpoint nearest to the place for it."""
+        place, voxel = stand
+        node = int(tree.order[np.argmin(np.hypot(*(xy[tree.order] - place).T))])
+        away = float(np.hypot(*(cluster[:, :2] - xy[node]).T).min())
+        # Where no path leads to the place yet, the nearest viewpoint may lie behind a partition.
+        sights = (voxel, *farthest_point_sample(cluster, self._look.sight_points))
+        in_view = any(around.is_visible(xy[node], sight) for sight in sights)
+        look = look_at(node, xy[node], voxel, around.camera_z_m, away)
+        return replace(look, in_view=in_view)
 
     def _look_at_floor(
         self,
