@@ -13,10 +13,12 @@ from ippon.planning.selection.detours import (
     Surroundings,
     farthest_point_sample,
     flood_fill_unseen,
+    is_standable,
 )
 from ippon.planning.selection.look_target import LookConfig
 from ippon.planning.selection.out_of_reach import OutOfReach, OutOfReachConfig
 from ippon.planning.terrain.body_limits import BodyLimits
+from ippon.planning.terrain.floor_grid import OPEN
 from ippon.planning.terrain.reachability import PASSED, STANDABLE, reachable_cells
 from tests.ippon.planning.terrain.test_clearance import make_grid, random_kind
 from tests.reference import planning_floor as reference
@@ -55,6 +57,16 @@ def test_lines_of_sight_go_to_all_parts_of_a_cluster():
 def stands(monkeypatch):
     """The robot can stand anywhere."""
     monkeypatch.setattr(out_of_reach_module, "is_standable", lambda *_: True)
+
+
+def test_the_robot_can_stand_where_it_gets_to_and_nowhere_beyond_the_map():
+    grid = make_grid(np.full((20, 20), OPEN), origin=(5, -3))
+    reachable = np.full((20, 20), STANDABLE, dtype=np.uint8)
+    reachable[3, 4] = PASSED
+    around = SimpleNamespace(grid=grid, reachable=reachable)
+    places = {(0.95, 0.25): True, (0.85, 0.15): False, (0.4, 0.2): False, (1.0, 1.75): False}
+    for place, stands in places.items():
+        assert is_standable(around, np.array(place)) is stands
 
 
 def test_a_step_that_was_cut_short_does_not_count_as_one_without_a_detour(monkeypatch, stands):
