@@ -52,9 +52,17 @@ class TimedPlanner:
         """See `Planner.set_goal`."""
         self._planner.set_goal(probabilities=probabilities, termination_min=termination_min)
 
+    def set_levels(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
+        """See `Planner.set_levels`."""
+        self._planner.set_levels(probabilities=probabilities, termination_min=termination_min)
+
     def set_termination_min(self, termination_min: float) -> None:
         """See `Planner.set_termination_min`."""
         self._planner.set_termination_min(termination_min)
+
+    def set_searching(self, searching: bool) -> None:
+        """See `Planner.set_searching`."""
+        self._planner.set_searching(searching)
 
     def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:
         """See `Planner.set_far_evidence`."""
@@ -68,6 +76,10 @@ class TimedPlanner:
     def path_to_point(self, T_world_base: Float64Array, xy: Float64Array) -> Float64Array | None:
         """See `PathPlanner.path_to_point`; None for methods without it."""
         return path_to(self._planner, (float(xy[0]), float(xy[1])), T_world_base)
+
+    def note_height(self, z_m: float) -> None:
+        """See `Planner.note_height`."""
+        self._planner.note_height(z_m)
 
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
         """See `Planner.mark_contact`."""

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from ippon.frame import Frame
-from ippon.guidance.levels import Guidance, Level
+from ippon.guidance.levels import Guidance
 from ippon.mapping.goal_layers.goal_arrays import MAX_GOALS
 from ippon.mapping.goal_layers.goal_layers import GoalLayers
 from ippon.mapping.voxel_map import VoxelMap
@@ -23,7 +23,7 @@ from ippon.mission.goal import Goal
 from ippon.mission.journal import WAITING, Journal
 from ippon.mission.search import Search
 from ippon.mission.snapshot import OVER, Find, MissionState
-from ippon.mission.tour import Tour, target_of
+from ippon.mission.tour import Tour, give_levels, target_of
 from ippon.planning.interface import Planner
 from ippon.planning.plan import Plan
 
@@ -90,9 +90,8 @@ class GoalControl:
         known = goal.object in self._voxel_map.labels
         if not (known and self._look_around.was_done_for(goal.object, self.frame)):
             self._look_around.restart()
-        models = self._voxel_map.models
         self.tour = None
-        search = self._search = Search(goal, guidance, self._config, models)
+        search = self._search = Search(goal, guidance, self._config, self._voxel_map.models)
         self._planner.set_far_evidence(search.far_evidence)
         target = target_of(goal)
         self._voxel_map.set_ooi(
@@ -102,7 +101,7 @@ class GoalControl:
         if self._look_around.done:
             search.state = MissionState.SEARCHING
         self._journal.why = f"starting the search for {goal.display}"
-        self.set_guidance(guidance)
+        give_levels(search, self._config, self._voxel_map, self._planner.set_goal)
         self._journal.note("goal_set", f"searching for {goal.display}")
 
     def set_goals(self, goals: Sequence[tuple[Goal, Guidance]]) -> None:
@@ -134,7 +133,7 @@ class GoalControl:
             self._exclude_found_before(search)
         self._search = None
         self.tour = Tour(searches, layers, self._planner, self._config.levels.as_array())
-        self.tour.replan()
+        self.tour.replan(begins=True)
         self._look_around.restart()
         if self._look_around.done:
             for search in searches:
@@ -239,11 +238,8 @@ class GoalControl:
         search.guidance = guidance
         if self.tour is not None:
             self.tour.replan()
-            return
-        search.far_evidence.set_cues(guidance.labels_of(Level.CERTAIN))
-        probabilities = self._config.levels.as_array()
-        self._voxel_map.set_levels(guidance.levels(), probabilities)
-        self._planner.set_goal(probabilities=probabilities, termination_min=search.termination_min)
+        else:
+            give_levels(search, self._config, self._voxel_map, self._planner.set_levels)
 
     def cancel_goal(self, goal_id: int | None = None) -> None:
         """End the search without a result.
@@ -269,6 +265,7 @@ class GoalControl:
         self._remember_finds()
         self._search = self.tour = None
         self._planner.set_far_evidence(None)
+        self._planner.set_searching(False)
         self._journal.why = WAITING
 
     def reject_find(self, goal_id: int | None = None, number: int | None = None) -> bool:

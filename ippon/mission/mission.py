@@ -144,6 +144,7 @@ class Mission:
             FrameRejectedError: The frame contradicts itself or the map; nothing has changed.
         """
         report = self.voxel_map.integrate(frame)
+        self._planner.note_height(float(frame.T_world_base[2, 3]))
         self.goals.observe(frame)
         self._journal.report_dropped(report.blocks_dropped, self.config.map.memory_limit_mb)
 
@@ -193,6 +194,7 @@ class Mission:
     def _act(self, frame: Frame, dt_s: float) -> Command:
         """Plan, and return the command of the first behavior that has something to do."""
         search = None if self.search is None or self.search.over else self.search
+        self._planner.set_searching(search is not None)
         if self.operator.held or (search is None and self.operator.waypoint is None):
             self._plan = self._plan if self.search is not None else None
             return Command(tilt_rad=frame.tilt_rad)

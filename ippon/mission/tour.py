@@ -1,7 +1,7 @@
 """Several searches on one map with one plan: the goals of a tour."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,8 @@ from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.levels import Level
 from ippon.mapping.far_evidence.joint_evidence import JointEvidence
 from ippon.mapping.goal_layers.goal_layers import GoalLayers, OoiTarget
+from ippon.mapping.voxel_map import VoxelMap
+from ippon.mission.config import MissionConfig
 from ippon.mission.finds.find_geometry import gap_m
 from ippon.mission.finds.termination_threshold import lowest_m
 from ippon.mission.goal import Goal
@@ -136,16 +138,38 @@ class Tour:
         """Return (N,) the highest level of each label for any missing goal."""
         return np.maximum.reduce([one.guidance.levels() for one in self.running or self.searches])
 
-    def replan(self) -> None:
-        """Give map and planner the levels, the thresholds and the far evidence of what is left."""
+    def replan(self, *, begins: bool = False) -> None:
+        """Give map and planner the levels, the thresholds and the far evidence of what is left.
+
+        Args:
+            begins: The planner forgets what it looked at for the goals before.
+        """
         searches = self.running or self.searches
         for search in searches:
             search.far_evidence.set_cues(search.guidance.labels_of(Level.CERTAIN))
         self._planner.set_far_evidence(JointEvidence([one.far_evidence for one in searches]))
         self._layers.set_levels(self.levels(), self._probabilities)
-        self._planner.set_goal(
+        set_planner = self._planner.set_goal if begins else self._planner.set_levels
+        set_planner(
             probabilities=self._probabilities, termination_min=least_termination_min(searches)
         )
+
+
+def give_levels(
+    search: Search, config: MissionConfig, voxel_map: VoxelMap, set_planner: Callable[..., None]
+) -> None:
+    """Give map and planner the levels of a goal that is searched for alone.
+
+    Args:
+        search: The search.
+        config: Probabilities of the levels.
+        voxel_map: The map.
+        set_planner: `Planner.set_goal` or `Planner.set_levels`.
+    """
+    search.far_evidence.set_cues(search.guidance.labels_of(Level.CERTAIN))
+    probabilities = config.levels.as_array()
+    voxel_map.set_levels(search.guidance.levels(), probabilities)
+    set_planner(probabilities=probabilities, termination_min=search.termination_min)
 
 
 def least_termination_min(searches: Sequence[Search]) -> float:

@@ -16,7 +16,7 @@ class Planner(Protocol):
     """Selects where the robot goes; `ViewpointPlanner` is the paper's."""
 
     def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
-        """Set a new goal, or other levels for the same goal.
+        """Set a new goal.
 
         Args:
             probabilities: (4,) p_img by level.
@@ -24,8 +24,25 @@ class Planner(Protocol):
         """
         ...
 
+    def set_levels(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
+        """Set other levels for the same goal, or for what is left of a tour.
+
+        Args:
+            probabilities: See `set_goal`.
+            termination_min: See `set_goal`.
+        """
+        ...
+
     def set_termination_min(self, termination_min: float) -> None:
         """Change T_min of the present goal."""
+        ...
+
+    def set_searching(self, searching: bool) -> None:
+        """Say whether a search runs; a planner may take more risk before a search gives up.
+
+        Args:
+            searching: False from the end of a search until it goes on or a goal is set.
+        """
         ...
 
     def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:
@@ -33,6 +50,14 @@ class Planner(Protocol):
 
         Args:
             far_evidence: Evidence for the present goal, updated with every image; None for none.
+        """
+        ...
+
+    def note_height(self, z_m: float) -> None:
+        """Take over the height of the base in a frame, whether or not a step follows.
+
+        Args:
+            z_m: World z, metres.
         """
         ...
 

@@ -9,7 +9,6 @@ iterations of OMPL), so that all pending work is done in later steps.
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +35,7 @@ from ippon.planning.selection.node_selection import (
     select,
 )
 from ippon.planning.selection.target_selector import TargetSelector
+from ippon.planning.terrain.second_chances import SecondChances
 from ippon.planning.terrain.traversability import Traversability
 from ippon.planning.terrain.unseen_gaps import UnseenGapDetector
 from ippon.planning.terrain.unseen_shortcut import unseen_shortcut_m
@@ -90,24 +90,32 @@ class ViewpointPlanner:
         self._gaps = UnseenGapDetector(config.unseen_gap)
         self._objects = OoiVoxels(config.ooi_threshold)
         self._termination_min = math.inf
-        self._levels_changed = False
+        self._levels_changed = self._goal_changed = False
         self._tree: ShortestTree | None = None
-        self._second_chances = 0
+        self._chances = SecondChances(self._floor, config.second_chances)
 
     def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
-        """Recompute every gain for a new goal or other levels; see `Planner.set_goal`."""
+        """Recompute every gain for a new goal; see `Planner.set_goal`."""
+        self.set_levels(probabilities=probabilities, termination_min=termination_min)
+        self._goal_changed = True
+        self._closer_look.reset()
+        # What the goal before had opened stays closed until this one has nothing else.
+        self._chances.begin()
+
+    def set_levels(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
+        """Recompute every gain; what was looked at for this goal stays so."""
         self._termination_min = termination_min
         self._viewpoints.set_probabilities(probabilities)
         self._levels_changed = True
         self._selector.reset()
-        self._closer_look.reset()
-        # Narrow gaps that the goal before had opened stay closed until this one has nothing else.
-        self._floor.restore_margin()
-        self._second_chances = self.config.second_chances
 
     def set_termination_min(self, termination_min: float) -> None:
         """See `Planner.set_termination_min`."""
         self._termination_min = termination_min
+
+    def set_searching(self, searching: bool) -> None:
+        """See `Planner.set_searching`."""
+        self._chances.set_searching(searching)
 
     def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:
         """See `Planner.set_far_evidence`."""
@@ -135,9 +143,11 @@ class ViewpointPlanner:
             viewpoints.cued = np.zeros_like(viewpoints.cued)
         viewpoints.recount_levels(map_arrays)
         scores = self._selector.score(self._tree, self._termination_min, viewpoints)
-        target = select(scores, None)
-        exporter = self._exporter(viewpoints, self._tree, scores)
-        return None if target is None else exporter.viewpoint(target)
+        return self._exporter(viewpoints, self._tree, scores).target(select(scores, None), None)
+
+    def note_height(self, z_m: float) -> None:
+        """See `Planner.note_height`."""
+        self._floor.note_height(z_m)
 
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
         """Close the triangular region ahead of the robot (Sec. Traversability)."""
@@ -185,18 +195,18 @@ class ViewpointPlanner:
         path = self._path_to_target(tree, root_edges, yaw, deadline)
         grown = saturated and not growth.cut_short
         done = grown and selector.node is None and not self._gain_is_left(map_arrays, tree)
-        exhausted = done and not self._relax_floor()
+        exhausted = done and not self._chances.relax()
         self._tree = tree
         exporter = self._exporter(self._viewpoints, tree, scores)
         floor_gap = self._gaps.step(self._floor, reachable, (x, y), deadline)
         return Plan(
-            target=_target_of(exporter, selector.node, look),
+            target=exporter.target(selector.node, look),
             path_world=np.column_stack([path, np.full(len(path), self._floor.floor_z_m)]),
             tree=exporter.tree_view(x, y, yaw, tilt_rad),
             exhausted=exhausted,
             evaluated=evaluated,
             closer_look=look is not None,
-            out_of_reach_m=None if look is None else look.away_m,
+            out_of_reach_m=None if look is None else look.out_of_reach_m,
             unseen_shortcut_m=unseen_shortcut_m(around.grid, around.limits, around.margin_m, path),
             floor_gap=floor_gap,
             cut_short=deadline.cut_short,
@@ -205,7 +215,18 @@ class ViewpointPlanner:
         )
 
     def path_to_point(self, T_world_base: Float64Array, xy: Float64Array) -> Float64Array | None:
-        """See `RoadmapBuilder.path_to_point`; the floor is that of the last `step`."""
+        """See `RoadmapBuilder.path_to_point`; the floor is that of the last `step`.
+
+        Without a search, narrow gaps are opened only for a point that no other path leads to.
+        """
+        if self._chances.close_for(xy):
+            self._forget(self._builder.update_floor(self._floor.everywhere))
+        path = self._path_to_point(T_world_base, xy)
+        if path is None and self._chances.open_for(xy):
+            path = self._path_to_point(T_world_base, xy)
+        return path
+
+    def _path_to_point(self, T_world_base: Float64Array, xy: Float64Array) -> Float64Array | None:
         selector = self._selector
         return self._builder.path_to_point(
             T_world_base, xy, self._deadline(), target=selector.node, path=selector.path
@@ -218,6 +239,10 @@ class ViewpointPlanner:
     def _update(self, arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> bool:
         """Take over the map's changes; return whether the robot has reached its target."""
         box = self._floor.update(arrays, T_world_base)
+        if self._levels_changed:
+            # Another goal may have other ranges, with which `update` drops what is counted here.
+            self._viewpoints.recount_levels(arrays)
+            self._levels_changed = False
         standing_at = self._selector.standing_at(
             float(T_world_base[0, 3]), float(T_world_base[1, 3])
         )
@@ -229,10 +254,9 @@ class ViewpointPlanner:
             standing_at,
             termination_min=self._termination_min,
         )
-        if self._levels_changed:
+        if self._goal_changed:
             self._viewpoints.memory.forget_surfaces()
-            self._viewpoints.recount_levels(arrays)
-            self._levels_changed = False
+            self._goal_changed = False
         if box is not None:
             self._forget(self._builder.update_floor(box))
         return standing_at is not None
@@ -293,20 +317,13 @@ class ViewpointPlanner:
         )
         if look is None or look.away_m is None:
             return look
-        if self._relax_floor():
+        if self._chances.relax():
             self._closer_look.out_of_reach.reopen()
             return None
         place = self._closer_look.out_of_reach.wanted_place()
         if place is not None:
             self._builder.add_at(place)
         return look
-
-    def _relax_floor(self) -> bool:
-        """Open narrow gaps and the cells of contacts before giving up; return if any was closed."""
-        if self._second_chances == 0:
-            return False
-        self._second_chances -= 1
-        return self._floor.relax()
 
     def _gain_is_left(self, arrays: MapArrays, tree: ShortestTree) -> bool:
         """Return whether a viewpoint whose evaluation is pending may be worth going to."""
@@ -331,15 +348,3 @@ class ViewpointPlanner:
         xy, floor_z_m = self._roadmap.xy, self._floor.floor_z_m
         min_gain = self.config.selection.min_gain
         return TreeExporter(viewpoints, xy, floor_z_m, tree, scores, min_gain=min_gain)
-
-
-def _target_of(
-    exporter: TreeExporter, node: int | None, look: LookTarget | None
-) -> Viewpoint | None:
-    """Return the viewpoint of a node, with the orientation of a closer look; None for no node."""
-    if node is None:
-        return None
-    viewpoint = exporter.viewpoint(node)
-    if look is None:
-        return viewpoint
-    return replace(viewpoint, yaw_rad=look.yaw_rad, tilt_rad=look.tilt_rad)

@@ -1,5 +1,7 @@
 """Viewpoints and tree of a plan, from the planner's arrays."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -7,6 +9,7 @@ from ippon.geometry import Float64Array
 from ippon.guidance.levels import Level
 from ippon.planning.plan import NodeKind, TreeView, Viewpoint
 from ippon.planning.roadmap.shortest_tree import ShortestTree
+from ippon.planning.selection.look_target import LookTarget
 from ippon.planning.selection.node_selection import Scores
 from ippon.planning.visibility.viewpoint_store import ViewpointStore
 
@@ -48,7 +51,7 @@ class TreeExporter:
             facing[k] = self._viewpoints.framing(int(nodes[k]))
         return facing
 
-    def viewpoint(self, node: int) -> Viewpoint:
+    def _viewpoint(self, node: int) -> Viewpoint:
         """Return a node with its gain and the cost of the path to it."""
         nodes = np.array([node])
         kinds = self._kinds(nodes)
@@ -68,6 +71,15 @@ class TreeExporter:
             far_evidence_nat=far_evidence_nat,
             cued=cued,
         )
+
+    def target(self, node: int | None, look: LookTarget | None) -> Viewpoint | None:
+        """Return a node with the orientation of a closer look at it; None for no node."""
+        if node is None:
+            return None
+        viewpoint = self._viewpoint(node)
+        if look is None:
+            return viewpoint
+        return replace(viewpoint, yaw_rad=look.yaw_rad, tilt_rad=look.tilt_rad)
 
     def tree_view(self, x: float, y: float, yaw: float, tilt: float) -> TreeView:
         """Return the tree as arrays, with the robot as row 0."""

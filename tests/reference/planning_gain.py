@@ -27,6 +27,7 @@ def gains(
     far_evidence_nat: NDArray[np.float32],
     cued: NDArray[np.bool_],
     weights: NDArray[np.float32],
+    painted: NDArray[np.float32],
 ) -> tuple[NDArray[np.float64], list[int], float]:
     """Return (A, B) gains, the level of each heading, and the potential."""
     result = np.zeros(sums.known.shape)
@@ -38,7 +39,7 @@ def gains(
         for b in range(len(row)):
             row[b] = weights[a] * (sums.known[a, b] + p_img * sums.unknown[a, b])
             average = sums.known[a, b] + probabilities[Level.AVERAGE] * sums.unknown[a, b]
-            potential = max(potential, weights[a] * average)
+            potential = max(potential, painted[a] * average)
     return result, levels, potential
 
 

@@ -125,9 +125,20 @@ class BaselinePlanner:
         self._aim = None
         self._given_up.clear()
 
+    def set_levels(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
+        """See `Planner.set_levels`."""
+        self._tree.set_levels(
+            probabilities=self._rule.probabilities(probabilities), termination_min=termination_min
+        )
+        self._aim = None
+
     def set_termination_min(self, termination_min: float) -> None:
         """See `Planner.set_termination_min`."""
         self._tree.set_termination_min(termination_min)
+
+    def set_searching(self, searching: bool) -> None:
+        """See `Planner.set_searching`."""
+        self._tree.set_searching(searching)
 
     def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:
         """Ignore it: the published baselines do not use such evidence."""
@@ -135,6 +146,11 @@ class BaselinePlanner:
     def path_to_point(self, T_world_base: Float64Array, xy: Float64Array) -> Float64Array | None:
         """See `PathPlanner.path_to_point`: the last step to a find is that of all methods."""
         return self._tree.path_to_point(T_world_base, xy)
+
+    def note_height(self, z_m: float) -> None:
+        """See `Planner.note_height`."""
+        self._tree.note_height(z_m)
+        self._floor.note_height(z_m)
 
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
         """See `Planner.mark_contact`."""

@@ -37,11 +37,20 @@ class OraclePlanner:
     def set_goal(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
         """Do nothing: the goal is the judge's."""
 
+    def set_levels(self, *, probabilities: NDArray[np.float32], termination_min: float) -> None:
+        """Do nothing: the goal is the judge's."""
+
     def set_termination_min(self, termination_min: float) -> None:
         """Do nothing: the goal is the judge's."""
 
+    def set_searching(self, searching: bool) -> None:
+        """Do nothing: the path is the same."""
+
     def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:
         """Do nothing."""
+
+    def note_height(self, z_m: float) -> None:
+        """Do nothing: the path is known to be free."""
 
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
         """Do nothing: the path is known to be free."""

@@ -60,7 +60,8 @@ class RoomRegions:
         self._inferred_ns: int | None = None
         self._rooms: Rooms | None = None
         self._weights: dict[int, RoomWeights] = {}
-        self._weighs = False
+        self._grid: WeightGrid | None = None
+        """What the operator's control has, None for none."""
         self.text = ""
         """How the rooms that were said are used, for the operator; empty where none was said."""
 
@@ -124,10 +125,12 @@ class RoomRegions:
         # A tour's plan is over all goals that are missing: a room counts as for the one of them
         # that it counts most for.
         by_part = np.maximum.reduce([one.by_part for one in weights])
-        changes = self._weighs or bool((by_part != 1.0).any())
+        grid = _grid(rooms, by_part)
+        before = self._grid
+        changes = bool((by_part != 1.0).any()) if before is None else not grid.is_same(before)
         if changes:
-            self._weighs = True
-            self._operator.set_rooms(_grid(rooms, by_part))
+            self._grid = grid
+            self._operator.set_rooms(grid)
         text = "; ".join(dict.fromkeys(filter(None, (one.text for one in weights))))
         if text != self.text:
             self.text = text
@@ -135,8 +138,8 @@ class RoomRegions:
 
     def _clear(self) -> None:
         self.text, self._weights, self._rooms = "", {}, None
-        if self._weighs:
-            self._weighs = False
+        if self._grid is not None:
+            self._grid = None
             self._operator.set_rooms(None)
 
 

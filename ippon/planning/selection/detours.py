@@ -201,6 +201,15 @@ def nearest_viewing_position(
     return None
 
 
+def is_standable(around: Surroundings, place: Float64Array) -> bool:
+    """Return whether the robot can stand at a place (2,) that it gets to."""
+    cell = np.floor(place / around.grid.voxel_size).astype(np.int64) - around.grid.origin
+    if (cell < 0).any() or (cell >= around.reachable.shape).any():
+        # The map has dropped its blocks.
+        return False
+    return bool(around.reachable[cell[0], cell[1]] == STANDABLE)
+
+
 def _spaced(
     config: DetourConfig, cells: NDArray[np.int64], grid: FloorGrid
 ) -> list[tuple[int, int]]:

@@ -119,6 +119,12 @@ class Traversability:
         """Height of the floor that the robot stands on."""
         return self._floor_z
 
+    @property
+    def everywhere(self) -> tuple[int, int, int, int]:
+        """All cells (i0, i1, j0, j1)."""
+        nx, ny = self._grid.kind.shape
+        return 0, nx, 0, ny
+
     def update(
         self, arrays: MapArrays, T_world_base: Float64Array
     ) -> tuple[int, int, int, int] | None:
@@ -140,7 +146,7 @@ class Traversability:
         classify_columns(arrays, bands, blocks, self.config.min_seen, grid.origin, self._columns)
         self._record.record_pose(grid, T_world_base)
         window = np.array([1 << 30, -1, 1 << 30, -1], dtype=np.int64)
-        box = (0, grid.kind.shape[0], 0, grid.kind.shape[1])
+        box = self.everywhere
         everything = everything or self._recheck
         if not (everything or self._reread):
             box = self._touched_box(blocks, T_world_base)
@@ -149,6 +155,10 @@ class Traversability:
         if everything:
             window[:] = box
         return self._refresh(window)
+
+    def note_height(self, z_m: float) -> None:
+        """Take over the height of the base in a frame; see `TraversalRecord.note_height`."""
+        self._record.note_height(z_m)
 
     def mark_contact(self, T_world_base: Float64Array, motion: Command | None = None) -> None:
         """Close the region of a contact; see `TraversalRecord.mark_contact`."""
@@ -161,14 +171,23 @@ class Traversability:
 
     def relax(self) -> bool:
         """Reopen cells closed by contacts and reduce the margin; return whether any changed."""
-        new = self._record.forget_contacts() or self.margin_m > self.config.squeeze_margin_m
-        self.margin_m = self.config.squeeze_margin_m
+        reopened = self._record.reopen_contacts()
         self._reread = True
-        return new
+        return self.squeeze() or reopened
 
-    def restore_margin(self) -> None:
-        """Leave the full margin again after `relax`; the next `update` returns every cell."""
-        self._recheck = self._recheck or self.margin_m < self.config.margin_m
+    def squeeze(self) -> bool:
+        """Reduce the margin; return whether it was larger."""
+        larger = self.margin_m > self.config.squeeze_margin_m
+        self.margin_m = self.config.squeeze_margin_m
+        return larger
+
+    def restore(self) -> None:
+        """Leave the full margin again, and close the cells of contacts that `relax` reopened.
+
+        If any was reduced or reopened, the next `update` returns every cell.
+        """
+        reopened = self._record.close_reopened()
+        self._recheck = self._recheck or reopened or self.margin_m < self.config.margin_m
         self.margin_m = self.config.margin_m
 
     def clearance(self, x: float, y: float) -> float:

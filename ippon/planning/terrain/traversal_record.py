@@ -19,6 +19,8 @@ CONTACT: Final = 2
 """Mark of cells that are closed after a contact."""
 SWEPT: Final = 4
 """Mark of cells well inside an earlier footprint, where no contact can have been."""
+REOPENED: Final = 8
+"""Mark of cells that were closed after a contact and are open again until a search ends."""
 _WELL_INSIDE: Final = 0.75
 """Depth inside the footprint, in cells, from which a cell is well inside."""
 _STANDS_M_S: Final = 0.02
@@ -54,12 +56,15 @@ class TraversalRecord:
         self._floor_z_m: float | None = None
         self._stood_z_m: float | None = None
         """Height that the robot stood at last; `_floor_z_m` is that where its floor began."""
+        self._taken_to_z_m: float | None = None
+        """Height that the robot was taken to at once, as by a lift; None once it has left it."""
         self._others: list[tuple[float, NDArray[np.uint8]]] = []
         """Height and marks of the floors that the robot has left."""
         self._nothing_closed_at: tuple[float, float] | None = None
         """Where the robot was at the last contact that closed no cell."""
         self.cells: NDArray[np.uint8] = np.zeros((0, 0), dtype=np.uint8)
-        """(X, Y) bits `DRIVEN`, `CONTACT` and `SWEPT` of the grid's cells on the present floor."""
+        """(X, Y) bits `DRIVEN`, `CONTACT`, `SWEPT` and `REOPENED` of the grid's cells on the
+        present floor."""
 
     def resize(self, shape: tuple[int, int], offset: NDArray[np.int64]) -> None:
         """Adopt the extent of the grid.
@@ -71,19 +76,29 @@ class TraversalRecord:
         self.cells = _moved(self.cells, shape, offset)
         self._others = [(z, _moved(cells, shape, offset)) for z, cells in self._others]
 
+    def note_height(self, z_m: float) -> None:
+        """Take over the height of the base, also of frames that nothing is planned for.
+
+        A robot that climbs is higher in each frame by a little; one that is taken is at once.
+        """
+        before, self._stood_z_m = self._stood_z_m, z_m
+        if before is not None and abs(z_m - before) > FLOORS_APART_M:
+            self._taken_to_z_m = z_m
+        elif self._taken_to_z_m is not None and abs(z_m - self._taken_to_z_m) > FLOORS_APART_M:
+            self._taken_to_z_m = None
+
     def stand_on(self, floor_z_m: float) -> None:
         """Take up the marks of the floor at a height, none for a floor that is new.
 
         A robot that was taken to a new floor, as by a lift, begins there as on the first one. One
         that climbs to it does not: unseen floor beside stairs may be a drop.
         """
-        here, before = self._floor_z_m, self._stood_z_m
-        self._stood_z_m = floor_z_m
+        self.note_height(floor_z_m)
+        here, was_taken = self._floor_z_m, self._taken_to_z_m is not None
         if here is None:
             self._floor_z_m = floor_z_m
         elif abs(floor_z_m - here) > FLOORS_APART_M:
             self._others.append((here, self.cells))
-            was_taken = before is not None and abs(floor_z_m - before) > FLOORS_APART_M
             new = (floor_z_m, np.zeros_like(self.cells))
             known = [one for one in self._others if abs(one[0] - floor_z_m) <= FLOORS_APART_M]
             self._floor_z_m, self.cells = min(
@@ -174,10 +189,18 @@ class TraversalRecord:
         """
         self._mark_disc(grid, xy, max(_UNREACHABLE_M, grid.voxel_size), CONTACT)
 
-    def forget_contacts(self) -> bool:
+    def reopen_contacts(self) -> bool:
         """Reopen the cells of this floor closed by contacts; return whether there were any."""
-        closed = bool((self.cells & CONTACT).any())
-        self.cells &= 255 - CONTACT
+        return _remark(self.cells, CONTACT, REOPENED)
+
+    def close_reopened(self) -> bool:
+        """Close the reopened cells of all floors again; return whether there were any.
+
+        Those that the body has covered since stay open.
+        """
+        closed = _remark(self.cells, REOPENED, CONTACT)
+        for _, cells in self._others:
+            closed |= _remark(cells, REOPENED, CONTACT)
         return closed
 
     def _is_again(self, x: float, y: float) -> bool:
@@ -230,12 +253,21 @@ class TraversalRecord:
         inside = np.hypot(cx - centre[0], cy - centre[1]) <= radius_m
         if mark == SWEPT:
             self.cells[i[inside], j[inside]] &= 255 - CONTACT
+        if mark == DRIVEN:
+            self.cells[i[inside], j[inside]] &= 255 - REOPENED
         self.cells[i[inside], j[inside]] |= mark
 
     def _extent_m(self, bearing: float) -> float:
         """Return the extent of the body in a direction of the base frame (radians), metres."""
         c, s = math.cos(bearing), math.sin(bearing)
         return max(x * c + y * s + radius for x, y, radius in self._robot.outline)
+
+
+def _remark(cells: NDArray[np.uint8], mark: int, other: int) -> bool:
+    """Replace a mark of cells by another; return whether any had it."""
+    marked = cells & mark > 0
+    cells[marked] = (cells[marked] & (255 - mark)) | other
+    return bool(marked.any())
 
 
 def _moved(

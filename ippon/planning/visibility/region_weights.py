@@ -1,5 +1,6 @@
 """Regions of the floor that are preferred or avoided: painted ones, and rooms that were said."""
 
+import copy
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -45,6 +46,11 @@ class WeightGrid:
         cell = np.floor(points / self.cell_m).astype(np.int64) - self.origin
         return _looked_up(self.weights, cell)
 
+    def is_same(self, other: "WeightGrid") -> bool:
+        """Return whether another grid has the same cells and weights."""
+        same_cells = self.cell_m == other.cell_m and np.array_equal(self.origin, other.origin)
+        return same_cells and np.array_equal(self.weights, other.weights)
+
 
 class RegionWeights:
     """Weight of every place on the floor: 1 where nothing is painted; later strokes cover earlier.
@@ -74,16 +80,21 @@ class RegionWeights:
         for stroke in strokes:
             self._fill(stroke.points, stroke.radius_m, weight_of[stroke.kind])
 
+    def with_rooms(self, rooms: WeightGrid | None) -> "RegionWeights":
+        """Return the same painted regions with other weights of rooms."""
+        twin = copy.copy(self)
+        twin._rooms = rooms  # noqa: SLF001
+        return twin
+
     def at(self, points: Float64Array) -> Float64Array:
         """Return the weights of (..., 2) points: (...)."""
-        cell = np.floor((points - self._origin) / _CELL_M).astype(np.int64)
-        painted = _looked_up(self._weights, cell)
+        painted = self._painted_at(points)
         return painted if self._rooms is None else painted * self._rooms.at(points)
 
     def ahead(
         self, xy: Float64Array, headings: Float64Array, reach_m: NDArray[np.floating]
-    ) -> NDArray[np.float32]:
-        """Return the mean weight of the floor that a viewpoint sees in each direction.
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return mean weights of the floor that a viewpoint sees in each direction.
 
         Args:
             xy: (2,) position, metres.
@@ -91,14 +102,22 @@ class RegionWeights:
             reach_m: (A,) longest ray in each direction; floor beyond it is hidden.
 
         Returns:
-            (A,) mean weight, 1 where no painted floor is in sight.
+            (A,) mean weight, and (A,) that of painted regions alone; 1 where neither a painted
+            region nor a weighed room is in sight.
         """
         away = np.array(_SAMPLES_M)
         unit = np.stack([np.cos(headings), np.sin(headings)], axis=1)
-        weights = self.at(xy + away[None, :, None] * unit[:, None, :])
+        points = xy + away[None, :, None] * unit[:, None, :]
         seen = away[None, :] <= np.maximum(reach_m, away[0])[:, None]
-        mean = (weights * seen).sum(axis=1) / seen.sum(axis=1)
-        return mean.astype(np.float32)
+        painted = self._painted_at(points)
+        painted_mean = _mean_seen(painted, seen)
+        if self._rooms is None:
+            return painted_mean, painted_mean
+        return _mean_seen(painted * self._rooms.at(points), seen), painted_mean
+
+    def _painted_at(self, points: Float64Array) -> Float64Array:
+        cell = np.floor((points - self._origin) / _CELL_M).astype(np.int64)
+        return _looked_up(self._weights, cell)
 
     def _fill(self, points: Iterable[tuple[float, float]], radius_m: float, weight: float) -> None:
         shape = self._weights.shape
@@ -121,6 +140,11 @@ def painted_corners(strokes: Sequence[Stroke]) -> tuple[Float64Array, Float64Arr
     points = np.concatenate([np.array(stroke.points, dtype=np.float64) for stroke in strokes])
     reach = max(stroke.radius_m for stroke in strokes) + _CELL_M
     return points.min(axis=0) - reach, points.max(axis=0) + reach
+
+
+def _mean_seen(weights: Float64Array, seen: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Return the (A,) mean of (A, S) weights where seen."""
+    return ((weights * seen).sum(axis=1) / seen.sum(axis=1)).astype(np.float32)
 
 
 def _looked_up(weights: Float64Array, cell: NDArray[np.int64]) -> Float64Array:

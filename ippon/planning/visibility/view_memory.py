@@ -116,7 +116,7 @@ class ViewMemory:
         _record_kernel(table, rules, self._field, camera, cells, depth, self.step, self._changed)
 
     def _fit(self, arrays: MapArrays, layers: ViewLayers) -> None:
-        """Match extent and layers; other layers mean another floor, and an empty memory."""
+        """Match extent and layers; numbers of images stay with their voxels in the world."""
         # Blocks around the map, so that no view reaches beyond the field.
         margin = math.ceil(self._range_m / arrays.voxel_size / 8.0) + 1
         old = self._field
@@ -132,11 +132,11 @@ class ViewMemory:
         field = _empty_field(origin, shape)
         field.state[:, :, : layers.floor] = FREE
         changed = np.zeros((shape[0] // 8, shape[1] // 8), dtype=np.int64)
-        if old.origin[2] == origin[2] and old.state.shape[2] == shape[2]:
-            offset = old.origin - origin
+        offset = old.origin - origin
+        copy_overlap(old.unknown_views, offset, field.unknown_views)
+        copy_overlap(old.surface_views, offset, field.surface_views)
+        if offset[2] == 0 and old.state.shape[2] == shape[2]:
             copy_overlap(old.state, offset, field.state)
-            copy_overlap(old.unknown_views, offset, field.unknown_views)
-            copy_overlap(old.surface_views, offset, field.surface_views)
             copy_overlap(self._changed, offset[:2] >> 3, changed)
         else:
             changed[:] = self.step

@@ -36,7 +36,8 @@ class ViewChoice(NamedTuple):
     level: int
     """Level that p_img(n) was taken from at that orientation."""
     potential: float
-    """Highest gain of any orientation if p_img were that of the average level."""
+    """Highest gain of any orientation if p_img were that of the average level, by the painted
+    factors alone."""
     by_heading: NDArray[np.float32]
     """(A,) gain of each heading at its best tilt."""
 
@@ -173,6 +174,7 @@ def choose_view(
     far_evidence_nat: NDArray[np.float32],
     cued: NDArray[np.bool_],
     weights: NDArray[np.float32],
+    painted: NDArray[np.float32],
 ) -> ViewChoice:
     """Find the orientation of highest gain, eq. (3).
 
@@ -183,18 +185,21 @@ def choose_view(
         far_evidence_nat: (A,) nat, log-likelihood ratio of the object in each heading's view.
         cued: (A,) headings that look at far evidence of a label that is certainly near the object.
         weights: (A,) factor on the gain of each heading.
+        painted: (A,) factor on its potential: of regions that the operator painted.
     """
     by_heading = np.empty(sums.known.shape[0], dtype=np.float32)
     rules = (probabilities, min_level_voxels)
     gain, heading, tilt, level, potential = _choose_kernel(
-        sums.known, sums.unknown, sums.levels, rules, far_evidence_nat, cued, weights, by_heading
-    )
+        sums.known, sums.unknown, sums.levels, rules, far_evidence_nat, cued,
+        (weights, painted), by_heading,
+    )  # fmt: skip
     return ViewChoice(gain, heading, tilt, level, potential, by_heading)
 
 
 @njit(cache=True, nogil=True)
-def _choose_kernel(known, unknown, levels, rules, far_evidence_nat, cued, weights, by_heading):
+def _choose_kernel(known, unknown, levels, rules, far_evidence_nat, cued, factors, by_heading):
     probabilities, minimum = rules
+    weights, painted = factors
     best, best_a, best_b, best_level = -1.0, 0, 0, 1
     potential = 0.0
     for a in range(known.shape[0]):
@@ -205,7 +210,7 @@ def _choose_kernel(known, unknown, levels, rules, far_evidence_nat, cued, weight
             gain = weights[a] * (known[a, b] + p_img * unknown[a, b])
             top = max(top, gain)
             usual = known[a, b] + probabilities[1] * unknown[a, b]
-            potential = max(potential, weights[a] * usual)
+            potential = max(potential, painted[a] * usual)
             if gain > best:
                 best, best_a, best_b, best_level = gain, a, b, level
         by_heading[a] = top

@@ -56,8 +56,8 @@ class ViewpointStore:
         self.gain = np.zeros(capacity, dtype=np.float32)
         """(capacity,) G(n), eq. (3), at the best orientation."""
         self.potential = np.zeros(capacity, dtype=np.float32)
-        """(capacity,) highest gain of any orientation if p_img were that of the average level:
-        whether anything is left to explore does not depend on the levels."""
+        """(capacity,) highest gain of any orientation if p_img were that of the average level, and
+        no room were weighed: whether anything is left to explore depends on neither."""
         self.termination = np.zeros(capacity, dtype=np.float32)
         """(capacity,) T(n), eq. (4)."""
         self.yaw = np.zeros(capacity)
@@ -170,8 +170,12 @@ class ViewpointStore:
             every few seconds, mostly as they were.
         """
         before, self._weighed = self._weighed, (tuple(strokes), rooms is not None)
-        given = bool(strokes) or rooms is not None
-        self._regions = RegionWeights(self.config.regions, strokes, rooms) if given else None
+        if not strokes and rooms is None:
+            self._regions = None
+        elif self._regions is not None and self._weighed[0] == before[0]:
+            self._regions = self._regions.with_rooms(rooms)
+        else:
+            self._regions = RegionWeights(self.config.regions, strokes, rooms)
         self._choose_all()
         return self._weighed != before
 
@@ -306,10 +310,10 @@ class ViewpointStore:
 
     def _choose(self, node: int) -> None:
         orientations = self.geometry.orientations
-        weights = self._unweighted
+        weights = painted = self._unweighted
         if self._regions is not None:
             reach_m = self._reach[node][:: orientations.stride] * self.geometry.voxel_size
-            weights = self._regions.ahead(self._at[node], orientations.yaws, reach_m)
+            weights, painted = self._regions.ahead(self._at[node], orientations.yaws, reach_m)
         choice = choose_view(
             self._sums[node],
             self._probabilities,
@@ -317,6 +321,7 @@ class ViewpointStore:
             self.far_evidence_nat[node],
             self.cued[node],
             weights,
+            painted,
         )
         self.gain[node] = choice.gain
         self.potential[node] = choice.potential

@@ -91,6 +91,16 @@ def test_finds_two_objects_in_a_row_on_one_map(scene) -> None:
     assert Judge(scene, ZED, "sofa").is_success(world.trajectory[-1])
 
 
+def test_the_planner_knows_the_height_of_every_frame_also_without_a_goal(scene, monkeypatch):
+    world, mission = start(scene)
+    heights = []
+    monkeypatch.setattr(mission._planner, "note_height", heights.append)
+    frames = [world.observe(), world.observe()]
+    mission.step(frames[0])
+    mission.observe(frames[1])
+    assert heights == [float(frame.T_world_base[2, 3]) for frame in frames]
+
+
 def test_looks_around_again_for_another_object_but_not_for_the_same_one(scene) -> None:
     world, mission = looked_around(scene, "sofa")
     ask(mission, "sofa", "it is in the living room", goal_id=2)

@@ -54,6 +54,22 @@ def events(results, kind):
     return [e.text for r in results for e in r.snapshot.events if e.kind == kind]
 
 
+def test_what_was_looked_at_is_forgotten_at_the_start_and_not_for_other_levels(home, monkeypatch):
+    robot = home("toilet", "bathtub")
+    mission, calls = robot.mission, []
+    for name in ("set_goal", "set_levels"):
+        monkeypatch.setattr(mission._planner, name, lambda name=name, **_: calls.append(name))
+    mission.goals.set_goals(list(goals_of("toilet", "bathtub")))
+    (_, _), (_, levels) = goals_of("toilet", "bathtub")
+    mission.goals.set_guidance(levels, goal_id=2)
+    mission.goals.cancel_goal(1)
+    assert calls == ["set_goal", "set_levels", "set_levels"]
+    ((goal, levels),) = goals_of("plant")
+    mission.goals.set_goal(goal, levels)
+    mission.goals.set_guidance(levels)
+    assert calls[3:] == ["set_goal", "set_levels"]
+
+
 @pytest.mark.slow
 def test_all_of_three_are_found_and_announced_as_they_come(home):
     robot = home("toilet", "bathtub", "plant")

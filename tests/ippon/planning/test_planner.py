@@ -245,6 +245,21 @@ def test_other_levels_change_the_gain_without_a_ray(dense_map, monkeypatch):
     assert len(after.tree.parents) >= len(before.tree.parents), "the tree is kept"
 
 
+def test_other_levels_count_at_once_for_an_object_of_another_size(dense_map):
+    """Its ranges are others: no viewpoint's evaluation holds, and few are evaluated in a step."""
+    volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (4.8, 4.8))
+    volume.fill((4.8, 2.3, 0.0), (4.9, 3.3, 2.0), FREE)
+    planner = make(evaluation=ViewpointEvaluationConfig(per_step=2))
+    before = run(planner, volume, 60)
+    volume.level[volume.state == OCCUPIED] = Level.FAR
+    ranges = planner._viewpoints.geometry.ranges
+    planner.set_goal(probabilities=PROBABILITIES, termination_min=40.0)
+    after = planner.step(volume.arrays(), POSE, -0.2)
+    assert planner._viewpoints.geometry.ranges != ranges
+    assert after.evaluated < 5 < (after.tree.levels[1:] == Level.FAR).sum()
+    assert after.tree.gains.sum() < before.tree.gains.sum()
+
+
 @pytest.mark.parametrize("same", [False, True])
 def test_another_goal_does_not_end_where_the_object_of_the_last_one_stands(dense_map, same):
     volume = dense_map((8.0, 5.6, 2.4)).room((0.8, 0.8), (6.8, 4.8))
@@ -571,6 +586,26 @@ def test_a_path_to_a_point_on_seen_floor_is_found_before_any_search(dense_map, c
     np.testing.assert_allclose(path[-1], [12.4, 1.4], atol=0.06)
     assert planner.path_to_point(pose, np.array([3.85, 1.4])) is not None, "beside a wall"
     assert planner.path_to_point(pose, np.array([1.6, -3.0])) is None
+
+
+def test_without_a_search_a_narrow_gap_is_passed_only_where_no_other_path_leads(two_rooms):
+    volume = two_rooms(0.4)
+    planner = make()
+    floor = planner._floor
+    full_m = floor.config.margin_m
+    for _ in range(60):
+        if planner.step(volume.arrays(), POSE, -0.2).exhausted:
+            break
+    assert floor.margin_m < full_m, "the search tried everything"
+    planner.set_searching(False)
+    run(planner, volume, 12)
+    assert floor.margin_m == full_m, "nothing is about to be given up"
+    here, there = np.array([2.5, 1.5]), np.array([5.0, 2.8])
+    for point, margin_m in ((here, full_m), (there, floor.config.squeeze_margin_m), (here, full_m)):
+        path = planner.path_to_point(POSE, point)
+        assert path is not None
+        assert np.hypot(*(path[-1] - point)) < 0.1
+        assert floor.margin_m == margin_m
 
 
 def test_an_empty_map_gives_an_empty_plan(dense_map):

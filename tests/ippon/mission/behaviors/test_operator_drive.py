@@ -87,6 +87,24 @@ def test_goes_to_the_point_and_then_on_with_the_search(world, mission):
     assert step(world, mission).snapshot.state is not MissionState.MANUAL
 
 
+@pytest.mark.parametrize("cancelled", [True, False])
+def test_a_point_is_driven_to_with_the_full_margin_once_the_search_has_ended(
+    world, mission, cancelled
+):
+    step(world, mission)
+    floor = mission._planner._floor
+    floor.relax()
+    step(world, mission)
+    assert floor.margin_m < floor.config.margin_m, "the search runs"
+    if cancelled:
+        mission.goals.cancel_goal()
+    else:
+        mission.search.end()
+        step(world, mission)
+    assert mission.operator.go_to(at(world)) is not None
+    assert floor.margin_m == floor.config.margin_m
+
+
 def test_a_point_beyond_the_map_has_no_way_and_changes_nothing(world, mission):
     assert mission.operator.go_to((0.0, 0.0)) is None, "there was no frame yet"
     step(world, mission)

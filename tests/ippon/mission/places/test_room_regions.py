@@ -35,14 +35,18 @@ def home(searcher, room, monkeypatch):
     class Home:
         rooms = _rooms()
         weights = None
+        times = 0
 
     monkeypatch.setattr(room_regions, "infer_rooms", lambda *_: Home.rooms)
     robot = searcher(room(6.0, 4.5), 1.0, 2.0)
     Home.mission = robot.mission
     Home.ask = robot.ask
-    monkeypatch.setattr(
-        robot.mission.operator, "set_rooms", lambda grid: setattr(Home, "weights", grid)
-    )
+
+    def set_rooms(grid):
+        Home.weights = grid
+        Home.times += 1
+
+    monkeypatch.setattr(robot.mission.operator, "set_rooms", set_rooms)
 
     def step(at_s):
         regions = Home.mission.rooms
@@ -68,6 +72,17 @@ def test_a_room_counts_when_it_is_recognised(home):
     assert home.step(1.0) is None, "rooms are inferred every five seconds"
     assert home.step(6.0) == [3.0, 1.0]
     assert home.mission.rooms.text == "looks first in: kitchen (inferred from what is there)"
+
+
+def test_rooms_that_are_inferred_as_before_are_not_weighed_again(home):
+    home.ask("mug", context="in the kitchen")
+    home.rooms = _rooms(left=2)
+    for at_s in (0.0, 6.0, 12.0):
+        assert home.step(at_s) == [3.0, 1.0]
+    assert home.times == 1
+    home.rooms = _rooms(left=1)
+    assert home.step(18.0) == [0.25, 1.0]
+    assert home.times == 2
 
 
 def test_a_name_counts_at_once(home):

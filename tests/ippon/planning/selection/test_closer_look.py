@@ -76,6 +76,23 @@ def test_a_cluster_that_does_not_grow_is_left(dense_map):
     assert plan.closer_look or plan.target.kind is NodeKind.TERMINATING
 
 
+def test_a_cluster_that_was_left_stays_so_under_other_levels(dense_map):
+    volume = seen_from_afar(dense_map)
+    planner = make()
+    plan = run(planner, volume, 10)
+    there = base_pose(*plan.target.position_world[:2], 0.0, plan.target.yaw_rad)
+    for _ in range(40):
+        if not run(planner, volume, 1, there).closer_look:
+            break
+    views = planner._viewpoints.memory.field.surface_views.sum()
+    assert views > 0
+    planner.set_levels(probabilities=LevelProbabilities().as_array(), termination_min=9.0)
+    assert not any(run(planner, volume, 1, there).closer_look for _ in range(5))
+    assert planner._viewpoints.memory.field.surface_views.sum() > views, "it was seen before"
+    planner.set_goal(probabilities=LevelProbabilities().as_array(), termination_min=9.0)
+    assert run(planner, volume, 5, there).closer_look
+
+
 def test_a_cluster_that_disappears_again_and_again_is_left(dense_map):
     volume = seen_from_afar(dense_map)
     planner = make(closer_look=CloserLookConfig(give_up_steps=30))

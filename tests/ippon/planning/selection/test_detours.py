@@ -13,11 +13,13 @@ from ippon.planning.selection.detours import (
     Surroundings,
     farthest_point_sample,
     flood_fill_unseen,
+    is_standable,
 )
 from ippon.planning.selection.look_target import LookConfig
 from ippon.planning.selection.out_of_reach import OutOfReach, OutOfReachConfig
 from ippon.planning.terrain.body_limits import BodyLimits
-from ippon.planning.terrain.reachability import reachable_cells
+from ippon.planning.terrain.floor_grid import OPEN
+from ippon.planning.terrain.reachability import PASSED, STANDABLE, reachable_cells
 from tests.ippon.planning.terrain.test_clearance import make_grid, random_kind
 from tests.reference import planning_floor as reference
 
@@ -51,11 +53,27 @@ def test_lines_of_sight_go_to_all_parts_of_a_cluster():
     assert len(farthest_point_sample(row[:2], 6)) == 2
 
 
-def test_a_step_that_was_cut_short_does_not_count_as_one_without_a_detour(monkeypatch):
+@pytest.fixture
+def stands(monkeypatch):
+    """The robot can stand anywhere."""
+    monkeypatch.setattr(out_of_reach_module, "is_standable", lambda *_: True)
+
+
+def test_the_robot_can_stand_where_it_gets_to_and_nowhere_beyond_the_map():
+    grid = make_grid(np.full((20, 20), OPEN), origin=(5, -3))
+    reachable = np.full((20, 20), STANDABLE, dtype=np.uint8)
+    reachable[3, 4] = PASSED
+    around = SimpleNamespace(grid=grid, reachable=reachable)
+    places = {(0.95, 0.25): True, (0.85, 0.15): False, (0.4, 0.2): False, (1.0, 1.75): False}
+    for place, stands in places.items():
+        assert is_standable(around, np.array(place)) is stands
+
+
+def test_a_step_that_was_cut_short_does_not_count_as_one_without_a_detour(monkeypatch, stands):
     place, voxel = np.array([1.0, 1.0]), np.array([2.0, 1.0, 0.5])
     monkeypatch.setattr(out_of_reach_module, "find_detour", lambda *_: None)
     monkeypatch.setattr(out_of_reach_module, "nearest_viewing_position", lambda *_: (place, voxel))
-    around = SimpleNamespace(camera_z_m=1.0)
+    around = SimpleNamespace(camera_z_m=1.0, is_visible=lambda *_: True)
     tree = SimpleNamespace(order=np.array([0]))
     given = (voxel[None], around, tree, place[None], np.eye(4))
     planned = OutOfReach(OutOfReachConfig(), LookConfig(), 0.5)
@@ -68,7 +86,7 @@ def test_a_step_that_was_cut_short_does_not_count_as_one_without_a_detour(monkey
 
 @pytest.mark.parametrize("turn", [15, 40, 400])
 @pytest.mark.parametrize("unseen", [None, (1.5, 1.0)])
-def test_two_objects_out_of_reach_that_take_turns_are_given_up(monkeypatch, turn, unseen):
+def test_two_objects_out_of_reach_that_take_turns_are_given_up(monkeypatch, stands, turn, unseen):
     """Of two clusters of one size, now the one and now the other counts as the larger."""
     place = np.array([1.0, 1.0])
     one, other = np.array([[2.0, 1.0, 0.5]]), np.array([[2.0, 3.0, 0.5]])
@@ -103,7 +121,7 @@ def test_two_objects_out_of_reach_that_take_turns_are_given_up(monkeypatch, turn
     assert any(again), "for another goal"
 
 
-def test_after_an_object_out_of_reach_is_given_up_a_smaller_one_is_tried(monkeypatch):
+def test_after_an_object_out_of_reach_is_given_up_a_smaller_one_is_tried(monkeypatch, stands):
     place = np.array([1.0, 1.0])
     sizes = {2.0: 60, 6.0: 40}
     voxels = np.concatenate(
@@ -132,6 +150,44 @@ def test_after_an_object_out_of_reach_is_given_up_a_smaller_one_is_tried(monkeyp
     most = OutOfReachConfig().approach_steps
     assert looked_at == [1] * most + [5] * most, "the larger one first, each once"
     assert not any(looks[700:])
+
+
+def test_a_place_that_turns_out_not_to_be_standable_is_chosen_again(monkeypatch):
+    places, voxel = np.array([[1.05, 1.05], [1.05, 3.05]]), np.array([2.0, 1.0, 0.5])
+    reachable = np.full((40, 40), STANDABLE, dtype=np.uint8)
+    monkeypatch.setattr(out_of_reach_module, "find_detour", lambda *_: None)
+    monkeypatch.setattr(
+        out_of_reach_module,
+        "nearest_viewing_position",
+        lambda *_: (places[int(reachable[10, 10] != STANDABLE)], voxel),
+    )
+    grid = SimpleNamespace(voxel_size=0.1, origin=np.zeros(2, np.int64))
+    around = SimpleNamespace(
+        camera_z_m=1.0, is_visible=lambda *_: True, grid=grid, reachable=reachable
+    )
+    tree = SimpleNamespace(order=np.array([0, 1]))
+    given = (voxel[None], around, tree, places, np.eye(4))
+    planned = OutOfReach(OutOfReachConfig(), LookConfig(), 0.5)
+    looks = [planned.choose(*given, enough=4.0) for _ in range(20)]
+    assert looks[-1].node == 0
+    reachable[10, 10] = PASSED
+    assert planned.choose(*given, enough=4.0).node == 1
+    np.testing.assert_array_equal(planned.wanted_place(), places[1])
+
+
+@pytest.mark.parametrize("in_view", [True, False])
+def test_the_search_ends_only_where_the_object_is_in_view(monkeypatch, stands, in_view):
+    """On the way, the nearest viewpoint may be one behind a partition."""
+    place, voxel = np.array([1.0, 1.0]), np.array([2.0, 1.0, 0.5])
+    monkeypatch.setattr(out_of_reach_module, "find_detour", lambda *_: None)
+    monkeypatch.setattr(out_of_reach_module, "nearest_viewing_position", lambda *_: (place, voxel))
+    around = SimpleNamespace(camera_z_m=1.0, is_visible=lambda *_: in_view)
+    tree = SimpleNamespace(order=np.array([0]))
+    planned = OutOfReach(OutOfReachConfig(), LookConfig(), 0.5)
+    given = (voxel[None], around, tree, place[None], np.eye(4))
+    look = [planned.choose(*given, enough=4.0) for _ in range(20)][-1]
+    assert look.node == 0
+    assert look.out_of_reach_m == (1.0 if in_view else None)
 
 
 def test_counts_without_meaning_are_refused():

@@ -137,17 +137,20 @@ def test_relaxing_opens_contacts_and_reduces_the_margin_once(dense_map):
     assert floor.update(volume.arrays(), POSE) is not None
     assert kind_at(floor, 3.15, 2.85) == OPEN
     assert not floor.relax(), "there is nothing left to relax"
+    floor.restore()
+    floor.update(volume.arrays(), POSE)
+    assert kind_at(floor, 3.15, 2.85) == OBSTACLE, "the contact is no less true"
 
 
 def test_the_full_margin_comes_back_and_the_whole_floor_is_checked_with_it(dense_map):
     volume = open_floor(dense_map)
     floor = Traversability(TraversabilityConfig(), ZED)
     floor.update(volume.arrays(), POSE)
-    floor.restore_margin()
+    floor.restore()
     assert floor.update(volume.arrays(), POSE) is None, "it was never reduced"
-    floor.relax()
+    floor.squeeze()
     floor.update(volume.arrays(), POSE)
-    floor.restore_margin()
+    floor.restore()
     assert floor.margin_m == TraversabilityConfig().margin_m
     nx, ny = floor.grid.kind.shape
     assert floor.update(volume.arrays(), POSE) == (0, nx, 0, ny)

@@ -11,7 +11,13 @@ from ippon.mapping.arrays import OCCUPIED, UNKNOWN
 from ippon.planning.terrain.floor_grid import OBSTACLE, OPEN, UNSEEN
 from ippon.planning.terrain.motion_check import can_stand
 from ippon.planning.terrain.traversability import Traversability, TraversabilityConfig
-from ippon.planning.terrain.traversal_record import CONTACT, DRIVEN, SWEPT, TraversalRecord
+from ippon.planning.terrain.traversal_record import (
+    CONTACT,
+    DRIVEN,
+    REOPENED,
+    SWEPT,
+    TraversalRecord,
+)
 from ippon.robot import ZED
 from tests.ippon.planning.terrain.test_clearance import make_grid
 from tests.ippon.planning.terrain.test_traversability import POSE, kind_at, open_floor
@@ -62,15 +68,42 @@ def test_marks_move_with_the_grid():
     np.testing.assert_array_equal(marks.cells, before[10:])
 
 
-def test_contacts_are_forgotten_and_no_other_mark():
+def test_contacts_are_reopened_and_closed_again_and_no_other_mark_changes():
     marks, grid = marks_of(), open_grid()
     marks.record_pose(grid, POSE)
     before = marks.cells.copy()
-    assert not marks.forget_contacts()
+    assert not marks.reopen_contacts()
     marks.mark_contact(grid, POSE)
     assert (marks.cells & CONTACT > 0).any()
-    assert marks.forget_contacts()
-    np.testing.assert_array_equal(marks.cells, before)
+    touched = marks.cells.copy()
+    assert marks.reopen_contacts()
+    assert not (marks.cells & CONTACT).any()
+    np.testing.assert_array_equal(marks.cells & (255 - REOPENED), before)
+    assert marks.close_reopened()
+    np.testing.assert_array_equal(marks.cells, touched)
+    assert not marks.close_reopened()
+
+
+def test_a_reopened_contact_that_the_body_drives_over_stays_open():
+    marks, grid = marks_of(), open_grid()
+    marks.record_pose(grid, POSE)
+    marks.mark_contact(grid, POSE)
+    marks.reopen_contacts()
+    marks.record_pose(grid, base_pose(3.2, 2.8, 0.0, 0.0))
+    assert not marks.close_reopened()
+
+
+def test_a_contact_that_was_reopened_is_closed_on_a_floor_that_the_robot_has_left():
+    marks, grid = marks_of(), open_grid()
+    marks.stand_on(0.0)
+    marks.record_pose(grid, POSE)
+    marks.mark_contact(grid, POSE)
+    touched = marks.cells.copy()
+    marks.reopen_contacts()
+    marks.stand_on(3.0)
+    assert marks.close_reopened()
+    marks.stand_on(0.0)
+    np.testing.assert_array_equal(marks.cells, touched)
 
 
 def test_what_the_body_sweeps_over_was_no_contact():
@@ -234,6 +267,26 @@ def test_a_floor_that_the_robot_was_taken_to_begins_as_the_first_did(heights, ma
     marks.stand_on(0.0)
     marks.record_pose(grid, base_pose(1.5, 2.8, 0.0, 0.0))
     assert not marks.cells[15, 28 + 6] & DRIVEN, "it knows this floor"
+
+
+@pytest.mark.parametrize(
+    ("noted", "margin"),
+    [
+        (np.linspace(0.0, 3.0, 40), False),
+        ((0.0, 3.0, 3.02), True),
+        ((0.0, 3.0, *np.linspace(3.0, 0.0, 40), *np.linspace(0.0, 3.0, 40)), False),
+    ],
+)
+def test_how_a_floor_was_reached_is_known_though_nothing_was_planned_on_the_way(noted, margin):
+    marks, grid = marks_of(), open_grid()
+    marks._start_margin_m = 0.5
+    marks.stand_on(0.0)
+    marks.record_pose(grid, POSE)
+    for z in noted:
+        marks.note_height(float(z))
+    marks.stand_on(float(noted[-1]))
+    marks.record_pose(grid, base_pose(4.0, 2.8, float(noted[-1]), 0.0))
+    assert bool(marks.cells[40, 28 + 6] & DRIVEN) is margin
 
 
 def test_a_ramp_and_a_pose_that_drifts_keep_the_marks():

@@ -55,6 +55,17 @@ def test_a_cell_has_the_weight_of_the_last_stroke_whose_brush_covers_its_centre(
     assert (RegionWeights(CONFIG, strokes).at(centres) == expected).all()
 
 
+def test_other_rooms_leave_what_is_painted():
+    rooms = WeightGrid(cell_m=0.5, origin=np.array([3, 0]), weights=np.full((2, 1), 0.2))
+    painted = RegionWeights(CONFIG, (AHEAD,))
+    at = np.array([[1.7, 0.3], [9.0, 9.0]])
+    assert (
+        painted.with_rooms(rooms).at(at).tolist()
+        == RegionWeights(CONFIG, (AHEAD,), rooms).at(at).tolist()
+    )
+    assert painted.with_rooms(rooms).with_rooms(None).at(at).tolist() == painted.at(at).tolist()
+
+
 def test_weights_of_rooms_are_multiplied_with_painted_ones():
     rooms = WeightGrid(
         cell_m=0.5, origin=np.array([2, -1]), weights=np.array([[3.0, 1.0], [1.0, 0.2]])
@@ -68,20 +79,40 @@ def test_weights_of_rooms_are_multiplied_with_painted_ones():
 
 
 def test_only_the_direction_of_the_region_is_weighed():
-    ahead = RegionWeights(CONFIG, (AHEAD,)).ahead(np.zeros(2), HEADINGS, FAR)
+    ahead, _ = RegionWeights(CONFIG, (AHEAD,)).ahead(np.zeros(2), HEADINGS, FAR)
     assert ahead[0] > 2.0
     assert (ahead[2:7] == 1.0).all()
 
 
 def test_the_floor_behind_a_wall_does_not_count():
     near = np.full(8, 1.0)
-    assert (RegionWeights(CONFIG, (AHEAD,)).ahead(np.zeros(2), HEADINGS, near) == 1.0).all()
+    ahead, _ = RegionWeights(CONFIG, (AHEAD,)).ahead(np.zeros(2), HEADINGS, near)
+    assert (ahead == 1.0).all()
 
 
 def test_not_here_is_worth_less_than_any_threshold():
     everywhere = Stroke(kind="not_here", points=((0.0, 0.0),), radius_m=6.0)
-    ahead = RegionWeights(CONFIG, (everywhere,)).ahead(np.zeros(2), HEADINGS, FAR)
+    ahead, painted = RegionWeights(CONFIG, (everywhere,)).ahead(np.zeros(2), HEADINGS, FAR)
+    np.testing.assert_array_equal(ahead, painted)
     assert ahead == pytest.approx(CONFIG.avoided_weight)
+
+
+def test_a_room_that_was_denied_is_worth_less_but_not_explored():
+    room = WeightGrid(cell_m=20.0, origin=np.array([-1, -1]), weights=np.full((2, 2), 0.05))
+    weights, painted = RegionWeights(CONFIG, (), room).ahead(np.zeros(2), HEADINGS, FAR)
+    assert weights == pytest.approx(0.05)
+    assert (painted == 1.0).all()
+    sums = ViewSums(
+        known=np.full((8, 2), 2.0, np.float32),
+        unknown=np.zeros((8, 2), np.float32),
+        ooi=np.zeros((8, 2), np.float32),
+        levels=np.zeros((8, 4), np.int32),
+    )
+    nothing = np.zeros(8, np.float32)
+    probabilities = np.array([0.02, 0.1, 0.25, 0.6], np.float32)
+    choice = choose_view(sums, probabilities, 10, nothing, nothing > 0.0, weights, painted)
+    assert choice.gain == pytest.approx(0.1)
+    assert choice.potential == pytest.approx(2.0)
 
 
 def test_a_viewpoint_turns_to_what_is_painted_and_its_gain_is_that_of_there():
@@ -126,4 +157,4 @@ def _choose(
     probabilities = np.array([0.02, 0.1, 0.25, 0.6], np.float32)
     nothing = np.zeros(len(weights), np.float32)
     said = nothing if far_evidence_nat is None else far_evidence_nat
-    return choose_view(sums, probabilities, 10, said, nothing > 0.0, weights)
+    return choose_view(sums, probabilities, 10, said, nothing > 0.0, weights, weights)

@@ -96,9 +96,25 @@ def test_another_floor_has_an_empty_memory(dense_map):
     volume = dense_map().room((0.8, 0.8), (5.6, 5.6))
     memory = followed(volume)
     memory.field.unknown_views[:] = 5
-    memory.update(volume.arrays(), ViewLayers(6, -4, 10, 0), RULES)
+    memory.update(volume.arrays(), ViewLayers(-20, -30, -1, 0), RULES)
     assert memory.field.unknown_views.max() == 0
-    assert (memory.field.state == FREE).any(), "states are read again"
+
+
+def test_numbers_of_images_stay_with_their_voxels_where_the_floor_is_a_little_higher(dense_map):
+    volume = dense_map().room((0.8, 0.8), (5.6, 5.6))
+    memory = followed(volume)
+    at, below = np.array([30, 40, 5]), np.array([30, 40, 0])
+    memory.field.unknown_views[tuple(at - memory.field.origin)] = 7
+    memory.field.surface_views[tuple(at - memory.field.origin)] = 3
+    memory.field.surface_views[tuple(below - memory.field.origin)] = 9
+    memory.update(volume.arrays(), ViewLayers(11, 1, 20, 0), RULES)
+    field = memory.field
+    assert field.unknown_views[tuple(at - field.origin)] == field.unknown_views.sum() == 7
+    assert field.surface_views[tuple(at - field.origin)] == field.surface_views.sum() == 3
+    assert field.state[tuple(at - field.origin)] == volume.state[30, 40, 5 + 8], "read again"
+    assert (memory.changed == memory.step).all()
+    memory.update(volume.arrays(), LAYERS, RULES)
+    assert memory.field.unknown_views[tuple(at - memory.field.origin)] == 7
 
 
 def test_a_robot_outside_the_map_counts_no_images(dense_map):

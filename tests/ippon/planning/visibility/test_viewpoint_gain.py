@@ -34,7 +34,8 @@ FRAMING = {"hold": 0.05, "centre_weight": 0.01}
 
 
 def chosen(sums, *, probabilities=PROBABILITIES, far_evidence_nat=NOTHING, cued=NO_CUE):
-    return choose_view(sums, probabilities, 10, far_evidence_nat, cued, np.ones(10, np.float32))
+    ones = np.ones(10, np.float32)
+    return choose_view(sums, probabilities, 10, far_evidence_nat, cued, ones, ones)
 
 
 @pytest.fixture(scope="module")
@@ -108,13 +109,14 @@ per_heading = st.tuples(
     st.sampled_from((0.0, 1.0, -1.0, 0.7)),
     st.booleans(),
     st.sampled_from((0.0, 0.5, 1.0)),
+    st.sampled_from((0.02, 1.0)),
 )
 
 
 @settings(max_examples=60, deadline=None)
 @given(st.lists(per_heading, min_size=1, max_size=5))
 def test_the_gain_is_that_of_equation_3(headings):
-    known, levels, nat, cued, weights = zip(*headings, strict=True)
+    known, levels, nat, cued, weights, painted = zip(*headings, strict=True)
     both = np.array(known, np.float32)
     sums = ViewSums(
         known=np.ascontiguousarray(both[:, :3]),
@@ -128,6 +130,7 @@ def test_the_gain_is_that_of_equation_3(headings):
         np.array(nat, np.float32),
         np.array(cued),
         np.array(weights, np.float32),
+        np.array(painted, np.float32),
     )
     gains, level, potential = plain.gains(sums, *rules)
     choice = choose_view(sums, *rules)

@@ -8,6 +8,7 @@ import pytest
 from ippon.geometry import base_pose
 from ippon.guidance.levels import Level, LevelProbabilities
 from ippon.mapping.arrays import FREE, OCCUPIED
+from ippon.planning.visibility.region_weights import Stroke, WeightGrid
 from ippon.planning.visibility.view_config import ViewConfig
 from ippon.planning.visibility.viewpoint_store import ViewpointStore
 from ippon.robot import ZED
@@ -74,6 +75,21 @@ def test_a_promising_level_raises_gain_but_not_potential(dense_map):
     assert viewpoints.level[0] == Level.CERTAIN
     assert viewpoints.gain[0] > 2.0 * gain
     assert viewpoints.potential[0] == pytest.approx(potential)
+
+
+def test_a_room_where_the_object_is_not_lowers_the_gain_but_not_what_is_left_to_explore(dense_map):
+    volume = room_with_door(dense_map)
+    viewpoints = make(volume)
+    viewpoints.evaluate(0, XY[0], volume.arrays())
+    gain, potential = float(viewpoints.gain[0]), float(viewpoints.potential[0])
+    denied = WeightGrid(cell_m=8.0, origin=np.zeros(2, np.int64), weights=np.full((1, 1), 0.05))
+    viewpoints.set_regions((), denied)
+    assert viewpoints.gain[0] == pytest.approx(0.05 * gain)
+    assert viewpoints.potential[0] == pytest.approx(potential)
+    stroke = Stroke(kind="not_here", points=((4.0, 2.8),), radius_m=6.0)
+    viewpoints.set_regions((stroke,), denied)
+    avoided = viewpoints.config.regions.avoided_weight
+    assert viewpoints.potential[0] == pytest.approx(avoided * potential)
 
 
 def test_a_viewpoint_loses_its_gain_while_the_robot_stands_there(dense_map):

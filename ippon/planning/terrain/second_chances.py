@@ -1,0 +1,61 @@
+"""When narrow gaps and the cells of contacts are opened, and when they are closed again."""
+
+from ippon.geometry import Float64Array
+from ippon.planning.terrain.traversability import Traversability
+
+
+class SecondChances:
+    """Opens narrow gaps and the cells of contacts before a search gives up, and for no longer.
+
+    Without a search, narrow gaps alone are opened, for a point that no other path leads to: the
+    robot may stand behind one.
+
+    Args:
+        floor: The floor.
+        most: See `PlannerConfig.second_chances`.
+    """
+
+    def __init__(self, floor: Traversability, most: int) -> None:
+        self._floor = floor
+        self._most = most
+        self._left = most
+        self._searching = False
+        self._point: tuple[float, float] | None = None
+        """The point that narrow gaps were opened for, None for none."""
+
+    def begin(self) -> None:
+        """Close what was opened before another search."""
+        self._searching, self._left, self._point = True, self._most, None
+        self._floor.restore()
+
+    def set_searching(self, searching: bool) -> None:
+        """Close what was opened when a search ends, or goes on after its end."""
+        if searching != self._searching:
+            self.begin()
+            self._searching = searching
+
+    def relax(self) -> bool:
+        """Open both before a search gives up; return whether any was closed."""
+        if not self._searching or self._left == 0:
+            return False
+        self._left -= 1
+        return self._floor.relax()
+
+    def open_for(self, xy: Float64Array) -> bool:
+        """Open narrow gaps for a point (2,), unless a search runs; return whether any was closed.
+
+        Args:
+            xy: World x and y, metres.
+        """
+        if self._searching:
+            return False
+        self._point = (float(xy[0]), float(xy[1]))
+        return self._floor.squeeze()
+
+    def close_for(self, xy: Float64Array) -> bool:
+        """Close the narrow gaps of another point than (2,) `xy`; return whether any were open."""
+        if self._point is None or self._point == (float(xy[0]), float(xy[1])):
+            return False
+        self._point = None
+        self._floor.restore()
+        return True
