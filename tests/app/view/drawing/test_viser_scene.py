@@ -139,7 +139,7 @@ def test_gains_are_coloured_again_some_time_after_the_last_drawing(server, model
     monkeypatch.setattr(viser_scene, "time", SimpleNamespace(monotonic=lambda: now[0]))
     scene, options, drawn = ViserScene(server), ViewOptions(mode="gain"), []
 
-    def draw_for_5_s(store, voxel_size_m, dirty, options):
+    def draw_for_5_s(store, voxel_size_m, dirty, options, floor_z_m):
         drawn.append(len(dirty))
         now[0] += 5.0
 
