@@ -97,7 +97,7 @@ function unfound(lost) {
   if (!lost) return { title: "" };
   return {
     // A navigator that was started again counts goals from 1.
-    key: `unfound ${lost.goal_id} ${lost.start_ns}`,
+    key: `unfound ${lost.goal_id} ${lost.took_s}`,
     title: say("notice.exhausted", { object: lost.name }),
     text: say("notice.exhausted.text"),
     acts: lost.places > 0 ? ["places"] : [],

@@ -1,7 +1,7 @@
 """Transforms, commands, contact and paths as ROS 2 messages."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -31,6 +31,28 @@ class StampedTransform:
     parent: str
     child: str
     T_parent_child: Float64Array
+
+
+def timed_link(
+    frame: str,
+    moving: Mapping[str, StampedTransform],
+    fixed: Mapping[str, StampedTransform],
+) -> StampedTransform | None:
+    """Return the transform that tells the time of a frame's pose, None without any.
+
+    It is the moving one next to the frame, or that of the frame itself if none moves.
+
+    Args:
+        frame: The frame.
+        moving: Moving transforms by their child.
+        fixed: Fixed ones, the time of which says nothing.
+    """
+    at: str | None = frame
+    for _ in range(1 + len(fixed)):
+        if at is None or at in moving:
+            break
+        at = fixed[at].parent if at in fixed else None
+    return fixed.get(frame) if at is None else moving.get(at)
 
 
 def robot_transforms(

@@ -14,7 +14,7 @@ class FloorHeight:
 
     def __init__(self) -> None:
         self.z_m = 0.0
-        """World frame, metres; 0 before the first pose."""
+        """World frame, metres; 0, where most maps begin, until a pose is farther from it."""
         self._still: tuple[int, float] | None = None
         """Stamp and height from which on the pose has kept its height."""
 
@@ -28,7 +28,7 @@ class FloorHeight:
             stamp_ns: Time of the pose, nanoseconds.
         """
         before, still = self.z_m, self._still
-        if still is None:
+        if still is None and abs(z_m - self.z_m) > UNDERFOOT_M:
             self.z_m = z_m
         if still is None or abs(z_m - still[1]) > _STILL_M or stamp_ns < still[0]:
             self._still = (stamp_ns, z_m)

@@ -48,6 +48,7 @@ class VoxelMap:
         models: ObservationModels | None = None,
     ) -> None:
         self.config = config
+        self._limit_mb = config.memory_limit_mb
         self.revision = 0
         """Grows by one with each change."""
         self._pools: Pools = make_pools(config.max_blocks)
@@ -252,7 +253,7 @@ class VoxelMap:
         lowest_m, highest_m = self._layers.ooi_lowest_m, self._layers.ooi_highest_m
         small_m = self._layers.ooi_small_m
         header = {
-            "config": dataclasses.asdict(self.config),
+            "config": {**dataclasses.asdict(self.config), "memory_limit_mb": self._limit_mb},
             "labels": list(self.labels),
             "ooi": self.ooi,
             "revision": self.revision,
@@ -274,7 +275,8 @@ class VoxelMap:
 
         Args:
             path: The file.
-            config: Replaces the saved configuration; voxel size and cut-off must be the same.
+            config: Replaces the saved configuration; voxel size and cut-off must be the same. Its
+                memory limit is raised for a map that filled the same limit in an earlier version.
 
         Raises:
             MapFileError: The file is damaged, of another version, or not a map; or `config` does
@@ -285,12 +287,13 @@ class VoxelMap:
         header, arrays = map_file.read(path, max(map_file.MOST_BYTES, limit))
         try:
             saved = MapConfig(**_known_fusion(header["config"]))
-            used = config or saved
+            asked = used = config or saved
             if used.memory_limit_mb >= saved.memory_limit_mb:
                 # Earlier versions put more blocks into the same limit.
                 rows = -(-(len(arrays["surface_energy"]) + 1) // SURFACE_VOXELS_PER_BLOCK)
                 used = used.holding(max(len(arrays["coord"]), rows))
             voxel_map = cls(used, header["labels"])
+            voxel_map._limit_mb = asked.memory_limit_mb
             voxel_map._restore(header, arrays)
         except (KeyError, TypeError, ValueError) as error:
             raise MapFileError(f"{path.name} is not a usable map: {error}") from error

@@ -120,6 +120,8 @@ class Tour:
                 self._announced.append(search)
         self._left = left
         if changed and self.running:
+            # As before another search, what was opened before that one ended is closed.
+            self._planner.set_searching(False)
             self.replan()
         if self.lead.over and self.running:
             self.lead = self.running[0]

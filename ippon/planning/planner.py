@@ -206,7 +206,7 @@ class ViewpointPlanner:
             exhausted=exhausted,
             evaluated=evaluated,
             closer_look=look is not None,
-            out_of_reach_m=None if look is None else look.out_of_reach_m,
+            out_of_reach_m=None if look is None else look.away_m,
             unseen_shortcut_m=unseen_shortcut_m(around.grid, around.limits, around.margin_m, path),
             floor_gap=floor_gap,
             cut_short=deadline.cut_short,

@@ -17,7 +17,7 @@ from app.messages.driving import PaintedRegions, PaintedStroke
 from app.messages.images import CompressedColor, StampedCamera
 from app.messages.keys import BASE_FRAME, WORLD_FRAME
 from app.messages.memory import MapAlignment, RememberedThing, Room
-from app.messages.motion import StampedPath, StampedTransform
+from app.messages.motion import StampedPath, StampedTransform, timed_link
 from app.messages.recording import RecordingStatus
 from app.messages.scene import FoundObject, VoxelCloud
 from app.messages.status import Event, FarEvidenceCells, FindReport, LevelTable, Status, is_restart
@@ -329,7 +329,7 @@ class SceneModel:
 
     def _follow_base(self) -> None:
         """Keep its pose; on another floor, all that is drawn by its height is drawn anew."""
-        base = self._moving.get(BASE_FRAME) or self._fixed.get(BASE_FRAME)
+        base = timed_link(BASE_FRAME, self._moving, self._fixed)
         if base is not None and self.T_world_camera is not None:
             self.camera_poses.append((base.stamp_ns, self.T_world_camera))
         if base is None or self.T_world_base is None:

@@ -64,8 +64,11 @@ class UnfoundGoals:
             self.latest = None
 
     def dismiss(self, lost: UnfoundGoal) -> None:
-        """Forget a goal that somebody has read about; another one of its number stays."""
-        if self.latest is lost:
+        """Forget a goal that somebody has read about; another one of its number stays.
+
+        A navigator that was started again counts from 1, and a review shows one end several times.
+        """
+        if self.latest is not None and _end_of(self.latest.goal) == _end_of(lost.goal):
             self.latest = None
 
 
@@ -83,6 +86,10 @@ def _told(
         start_ns=status.stamp_ns - int(status.elapsed_s * 1e9),
         also=tuple(also),
     )
+
+
+def _end_of(goal: GoalStatus) -> tuple[int, str, float | None]:
+    return goal.goal_id, goal.object, goal.took_s
 
 
 def _is_past(lost: GoalStatus, goals: list[GoalStatus]) -> bool:

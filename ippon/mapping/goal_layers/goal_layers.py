@@ -33,6 +33,7 @@ from ippon.mapping.objects.object_layers import ImageEntries, clear_m
 from ippon.mapping.objects.ooi_suppression import (
     SuppressedRegion,
     ball_at,
+    outside,
     slots_in,
     surface_in,
     values_before,
@@ -157,12 +158,13 @@ class GoalLayers:
         self, goal: int, centre_world: NDArray[np.float64], radius_m: float
     ) -> SuppressedRegion:
         """Exclude a goal from a ball; see `VoxelMap.suppress_ooi`."""
-        ball = ball_at(centre_world, radius_m)
+        ball, others = ball_at(centre_world, radius_m), self._balls_of(goal)
         self._suppressed.append((goal, ball))
         voxel, slots = self._surface_in(ball)
         log_odds, code = self._arrays.log_odds[:, goal], self._arrays.code[:, goal]
-        places = self._layers.surface.ooi_places[slots]
-        before = SuppressedRegion(ball, voxel, log_odds[slots], code[slots], places)
+        free = outside(voxel, others, self._map.config.voxel_size_m)
+        at, places = slots[free], self._layers.surface.ooi_places
+        before = SuppressedRegion(ball, voxel[free], log_odds[at], code[at], places[at])
         log_odds[slots] = -LOG_ODDS_MAX
         code[slots[code[slots] != NOT_MAPPED]] = ooi_code(-LOG_ODDS_MAX)
         self._map.revision += 1
@@ -177,12 +179,13 @@ class GoalLayers:
             if g != goal or not (ball == region.ball).all()
         ]
         log_odds, code = self._arrays.log_odds[:, goal], self._arrays.code[:, goal]
+        others, edge = self._balls_of(goal), self._map.config.voxel_size_m
         if self._alias(self.labels[goal]) >= 0:
-            others = np.array([ball for g, ball in self._suppressed if g == goal]).reshape(-1, 4)
-            edge = self._map.config.voxel_size_m
             self._begin(goal, slots_in(region.ball, others, self._pools, self._directory, edge))
         else:
             voxel, slots = self._surface_in(region.ball)
+            free = outside(voxel, others, edge)
+            voxel, slots = voxel[free], slots[free]
             values = values_before(region, voxel, self._prior(goal))
             log_odds[slots] = values.log_odds
             code[slots] = np.where(code[slots] == NOT_MAPPED, NOT_MAPPED, values.code)
@@ -231,6 +234,10 @@ class GoalLayers:
             (target.small_m for target, is_missing in missing if is_missing), default=math.inf
         )
         combine_goals_kernel(self._pools, voxel_map.surface, self._arrays, voxel_map.revision)
+
+    def _balls_of(self, goal: int) -> NDArray[np.float64]:
+        """Return the (K, 4) balls in which a goal is suppressed."""
+        return np.array([ball for g, ball in self._suppressed if g == goal]).reshape(-1, 4)
 
     def _surface_in(self, ball: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
         """Return (M, 3) voxels and (M,) rows of the surface in a ball."""

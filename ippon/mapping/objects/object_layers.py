@@ -125,7 +125,7 @@ class ObjectLayers:
         self._config = config
         self._pools = pools
         self._settled = len(labels)
-        """Labels from this one on were added since the map was made or read."""
+        """Labels from this one on were added last."""
         self._opened_at_add = -1
         """`N_OPENED` when the last label was added."""
         self._energy_of = energy_table(config.likelihood_floor)
@@ -218,11 +218,10 @@ class ObjectLayers:
         revision: int,
     ) -> SuppressedRegion:
         """Exclude the current object of interest from a ball."""
-        ball = ball_at(centre_world, radius_m)
-        self.suppressed = np.concatenate([self.suppressed, ball[None]])
-        return suppress(
-            ball, self._pools, self.surface, directory, self._config.voxel_size_m, revision
-        )
+        ball, others = ball_at(centre_world, radius_m), self.suppressed
+        self.suppressed = np.concatenate([others, ball[None]])
+        size_m = self._config.voxel_size_m
+        return suppress(ball, others, self._pools, self.surface, directory, size_m, revision)
 
     def restore_ooi(
         self,
@@ -235,13 +234,17 @@ class ObjectLayers:
         same = (self.suppressed == region.ball).all(axis=1)
         self.suppressed = self.suppressed[~same]
         size_m, alias = self._config.voxel_size_m, self._alias()
+        prior = prior_log_odds(len(self.labels), alias)
         if alias >= 0:
             slots = slots_in(region.ball, self.suppressed, self._pools, directory, size_m)
+            self.surface.log_odds[slots] = prior
             self._start_ooi(slots, floor_z_m, revision)
             return
-        prior = prior_log_odds(len(self.labels), alias)
         held = self.accumulators
-        restore(region, self._pools, self.surface, held, directory, size_m, prior, revision)
+        restore(
+            region, self.suppressed, self._pools, self.surface, held, directory, size_m, prior,
+            revision,
+        )  # fmt: skip
 
     @property
     def ooi_prior_log_odds(self) -> float:

@@ -39,6 +39,7 @@ def ball_at(centre_world: NDArray[np.float64], radius_m: float) -> NDArray[np.fl
 
 def suppress(
     ball: NDArray[np.float64],
+    others: NDArray[np.float64],
     pools: Pools,
     surface: SurfaceVoxels,
     directory: BlockDirectory,
@@ -49,6 +50,7 @@ def suppress(
 
     Args:
         ball: (4,) centre in the world and radius, metres.
+        others: (K, 4) balls that are suppressed already: what lies in them has no values.
         pools: The map's pools, updated.
         surface: Surface voxels, updated.
         directory: Rows of the blocks.
@@ -61,7 +63,7 @@ def suppress(
     rows, voxel, inside = surface_in(ball, pools, directory, voxel_size_m)
     slabs = pools.slab[rows]
     slots = pools.slot[slabs]
-    with_row = inside & (slots != 0)
+    with_row = inside & (slots != 0) & outside(voxel, others, voxel_size_m)
     before = SuppressedRegion(
         ball,
         voxel[with_row],
@@ -69,7 +71,7 @@ def suppress(
         pools.ooi[slabs][with_row],
         surface.ooi_places[slots[with_row]],
     )
-    surface.log_odds[slots[with_row]] = -LOG_ODDS_MAX
+    surface.log_odds[slots[inside & (slots != 0)]] = -LOG_ODDS_MAX
     mapped = inside & (pools.ooi[slabs] != NOT_MAPPED)
     _set_codes(pools, rows, mapped, int(ooi_code(-LOG_ODDS_MAX)), revision)
     return before
@@ -77,6 +79,7 @@ def suppress(
 
 def restore(
     region: SuppressedRegion,
+    others: NDArray[np.float64],
     pools: Pools,
     surface: SurfaceVoxels,
     accumulators: PlaceAccumulators,
@@ -89,6 +92,7 @@ def restore(
 
     Args:
         region: From `suppress`.
+        others: (K, 4) balls that stay suppressed.
         pools: The map's pools, updated.
         surface: Surface voxels, updated.
         accumulators: Images of the current places, updated.
@@ -100,7 +104,7 @@ def restore(
     rows, voxel, inside = surface_in(region.ball, pools, directory, voxel_size_m)
     log_odds = surface.log_odds
     slots = pools.slot[pools.slab[rows]]
-    inside &= slots != 0
+    inside &= (slots != 0) & outside(voxel, others, voxel_size_m)
     slots = slots[inside]
     values = values_before(region, voxel[inside], prior_log_odds)
     log_odds[slots] = values.log_odds
@@ -143,6 +147,17 @@ def _same_voxels(
     return here, there
 
 
+def outside(
+    voxel: NDArray[np.int64], balls: NDArray[np.float64], voxel_size_m: float
+) -> NDArray[np.bool_]:
+    """Return (...) whether the centres of (..., 3) voxels lie in none of (K, 4) balls."""
+    free = np.ones(voxel.shape[:-1], np.bool_)
+    for ball in balls:
+        away = (voxel + 0.5) * voxel_size_m - ball[:3]
+        free &= (away**2).sum(axis=-1) > ball[3] ** 2
+    return free
+
+
 def surface_in(
     ball: NDArray[np.float64], pools: Pools, directory: BlockDirectory, voxel_size_m: float
 ) -> tuple[NDArray[np.int32], NDArray[np.int64], NDArray[np.bool_]]:
@@ -173,9 +188,7 @@ def slots_in(
 ) -> NDArray[np.int64]:
     """Return the rows of the surface voxels in a ball and in none of (K, 4) others."""
     rows, voxel, inside = surface_in(ball, pools, directory, voxel_size_m)
-    for other in others:
-        away = (voxel + 0.5) * voxel_size_m - other[:3]
-        inside &= (away**2).sum(axis=2) > other[3] ** 2
+    inside &= outside(voxel, others, voxel_size_m)
     slots = pools.slot[pools.slab[rows]][inside].astype(np.int64)
     found: NDArray[np.int64] = slots[slots != 0]
     return found

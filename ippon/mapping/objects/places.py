@@ -7,9 +7,9 @@ the paper's filter multiplies those of all images. A place is a direction of 15 
 voxel, near or far. A place that the camera has left is closed: later images from it are not used.
 
 What closes for the common labels stays closed while the map is in use, because they keep their
-evidence; labels that are added later have places of their own. For another object of interest every
-place opens again. An object of interest that is a common label starts from that label, and shares
-its places.
+evidence; the labels that were added last have places of their own. For another object of interest
+every place opens again. An object of interest that is a common label starts from that label, and
+shares its places.
 """
 
 from typing import Final, NamedTuple
@@ -49,7 +49,7 @@ class PlaceAccumulators(NamedTuple):
     ooi_sum: NDArray[np.float32]
     """(W,) sum of the images' likelihoods of the object of interest."""
     ooi_images: NDArray[np.int32]
-    """(W,) images in `ooi_sum`; fewer than `images`, since their range is shorter."""
+    """(W,) images in `ooi_sum`."""
     images: NDArray[np.int32]
     """(W,) images in `sums`."""
     place: NDArray[np.uint8]

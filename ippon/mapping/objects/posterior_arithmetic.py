@@ -59,7 +59,7 @@ class FusionInput(NamedTuple):
     ooi_alias: int
     """Map label that is the OOI itself, `NONE` if the OOI is not a common label."""
     settled: int
-    """Labels from this one on were added while the map was in use."""
+    """Labels from this one on were added last, while the map was in use."""
     prior: np.float32
     """See `prior_log_odds`."""
     energy_of: NDArray[np.float32]

@@ -47,9 +47,9 @@ class SurfaceVoxels(NamedTuple):
     label_places: NDArray[np.uint64]
     """(R,) one bit per place whose images `energy` contains; see `places.place_of`."""
     added_places: NDArray[np.uint64]
-    """(R,) those of them whose images it contains for labels that were added, too."""
+    """(R,) those of them whose images it contains for the labels that were added last, too."""
     ooi_places: NDArray[np.uint64]
-    """(R,) one bit per place from which the voxel was seen since the OOI was set."""
+    """(R,) one bit per place whose images the log-odds of the OOI contain, or that are closed."""
     accumulator: NDArray[np.int32]
     """(R,) row of `places.PlaceAccumulators` while the current place is open, 0 for none."""
     free: NDArray[np.int32]

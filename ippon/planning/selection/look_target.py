@@ -54,15 +54,8 @@ class LookTarget:
     yaw_rad: float
     tilt_rad: float
     away_m: float | None = None
-    """At the place for an object out of reach, or on the way there: metres over the floor from the
+    """Where the search may end with an object out of reach: metres over the floor from the
     viewpoint to the object. None while a closer viewpoint may exist."""
-    in_view: bool = True
-    """The object is visible from the viewpoint, not hidden as behind a partition."""
-
-    @property
-    def out_of_reach_m(self) -> float | None:
-        """`away_m` if the search may end here: the object is in view."""
-        return self.away_m if self.in_view else None
 
 
 def look_at(

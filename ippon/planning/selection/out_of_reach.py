@@ -4,7 +4,7 @@ The robot first tries detours over unseen floor. If there is none, it goes to th
 the object from which it is visible, and the search ends there.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from ippon.planning.roadmap.shortest_tree import ShortestTree
 from ippon.planning.selection.detours import (
     DetourConfig,
     Surroundings,
-    farthest_point_sample,
     find_detour,
     is_standable,
     nearest_viewing_position,
@@ -162,7 +161,10 @@ class OutOfReach:
             if not self.is_given_up(cluster):
                 self._given_up.append(case.centre)
             return None
-        return self._look_from_nearest(case.stand, cluster, around, tree, xy)
+        place, voxel = case.stand
+        node = int(tree.order[np.argmin(np.hypot(*(xy[tree.order] - place).T))])
+        away = float(np.hypot(*(cluster[:, :2] - xy[node]).T).min())
+        return look_at(node, xy[node], voxel, around.camera_z_m, away)
 
     def _detour(
         self,
@@ -197,24 +199,6 @@ class OutOfReach:
         case.centre = centre
         self._case = case
         return case
-
-    def _look_from_nearest(
-        self,
-        stand: tuple[Float64Array, Float64Array],
-        cluster: Float64Array,
-        around: Surroundings,
-        tree: ShortestTree,
-        xy: Float64Array,
-    ) -> LookTarget:
-        """Look at the object from the viewpoint nearest to the place for it."""
-        place, voxel = stand
-        node = int(tree.order[np.argmin(np.hypot(*(xy[tree.order] - place).T))])
-        away = float(np.hypot(*(cluster[:, :2] - xy[node]).T).min())
-        # Where no path leads to the place yet, the nearest viewpoint may lie behind a partition.
-        sights = (voxel, *farthest_point_sample(cluster, self._look.sight_points))
-        in_view = any(around.is_visible(xy[node], sight) for sight in sights)
-        look = look_at(node, xy[node], voxel, around.camera_z_m, away)
-        return replace(look, in_view=in_view)
 
     def _look_at_floor(
         self,

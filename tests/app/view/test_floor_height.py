@@ -53,3 +53,7 @@ def test_a_clock_that_was_set_back_stops_no_floor():
 @pytest.mark.parametrize(("floor_z_m", "layer"), [(0.0, 14), (3.0, 44), (-1.3, 1)])
 def test_the_cut_is_above_the_floor(floor_z_m, layer):
     assert layer_below(1.4, floor_z_m, 0.1) == layer
+
+
+def test_a_map_that_begins_near_zero_has_its_floor_there():
+    assert set(_floors([-0.06] * 30)) == {0.0}

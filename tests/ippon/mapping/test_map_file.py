@@ -83,12 +83,15 @@ def test_a_map_within_the_memory_limit_is_read_whatever_its_size(voxel_map, tmp_
 def test_a_map_that_an_earlier_version_filled_to_its_limit_is_read(voxel_map, tmp_path):
     """More is counted for a block now, so that the limit holds fewer."""
     full = MapConfig(memory_limit_mb=2.0, max_range_m=0.5)
-    voxel_map.config = full
+    voxel_map.config, voxel_map._limit_mb = full, full.memory_limit_mb
     voxel_map.save(tmp_path / "full.map")
     for config in (None, full, MapConfig()):
         loaded = VoxelMap.load(tmp_path / "full.map", config)
         assert loaded.bounds() is not None
         assert loaded.config.max_blocks > full.max_blocks
+        loaded.save(tmp_path / "again.map")
+        again = VoxelMap.load(tmp_path / "again.map", config)
+        assert again.config == loaded.config, "whenever it starts"
 
 
 @pytest.mark.slow

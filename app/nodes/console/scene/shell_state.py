@@ -36,8 +36,8 @@ class ShownUnfound(msgspec.Struct, frozen=True, kw_only=True):
     """The goal that ended last without a find."""
 
     goal_id: int
-    start_ns: str
-    """Robot time at which its search began, as text: JavaScript rounds such numbers."""
+    took_s: float | None
+    """Time that its search took: another run of the navigator counts from the same number."""
     name: str
     places: int
     """Number of the likeliest places that the Search tab lists."""
@@ -166,5 +166,5 @@ def _unfound(lost: UnfoundGoal | None, say: Words) -> ShownUnfound | None:
         return None
     name, places = ", ".join(map(say.goal, lost.goals)), len(lost.places or ())
     return ShownUnfound(
-        goal_id=lost.goal.goal_id, start_ns=str(lost.start_ns), name=name, places=places
+        goal_id=lost.goal.goal_id, took_s=lost.goal.took_s, name=name, places=places
     )

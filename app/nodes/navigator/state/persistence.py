@@ -7,6 +7,7 @@ runs: who finds it at a start knows that the last run was killed, and what it di
 
 import contextlib
 import logging
+import math
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -33,6 +34,7 @@ logger = logging.getLogger(__name__)
 
 SAVE_EVERY_S: Final = 10.0
 FIRST_AFTER_S: Final = 5.0
+AGAIN_S: Final = 1.0
 RECENT_S: Final = 120.0
 """Age of the last sign of a killed run from which the next one does not go on by itself: the robot
 may have been moved."""
@@ -204,14 +206,16 @@ class StatePersistence:
         self._problem = ""
         self._reported = False
         self._run: tuple[RunState, float] | None = None
+        self._again_at = math.inf  # When a state that could not be written is tried again.
         self._small = _SmallFiles(self._fail)
         for one in (path, _goals_path(path), _run_path(path)):
             remove_partial_files(one)
 
     def keep_state(self, goals: GoalQueue, run: RunState) -> None:
         """Write goals and state when they change, also while no frame comes."""
-        kept = self._run  # The writer's thread may forget it.
-        if kept is None or kept[0] != run:
+        kept, again_at = self._run, self._again_at
+        if kept is None or kept[0] != run or time.monotonic() >= again_at:
+            self._again_at = math.inf
             self._put_run(run)
         if self._problem and not self._reported:
             self._reported = True
@@ -282,7 +286,7 @@ class StatePersistence:
             self._goals = None
             self._problem = f"the goals are not kept in {path.name}: {reason}"
         else:
-            self._run = None
+            self._again_at = time.monotonic() + AGAIN_S
             self._problem = f"the state is not kept in {path.name}: {reason}"
             # The last state is obsolete, and to remove it needs no space: a Stop is not forgotten.
             with contextlib.suppress(OSError):

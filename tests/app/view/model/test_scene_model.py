@@ -139,6 +139,17 @@ def test_another_floor_draws_anew_what_depends_on_its_height(model, make):
     assert model.floor_z_m == -1.3, "the first pose in another world is on its floor"
 
 
+def test_the_floor_is_followed_where_the_base_is_fixed_to_a_frame_that_moves(model):
+    lifted = base_pose(0.0, 0.0, 0.1, 0.0)
+    link = {"parent": "base_footprint", "child": "base_link", "T_parent_child": lifted}
+    model.on_transforms([StampedTransform(stamp_ns=0, **link)], fixed=True)
+    for n, z in enumerate([0.0, 3.0, 3.0, 3.0]):
+        pose = {"parent": "map", "child": "base_footprint"}
+        T = base_pose(0.0, 0.0, z, 0.0)
+        model.on_transforms([StampedTransform(stamp_ns=n * 10**9, **pose, T_parent_child=T)])
+    assert model.floor_z_m == pytest.approx(3.1)
+
+
 def test_a_floor_at_zero_draws_nothing_anew(model, make):
     model.on_voxels(make.cloud([(0, 0, 0)]))
     model.take_changes()

@@ -1,3 +1,5 @@
+import msgspec
+
 from app.messages.status import GoalStatus
 from app.view.model.candidates import Candidate
 from app.view.model.unfound_goals import UnfoundGoals
@@ -34,9 +36,10 @@ def test_what_was_not_found_is_past_once_it_is_dismissed_or_a_later_find_is_conf
     unfound = UnfoundGoals()
     unfound.follow(status_of(goal=HAT), lambda: PLACES)
     unfound.follow(over, lambda: PLACES)
-    unfound.dismiss(_followed(status_of(goal=HAT), over))
+    other = status_of("exhausted", goal=msgspec.structs.replace(GONE, took_s=31.4))
+    unfound.dismiss(_followed(status_of(goal=HAT), other))
     assert unfound.latest is not None, "that is the goal of another run"
-    unfound.dismiss(unfound.latest)
+    unfound.dismiss(_followed(status_of(goal=HAT), over))
     unfound.follow(over, lambda: PLACES)
     assert unfound.latest is None
 

@@ -134,6 +134,27 @@ def test_a_place_is_taken_back_as_it_was(voxel_map):
     voxel_map.restore_ooi(nowhere)
 
 
+@pytest.mark.parametrize("first", [0, 1])
+def test_places_that_overlap_are_taken_back_in_any_order(voxel_map, first):
+    before = voxel_map.surface.log_odds.copy()
+    balls = [(np.array([x, 1.0, 0.0]), 0.8) for x in (1.0, 1.6)]
+    ruled_out = [voxel_map.suppress_ooi(*ball) for ball in balls]
+    voxel_map.restore_ooi(ruled_out[first])
+    for slot, block, column in plain.labelled(voxel_map):
+        away = np.linalg.norm(plain.center(voxel_map, block, column) - balls[1 - first][0])
+        if away < 0.8 - 1e-6:
+            assert voxel_map.surface.log_odds[slot] == -LOG_ODDS_MAX, "the other one stays"
+    voxel_map.restore_ooi(ruled_out[1 - first])
+    after = voxel_map.surface.log_odds
+    changed = np.flatnonzero(after != before)
+    prior = -np.log(len(LABELS))
+    # What lies in both was set aside twice: only the first of the two knew its values. Where that
+    # was taken back before the other, images count again.
+    assert (len(changed) > 0) == (first == 0)
+    assert after[changed] == pytest.approx(prior, abs=1e-6)
+    assert not voxel_map.surface.ooi_places[changed].any()
+
+
 def test_surface_that_changed_while_suppressed_is_reset_or_stays_removed(voxel_map):
     ball = np.array([1.0, 1.0, 0.0])
     ruled_out = voxel_map.suppress_ooi(ball, 0.8)

@@ -73,7 +73,7 @@ def test_a_step_that_was_cut_short_does_not_count_as_one_without_a_detour(monkey
     place, voxel = np.array([1.0, 1.0]), np.array([2.0, 1.0, 0.5])
     monkeypatch.setattr(out_of_reach_module, "find_detour", lambda *_: None)
     monkeypatch.setattr(out_of_reach_module, "nearest_viewing_position", lambda *_: (place, voxel))
-    around = SimpleNamespace(camera_z_m=1.0, is_visible=lambda *_: True)
+    around = SimpleNamespace(camera_z_m=1.0)
     tree = SimpleNamespace(order=np.array([0]))
     given = (voxel[None], around, tree, place[None], np.eye(4))
     planned = OutOfReach(OutOfReachConfig(), LookConfig(), 0.5)
@@ -162,9 +162,7 @@ def test_a_place_that_turns_out_not_to_be_standable_is_chosen_again(monkeypatch)
         lambda *_: (places[int(reachable[10, 10] != STANDABLE)], voxel),
     )
     grid = SimpleNamespace(voxel_size=0.1, origin=np.zeros(2, np.int64))
-    around = SimpleNamespace(
-        camera_z_m=1.0, is_visible=lambda *_: True, grid=grid, reachable=reachable
-    )
+    around = SimpleNamespace(camera_z_m=1.0, grid=grid, reachable=reachable)
     tree = SimpleNamespace(order=np.array([0, 1]))
     given = (voxel[None], around, tree, places, np.eye(4))
     planned = OutOfReach(OutOfReachConfig(), LookConfig(), 0.5)
@@ -173,21 +171,6 @@ def test_a_place_that_turns_out_not_to_be_standable_is_chosen_again(monkeypatch)
     reachable[10, 10] = PASSED
     assert planned.choose(*given, enough=4.0).node == 1
     np.testing.assert_array_equal(planned.wanted_place(), places[1])
-
-
-@pytest.mark.parametrize("in_view", [True, False])
-def test_the_search_ends_only_where_the_object_is_in_view(monkeypatch, stands, in_view):
-    """On the way, the nearest viewpoint may be one behind a partition."""
-    place, voxel = np.array([1.0, 1.0]), np.array([2.0, 1.0, 0.5])
-    monkeypatch.setattr(out_of_reach_module, "find_detour", lambda *_: None)
-    monkeypatch.setattr(out_of_reach_module, "nearest_viewing_position", lambda *_: (place, voxel))
-    around = SimpleNamespace(camera_z_m=1.0, is_visible=lambda *_: in_view)
-    tree = SimpleNamespace(order=np.array([0]))
-    planned = OutOfReach(OutOfReachConfig(), LookConfig(), 0.5)
-    given = (voxel[None], around, tree, place[None], np.eye(4))
-    look = [planned.choose(*given, enough=4.0) for _ in range(20)][-1]
-    assert look.node == 0
-    assert look.out_of_reach_m == (1.0 if in_view else None)
 
 
 def test_counts_without_meaning_are_refused():

@@ -13,15 +13,16 @@ def test_a_closed_list_opens_for_a_goal_of_that_number_after_a_restart(stage):
     panel = CandidatesPanel(gui, MagicMock(say=ENGLISH), MagicMock())
     (close,), _ = gui.add_button.return_value.on_click.call_args
 
-    def end_goal(stamp_ns):
-        goal = GoalStatus(goal_id=1, object="hat", outcome="exhausted")
+    def end_goal(stamp_ns, took_s):
+        goal = GoalStatus(goal_id=1, object="hat", outcome="exhausted", took_s=took_s)
         model.on_status(stage.status_of("searching", stamp_ns=stamp_ns))
         model.on_status(stage.status_of("exhausted", goal=goal, stamp_ns=stamp_ns + 1))
         panel.show(model)
         return model.unfound.latest
 
-    assert end_goal(9_000_000_000) is not None
+    assert end_goal(9_000_000_000, 20.1) is not None
     close(None)
     panel.show(model)
     assert model.unfound.latest is None
-    assert end_goal(1_000_000_000) is not None, "the navigator was started again"
+    assert end_goal(1_000_000_000, 20.1) is None, "a review shows it again"
+    assert end_goal(500_000_000, 31.4) is not None, "the navigator was started again"

@@ -409,7 +409,7 @@ def test_a_find_of_a_tour_waits_over_the_scene_while_the_robot_goes_on(page, pos
         goal_id=7, number=2, name="chair 2", position=(1.0, 2.0, 0.5), size=(0.2, 0.2, 0.2),
         perhaps=False, out_of_reach_m=None,
     )  # fmt: skip
-    lost = ShownUnfound(goal_id=3, start_ns="1", name="hat", places=0)
+    lost = ShownUnfound(goal_id=3, took_s=1.0, name="hat", places=0)
     post(msgspec.structs.replace(SEARCHING, state="searching", find=find, unfound=lost))
     notice = page.locator("#notice")
     expect(notice).to_contain_text("Found: chair 2 Is this it?")
@@ -421,7 +421,7 @@ def test_a_find_of_a_tour_waits_over_the_scene_while_the_robot_goes_on(page, pos
 
 
 def test_a_closed_notice_stays_closed_for_the_search_of_that_run_only(page, post):
-    lost = ShownUnfound(goal_id=1, start_ns="1700000000000000001", name="hat", places=0)
+    lost = ShownUnfound(goal_id=1, took_s=20.1, name="hat", places=0)
     post(unfound=lost)
     notice = page.locator("#notice")
     expect(notice).to_contain_text("Not found: hat")
@@ -430,7 +430,7 @@ def test_a_closed_notice_stays_closed_for_the_search_of_that_run_only(page, post
     post(unfound=lost, why="closed")
     expect(page.locator("#why")).to_have_text("closed")
     expect(notice).to_be_hidden()
-    post(unfound=msgspec.structs.replace(lost, start_ns="1700000000000000002"))
+    post(unfound=msgspec.structs.replace(lost, took_s=20.2))
     expect(notice).to_be_visible()
 
 
@@ -666,7 +666,7 @@ _BESIDE_THE_PANEL = f"""for (const one of document.querySelectorAll(".stack, #ex
 @pytest.mark.parametrize("is_listed", [False, True])
 def test_an_explanation_and_a_notice_are_beside_each_other(page, post, is_listed):
     lost = ShownUnfound(
-        goal_id=3, start_ns="1", name="the little red hat of my grandmother", places=2
+        goal_id=3, took_s=1.0, name="the little red hat of my grandmother", places=2
     )
     post(unfound=lost, explanation=ClickExplanation(number=4, title="Sofa", note="A sofa."))
     expect(page.locator("#explanation")).to_be_visible()

@@ -287,6 +287,7 @@ def test_a_stop_that_a_full_disk_cannot_keep_is_not_forgotten(tmp_path, monkeypa
     def fail(path, content):
         raise OSError(errno.ENOSPC, "No space left on device")
 
+    monkeypatch.setattr(persistence_module, "AGAIN_S", 0.0)
     path, goals = tmp_path / "home.map", GoalQueue(3)
     persistence = StatePersistence(path, lambda *_: None)
     held = msgspec.structs.replace(RUN, held=True)
@@ -299,6 +300,22 @@ def test_a_stop_that_a_full_disk_cannot_keep_is_not_forgotten(tmp_path, monkeypa
         persistence.keep_state(goals, run)
         persistence._small.wait()
         assert read_saved_state(path, CONFIG).interrupted == read
+
+
+def test_a_full_disk_is_not_tried_in_every_round(tmp_path, monkeypatch):
+    tried = []
+
+    def fail(path, content):
+        tried.append(path.name)
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(persistence_module, "AGAIN_S", 3600.0)
+    monkeypatch.setattr(persistence_module, "replace_file", fail)
+    persistence = StatePersistence(tmp_path / "home.map", lambda *_: None)
+    for _ in range(5):
+        persistence.keep_state(GoalQueue(3), RUN)
+        persistence._small.wait()
+    assert len([name for name in tried if "run" in name]) == 1
 
 
 def test_a_disk_that_takes_its_time_holds_up_nobody(open_office, voxel_map, tmp_path, monkeypatch):
