@@ -64,7 +64,7 @@ class Process:
 
     def __init__(self, arguments: Sequence[str], log: Path, environment: Mapping[str, str]) -> None:
         self._log = log
-        environment = {**os.environ, **environment}
+        environment = {**os.environ, "PYTHONFAULTHANDLER": "1", **environment}
         with log.open("wb") as stream:
             if arguments[0] in COMMANDS:
                 self.child = Copy(arguments, subprocess.PIPE, stream.fileno(), environment)
@@ -94,7 +94,13 @@ class Process:
 
     def finish(self, timeout_s: float = 60.0) -> tuple[int, str]:
         """Wait for the end; return exit status and standard output."""
-        out, _ = self.child.communicate(timeout=timeout_s)
+        try:
+            out, _ = self.child.communicate(timeout=timeout_s)
+        except subprocess.TimeoutExpired:
+            # Each of its threads writes into its log where it is.
+            self.child.send_signal(signal.SIGABRT)
+            self.child.wait(10.0)
+            raise AssertionError(f"it did not end in {timeout_s:g} s:\n{self.log()}") from None
         return self.child.returncode, out
 
 

@@ -6,6 +6,7 @@ the demo.
 """
 
 import atexit
+import faulthandler
 import functools
 import gc
 import importlib
@@ -192,6 +193,7 @@ def _prepare() -> None:
 
 def main() -> None:
     """Be the template, and in a copy, a process of the product."""
+    faulthandler.enable()
     with socket.socket(fileno=int(sys.argv[1])) as connection:
         _prepare()
         arguments = _serve(connection)
