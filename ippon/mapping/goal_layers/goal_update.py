@@ -114,8 +114,7 @@ def _update_by_places(
     )
     table, table_of, channel = goals.likelihood_of, goals.table_of, goals.channel
     base, sums, images = layers.base_log_odds, layers.sums, layers.images
-    first_label, for_ooi = accumulators.first_label, accumulators.for_ooi
-    settled = fusion.settled
+    for_ooi, settled = accumulators.for_ooi, fusion.settled
     x, y, z = fusion.camera_at
     n = 0
     for a in range(ahead):
@@ -147,8 +146,7 @@ def _update_by_places(
             for g in range(len(wanted)):
                 base[w, g], sums[w, g], images[w, g] = layers.log_odds[slot, g], 0.0, 0
         for g in range(len(wanted)):
-            alias = goals.alias[g]
-            if not (wanted[g] and (first_label[w] <= alias if alias >= 0 else for_ooi[w])):
+            if not (wanted[g] and for_ooi[w]):
                 continue
             sums[w, g] += table[table_of[g], heat[v, u, channel[g]]]
             images[w, g] += 1

@@ -154,7 +154,7 @@ def update_by_places(
     ooi_sum, ooi_count = accumulators.ooi_sum, accumulators.ooi_images
     base_log_odds = accumulators.base_log_odds
     first_label, for_ooi = accumulators.first_label, accumulators.for_ooi
-    alias, settled = fusion.ooi_alias, fusion.settled
+    settled = fusion.settled
     energy, colors, color_count = surface.energy, surface.color, surface.color_count
     suppressed, common_max, ooi_max = fusion.suppressed, fusion.common_max_m, fusion.ooi_max_m
     appearance, coord, bounds = pools.appearance, pools.coord, fusion.ooi_bounds
@@ -189,8 +189,7 @@ def update_by_places(
         right = place_of(dx - TAN_MARGIN * dy, dy + TAN_MARGIN * dx, dz)
         w = open_accumulator(surface, accumulators, slot, place, left, right, settled, labels)
         # Row 0 is for none.
-        common = common and first_label[w] < labels
-        ooi = ooi and (first_label[w] <= alias if alias >= 0 else for_ooi[w])
+        common, ooi = common and first_label[w] < labels, ooi and for_ooi[w]
         if not common and not ooi:
             continue
         if ooi:
