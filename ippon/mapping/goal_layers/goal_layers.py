@@ -7,7 +7,7 @@ two doubtful goals in a voxel do not make an object voxel.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,8 +34,7 @@ from ippon.mapping.objects.ooi_suppression import (
     SuppressedRegion,
     ball_at,
     outside,
-    slots_in,
-    surface_in,
+    surface_slots,
     values_before,
 )
 from ippon.mapping.objects.places import begin_in_places, current_places, places_since
@@ -96,8 +95,8 @@ class GoalLayers:
         self._suppressed: list[tuple[int, NDArray[np.float64]]] = []
         self._ended = np.zeros(len(targets), np.bool_)
         self._layers.goals = self
-        for goal in range(len(targets)):
-            self._begin(goal, np.arange(1, int(voxel_map.surface.tally[N_USED])))
+        slots = np.arange(1, int(voxel_map.surface.tally[N_USED]))
+        self._begin(range(len(targets)), slots)
         # `set_ooi` has begun a new revision of the map.
         self._combine()
 
@@ -160,7 +159,7 @@ class GoalLayers:
         """Exclude a goal from a ball; see `VoxelMap.suppress_ooi`."""
         ball, others = ball_at(centre_world, radius_m), self._balls_of(goal)
         self._suppressed.append((goal, ball))
-        voxel, slots = self._surface_in(ball)
+        voxel, slots = self._surface_in(ball, others[:0])
         log_odds, code = self._arrays.log_odds[:, goal], self._arrays.code[:, goal]
         free = outside(voxel, others, self._map.config.voxel_size_m)
         at, places = slots[free], self._layers.surface.ooi_places
@@ -179,13 +178,10 @@ class GoalLayers:
             if g != goal or not (ball == region.ball).all()
         ]
         log_odds, code = self._arrays.log_odds[:, goal], self._arrays.code[:, goal]
-        others, edge = self._balls_of(goal), self._map.config.voxel_size_m
+        voxel, slots = self._surface_in(region.ball, self._balls_of(goal))
         if self._alias(self.labels[goal]) >= 0:
-            self._begin(goal, slots_in(region.ball, others, self._pools, self._directory, edge))
+            self._begin([goal], slots)
         else:
-            voxel, slots = self._surface_in(region.ball)
-            free = outside(voxel, others, edge)
-            voxel, slots = voxel[free], slots[free]
             values = values_before(region, voxel, self._prior(goal))
             log_odds[slots] = values.log_odds
             code[slots] = np.where(code[slots] == NOT_MAPPED, NOT_MAPPED, values.code)
@@ -211,19 +207,20 @@ class GoalLayers:
         centres: Float64Array = (index.astype(np.float64) + 0.5) * self._map.config.voxel_size_m
         return centres, value.astype(np.float64) / 254.0
 
-    def _begin(self, goal: int, slots: NDArray[np.int64]) -> None:
-        """Begin a goal in some voxels, the current places of which go on."""
+    def _begin(self, chosen: Iterable[int], slots: NDArray[np.int64]) -> None:
+        """Begin goals in some voxels, the current places of which go on."""
         layers, arrays = self._layers, self._arrays
         goals = self._properties(None, [math.inf] * len(self._targets), self._map.floor_z_m)
-        begin_goal_kernel(
-            self._pools, layers.surface, arrays, goals, goal, slots, len(layers.labels)
-        )
         rows, at = current_places(layers.surface, slots)
-        sums, images, base = begin_in_places(
-            layers.accumulators, rows, arrays.log_odds[slots[at], goal], int(goals.alias[goal])
-        )
-        arrays.sums[rows, goal], arrays.images[rows, goal] = sums, images
-        arrays.base_log_odds[rows, goal] = base
+        for goal in chosen:
+            begin_goal_kernel(
+                self._pools, layers.surface, arrays, goals, goal, slots, len(layers.labels)
+            )
+            sums, images, base = begin_in_places(
+                layers.accumulators, rows, arrays.log_odds[slots[at], goal], int(goals.alias[goal])
+            )
+            arrays.sums[rows, goal], arrays.images[rows, goal] = sums, images
+            arrays.base_log_odds[rows, goal] = base
 
     def _combine(self) -> None:
         """Write the map's `ooi` again, as its present revision."""
@@ -239,13 +236,12 @@ class GoalLayers:
         """Return the (K, 4) balls in which a goal is suppressed."""
         return np.array([ball for g, ball in self._suppressed if g == goal]).reshape(-1, 4)
 
-    def _surface_in(self, ball: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
-        """Return (M, 3) voxels and (M,) rows of the surface in a ball."""
+    def _surface_in(
+        self, ball: NDArray[np.float64], others: NDArray[np.float64]
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the surface in a ball and in none of others; see `surface_slots`."""
         edge = self._map.config.voxel_size_m
-        rows, voxel, inside = surface_in(ball, self._pools, self._directory, edge)
-        slots = self._pools.slot[self._pools.slab[rows]]
-        inside &= slots != 0
-        return voxel[inside], slots[inside]
+        return surface_slots(ball, others, self._pools, self._directory, edge)
 
     def _alias(self, label: str) -> int:
         labels = self._layers.labels

@@ -23,8 +23,8 @@ from ippon.mapping.objects.ooi_suppression import (
     SuppressedRegion,
     ball_at,
     restore,
-    slots_in,
     suppress,
+    surface_slots,
 )
 from ippon.mapping.objects.places import (
     MAX_OPEN_PLACES,
@@ -155,13 +155,12 @@ class ObjectLayers:
         self.ooi, self.ooi_highest_m, self.ooi_lowest_m = ooi, highest_m, lowest_m
         self.ooi_small_m, self.ooi_clear_m = small_m, math.inf
         self.suppressed = np.empty((0, 4), np.float64)
-        rows, prior = (
-            int(self._pools.tally[N_ROWS]),
-            prior_log_odds(len(self.labels), self._alias()),
-        )
+        prior = prior_log_odds(len(self.labels), self._alias())
+        rows = int(self._pools.tally[N_ROWS])
         reset_ooi_kernel(self._pools, self.surface, rows, prior, revision)
-        reopen_for_ooi(self.surface, self.accumulators)
-        self._start_ooi(np.arange(1, int(self.surface.tally[N_USED])), floor_z_m, revision)
+        slots = np.arange(1, int(self.surface.tally[N_USED]))
+        reopen_for_ooi(self.surface, self.accumulators, slots, np.zeros(len(slots), np.uint64))
+        self._start_ooi(slots, floor_z_m, revision)
 
     def set_models(self, models: ObservationModels) -> None:
         """Set the observation models of later images."""
@@ -236,7 +235,7 @@ class ObjectLayers:
         size_m, alias = self._config.voxel_size_m, self._alias()
         prior = prior_log_odds(len(self.labels), alias)
         if alias >= 0:
-            slots = slots_in(region.ball, self.suppressed, self._pools, directory, size_m)
+            _, slots = surface_slots(region.ball, self.suppressed, self._pools, directory, size_m)
             self.surface.log_odds[slots] = prior
             self._start_ooi(slots, floor_z_m, revision)
             return

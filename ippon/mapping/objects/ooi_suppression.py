@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, NOT_MAPPED
 from ippon.mapping.blocks import NO_SLAB, BlockDirectory, Pools
-from ippon.mapping.objects.places import PlaceAccumulators, reopen_left
+from ippon.mapping.objects.places import PlaceAccumulators, reopen_for_ooi
 from ippon.mapping.objects.posterior_arithmetic import LOG_ODDS_MAX, ooi_code
 from ippon.mapping.objects.surface_voxels import SurfaceVoxels
 
@@ -108,7 +108,7 @@ def restore(
     slots = slots[inside]
     values = values_before(region, voxel[inside], prior_log_odds)
     log_odds[slots] = values.log_odds
-    held, at = reopen_left(surface, accumulators, slots, values.places)
+    held, at = reopen_for_ooi(surface, accumulators, slots, values.places)
     accumulators.base_log_odds[held] = values.log_odds[at]
     codes = pools.ooi[pools.slab[rows]]
     codes[inside] = np.where(codes[inside] == NOT_MAPPED, NOT_MAPPED, values.code)
@@ -175,23 +175,21 @@ def surface_in(
     k = np.arange(BLOCK_VOLUME)
     inner = np.stack([k >> 6, (k >> 3) & 7, k & 7], axis=1)
     voxel = pools.coord[rows][:, None].astype(np.int64) * BLOCK_EDGE + inner
-    away = (voxel + 0.5) * voxel_size_m - ball[:3]
-    return rows, voxel, (away**2).sum(axis=2) <= ball[3] ** 2
+    return rows, voxel, ~outside(voxel, ball[None], voxel_size_m)
 
 
-def slots_in(
+def surface_slots(
     ball: NDArray[np.float64],
     others: NDArray[np.float64],
     pools: Pools,
     directory: BlockDirectory,
     voxel_size_m: float,
-) -> NDArray[np.int64]:
-    """Return the rows of the surface voxels in a ball and in none of (K, 4) others."""
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return (M, 3) voxels and (M,) rows of the surface in a ball and in none of (K, 4) others."""
     rows, voxel, inside = surface_in(ball, pools, directory, voxel_size_m)
-    inside &= outside(voxel, others, voxel_size_m)
-    slots = pools.slot[pools.slab[rows]][inside].astype(np.int64)
-    found: NDArray[np.int64] = slots[slots != 0]
-    return found
+    slots = pools.slot[pools.slab[rows]]
+    inside &= (slots != 0) & outside(voxel, others, voxel_size_m)
+    return voxel[inside], slots[inside].astype(np.int64)
 
 
 def _set_codes(

@@ -94,28 +94,19 @@ def reopen_for_added_labels(surface: SurfaceVoxels) -> None:
     surface.added_places[used] = 0
 
 
-def reopen_for_ooi(surface: SurfaceVoxels, accumulators: PlaceAccumulators) -> None:
-    """Let every place count again for a new object of interest; current places stay open."""
-    slots = np.arange(int(surface.tally[N_USED]))
-    rows, at = current_places(surface, slots)
-    surface.ooi_places[slots] = 0
-    surface.ooi_places[at] = _bits(accumulators, rows)
-    accumulators.for_ooi[rows] = True
-
-
-def reopen_left(
+def reopen_for_ooi(
     surface: SurfaceVoxels,
     accumulators: PlaceAccumulators,
     slots: NDArray[np.integer],
     places: NDArray[np.uint64],
 ) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
-    """Let places count again for the object of interest in some voxels.
+    """Let places count again for the object of interest in some voxels; current ones stay open.
 
     Args:
         surface: Surface voxels, updated.
         accumulators: Images of the current places, updated.
         slots: (M,) the voxels.
-        places: (M,) places that stay closed.
+        places: (M,) places that stay closed; 0 for none.
 
     Returns:
         See `places_since`.
