@@ -35,7 +35,7 @@ from app.messages.perception.heatmaps import encode_heatmap
 from app.messages.status import SegmentationLabels
 from app.nodes.simulated_drive import SimulatedDrive, Speed
 from app.nodes.simulated_goals import SimulatedGoals
-from app.process.stop_signal import ProcessStopSignal, StopSignal, interruptible
+from app.process.stop_signal import ProcessStopSignal, StopSignal
 from ippon.command import Command
 from ippon.frame import NANOSECONDS, Frame
 from ippon.guidance.language.naming import is_instance_of
@@ -333,11 +333,11 @@ def run_robot_sim(config: RobotSimConfig, scene: Scene, start: StartPose) -> Non
         SimulatedRobotError: It stopped answering.
         KeyboardInterrupt: It was stopped before its first frame.
     """
+    stop = ProcessStopSignal()
     with open_client(config.connect) as session:
-        with interruptible():
+        with stop.interrupting():
             robot = RobotSim(config, session, scene, start)
             robot.await_labels()
-        stop = ProcessStopSignal()
         logger.info("simulated robot in %s, %d objects", scene.name, len(scene.instances))
         if config.speed == "max":
             robot.run_lock_step(stop)

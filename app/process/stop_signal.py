@@ -24,7 +24,7 @@ class StopSignal(Protocol):
 
 
 class ProcessStopSignal:
-    """Set by SIGINT and SIGTERM.
+    """Set by SIGINT and SIGTERM, from its construction on.
 
     Not a `threading.Event`, whose `set` in a signal handler deadlocks if the interrupted thread
     holds the event's lock.
@@ -32,10 +32,11 @@ class ProcessStopSignal:
 
     def __init__(self) -> None:
         self._wanted = False
+        self._raises = False
         self._read, self._write = os.pipe()
         os.set_blocking(self._write, False)
         for number in _ENDING:
-            signal.signal(number, lambda *_: self.set())
+            signal.signal(number, self._handle)
 
     def set(self) -> None:
         """Request the loop to stop."""
@@ -52,18 +53,26 @@ class ProcessStopSignal:
         select.select([self._read], [], [], timeout)
         return self._wanted
 
+    @contextlib.contextmanager
+    def interrupting(self) -> Generator[None]:
+        """Let the signals raise `KeyboardInterrupt`, too: for work that looks at no flag.
 
-@contextlib.contextmanager
-def interruptible() -> Generator[None]:
-    """Let SIGINT and SIGTERM raise `KeyboardInterrupt`: for work that looks at no flag."""
-    before = {number: signal.signal(number, interrupt) for number in _ENDING}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        Raised at its end at the latest, for where a destructor or a callback of a library has
+        swallowed it.
+        """
+        self._raises = True
+        try:
+            self._check()
+            yield
+        finally:
+            self._raises = False
+        self._check()
 
+    def _handle(self, _number: int, _frame: FrameType | None) -> None:
+        self.set()
+        if self._raises:
+            raise KeyboardInterrupt
 
-def interrupt(_number: int, _frame: FrameType | None) -> None:
-    """Handle a signal as Ctrl-C."""
-    raise KeyboardInterrupt
+    def _check(self) -> None:
+        if self._wanted:
+            raise KeyboardInterrupt

@@ -255,7 +255,7 @@ class ViewpointPlanner:
             termination_min=self._termination_min,
         )
         if self._goal_changed:
-            self._viewpoints.memory.forget_surfaces()
+            self._viewpoints.begin_goal(arrays)
             self._goal_changed = False
         if box is not None:
             self._forget(self._builder.update_floor(box))

@@ -20,7 +20,7 @@ from app.nodes.navigator.node import Navigator
 from app.nodes.navigator.state.map_aside import new_map_for_tracking
 from app.nodes.navigator.state.persistence import SavedState
 from app.nodes.navigator.warm_up import warm_up
-from app.process.stop_signal import ProcessStopSignal, StopSignal, interruptible
+from app.process.stop_signal import ProcessStopSignal, StopSignal
 from app.ros2.ippon_ros2.settings import Settings
 from ippon.atomic_file import set_aside
 from ippon.geometry import Float64Array
@@ -57,12 +57,12 @@ def run_navigator(
         OSError: A kept map cannot be put aside.
         KeyboardInterrupt: It was stopped while it compiled.
     """
+    stop = ProcessStopSignal()
     session = open_router(config.listen)
     link = None
     try:
-        with interruptible(), starting(session, config.robot):
+        with stop.interrupting(), starting(session, config.robot):
             warm_up(config, lambda fraction: progress(0.98 * fraction))
-        stop = ProcessStopSignal()
         link = ros2 and RobotLink(session, config.robot, ros2)
         T_map_world = None
         saved, note = new_map_for_tracking(config, saved)

@@ -36,10 +36,10 @@ class SecondChances:
 
     def relax(self) -> bool:
         """Open both before a search gives up; return whether any was closed."""
-        if not self._searching or self._left == 0:
+        if not self._searching or self._left == 0 or not self._floor.relax():
             return False
         self._left -= 1
-        return self._floor.relax()
+        return True
 
     def open_for(self, xy: Float64Array) -> bool:
         """Open narrow gaps for a point (2,), unless a search runs; return whether any was closed.

@@ -172,7 +172,7 @@ class Traversability:
     def relax(self) -> bool:
         """Reopen cells closed by contacts and reduce the margin; return whether any changed."""
         reopened = self._record.reopen_contacts()
-        self._reread = True
+        self._reread = self._reread or reopened
         return self.squeeze() or reopened
 
     def squeeze(self) -> bool:

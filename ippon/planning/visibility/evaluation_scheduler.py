@@ -34,7 +34,8 @@ class ViewpointEvaluationConfig:
     """A viewpoint without an evaluation is assumed to have the highest potential gain of those
     within this distance; more assumes larger gains behind walls."""
     first_gain: float = 100.0
-    """Assumed gain, in voxels, while no viewpoint was evaluated."""
+    """Assumed gain, in voxels, while no viewpoint was evaluated; of one that was evaluated for
+    another goal, the potential gain at least."""
     object_range_m: float = 1.0
     """Viewpoints within this distance of an object voxel come before others; more checks more
     viewpoints for termination first."""
@@ -126,11 +127,12 @@ class EvaluationScheduler:
             arrays: The map.
             tree: Shortest paths to the viewpoints.
             min_potential: Potential gain of the last evaluation below which a viewpoint does not
-                count; one without an evaluation does.
+                count; one without an evaluation for this goal does.
         """
         stale = self._viewpoints.stale(tree.order, self._roadmap.xy, arrays.voxel_size)
         nodes = tree.order[stale]
         fresh = self._viewpoints.evaluated[nodes] < 0
+        fresh |= self._viewpoints.for_other_goal[nodes]
         return bool((fresh | (self._viewpoints.potential[nodes] >= min_potential)).any())
 
 
@@ -169,6 +171,9 @@ def evaluation_priority(
             near = np.where(apart < config.neighbour_m, viewpoints.potential[known], 0.0)
             guess = 1.0 + near.max(axis=1)
         out[fresh] = guess
+    other = viewpoints.for_other_goal[nodes]
+    least = config.potential_weight * config.first_gain
+    out[other] = np.maximum(out[other], least)
     if len(voxels):
         apart = np.linalg.norm(xy[nodes, None] - voxels[None, :, :2], axis=2)
         out[apart.min(axis=1) <= config.object_range_m] += _OBJECT_PRIORITY

@@ -13,6 +13,7 @@ from ippon.planning.visibility.rays import cast_rays
 from ippon.planning.visibility.view_config import StalenessConfig
 from ippon.planning.visibility.view_geometry import ViewLayers
 from ippon.planning.visibility.view_table import ViewTable
+from ippon.planning.voxel_lookup import block_row
 
 
 class ViewMemory:
@@ -40,6 +41,9 @@ class ViewMemory:
         self._field = _empty_field(np.zeros(3, dtype=np.int64), (0, 0, 0))
         self._changed = np.zeros((0, 0), dtype=np.int64)
         self._statistics = np.zeros((0, 4), dtype=np.float32)
+        self._owner = np.zeros((0, 3), dtype=np.int64)
+        """(B, 3) block that the statistics of a row of the map are of."""
+        self._floor_layers = 0
         self._revision = -1
 
     @property
@@ -52,13 +56,17 @@ class ViewMemory:
         """(X, Y) step in which a block column last changed; (0, 0) at `field.origin`."""
         return self._changed
 
-    def forget_surfaces(self) -> None:
-        """Set the number of images of every surface to 0, for another object.
+    def begin_goal(self, arrays: MapArrays) -> None:
+        """Count no image of a surface for another object, and forget what the map has dropped.
 
-        No viewpoint becomes stale by this: a new goal resets the object probabilities of every
-        block, which does, while other levels alone need no new ray.
+        No viewpoint becomes stale by the first: a new goal resets the object probabilities of every
+        block, which does, while other levels alone need no new ray. Blocks that the map has dropped
+        at its memory limit stay as they were seen during a search, which would go to and fro
+        between them otherwise; for another object they are unknown.
         """
-        self._field.surface_views[:] = 0
+        field = self._field
+        field.surface_views[:] = 0
+        _forget_dropped_kernel(arrays, field, self._floor_layers, self.step, self._changed)
 
     def update(self, arrays: MapArrays, layers: ViewLayers, rules: ViewRules) -> None:
         """Match the map's extent, and record which block columns have changed by enough.
@@ -75,7 +83,9 @@ class ViewMemory:
             grown = np.zeros((max(rows, 2 * self._statistics.shape[0]), 4), dtype=np.float32)
             grown[:, 0] = -1.0
             grown[: self._statistics.shape[0]] = self._statistics
-            self._statistics = grown
+            owner = np.zeros((len(grown), 3), dtype=np.int64)
+            owner[: len(self._owner)] = self._owner
+            self._statistics, self._owner = grown, owner
         _note_changes_kernel(
             arrays,
             self._revision,
@@ -83,6 +93,7 @@ class ViewMemory:
             rules,
             self._thresholds,
             self._statistics,
+            self._owner,
             self._field,
             self.step,
             self._changed,
@@ -117,6 +128,7 @@ class ViewMemory:
 
     def _fit(self, arrays: MapArrays, layers: ViewLayers) -> None:
         """Match extent and layers; numbers of images stay with their voxels in the world."""
+        self._floor_layers = layers.floor
         # Blocks around the map, so that no view reaches beyond the field.
         margin = math.ceil(self._range_m / arrays.voxel_size / 8.0) + 1
         old = self._field
@@ -155,7 +167,7 @@ def _empty_field(origin: NDArray[np.int64], shape: tuple[int, int, int]) -> View
 
 @njit(cache=True, nogil=True)
 def _note_changes_kernel(
-    arrays, since, layers, rules, thresholds, statistics, field, step, changed
+    arrays, since, layers, rules, thresholds, statistics, owner, field, step, changed
 ):
     directory, origin = arrays.directory, field.origin
     for bx in range(directory.shape[0]):
@@ -191,9 +203,13 @@ def _note_changes_kernel(
                             unlabelled += 1
                         elif code / 254.0 > rules.ooi_floor:
                             known += code / 254.0
-                old = statistics[row]
+                old, block = statistics[row], owner[row]
+                ox, oy = bx + arrays.origin_block[0], by + arrays.origin_block[1]
+                is_other = block[0] != ox or block[1] != oy or block[2] * 8 != base
+                block[0], block[1], block[2] = ox, oy, base >> 3
                 if (
-                    old[0] < 0.0
+                    is_other
+                    or old[0] < 0.0
                     or abs(unknown - old[0]) >= thresholds[0]
                     or abs(occupied - old[1]) >= thresholds[1]
                     or abs(unlabelled - old[2]) >= thresholds[2]
@@ -227,3 +243,23 @@ def _record_kernel(table, rules, field, camera, cells, depths, step, changed):
                         changed[a >> 3, b >> 3] = step
             elif state == OCCUPIED and far <= rules.surface_range:
                 field.surface_views[a, b, c] = min(254, field.surface_views[a, b, c]) + 1
+
+
+@njit(cache=True, nogil=True)
+def _forget_dropped_kernel(arrays, field, floor_layers, step, changed):
+    origin, shape = field.origin, field.state.shape
+    for x in range(0, shape[0], 8):
+        for y in range(0, shape[1], 8):
+            was_known = False
+            for z in range(shape[2]):
+                if block_row(arrays, x + origin[0], y + origin[1], z + origin[2]) >= 0:
+                    continue
+                nothing = FREE if z < floor_layers else UNKNOWN
+                for i in range(x, x + 8):
+                    for j in range(y, y + 8):
+                        if field.state[i, j, z] != nothing:
+                            field.state[i, j, z] = nothing
+                            field.unknown_views[i, j, z] = 0
+                            was_known = True
+            if was_known:
+                changed[x >> 3, y >> 3] = step

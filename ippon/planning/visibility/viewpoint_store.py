@@ -53,6 +53,8 @@ class ViewpointStore:
         headings = config.yaw_bins // config.heading_stride
         self.evaluated = np.full(capacity, -1, dtype=np.int64)
         """(capacity,) step of the last evaluation, -1 for never."""
+        self.for_other_goal = np.zeros(capacity, dtype=np.bool_)
+        """(capacity,) whether that was for the goal before: a stale one tells nothing of this."""
         self.gain = np.zeros(capacity, dtype=np.float32)
         """(capacity,) G(n), eq. (3), at the best orientation."""
         self.potential = np.zeros(capacity, dtype=np.float32)
@@ -152,10 +154,16 @@ class ViewpointStore:
         )
         self._framing[node] = framing if framing is not None else (math.nan, math.nan)
         self.evaluated[node] = self.memory.step
+        self.for_other_goal[node] = False
         self._at[node] = xy
         far_evidence_nat, cued = self._far_evidence_from(np.array([node]))
         self.far_evidence_nat[node], self.cued[node] = far_evidence_nat[0], cued[0]
         self._choose(node)
+
+    def begin_goal(self, arrays: MapArrays) -> None:
+        """See `ViewMemory.begin_goal`; gains stay until they are evaluated."""
+        self.memory.begin_goal(arrays)
+        self.for_other_goal[:] = self.evaluated >= 0
 
     def set_probabilities(self, probabilities: NDArray[np.float32]) -> None:
         """Recompute every gain with other (4,) level probabilities; casts no ray."""
@@ -215,6 +223,7 @@ class ViewpointStore:
     def forget(self, node: int) -> None:
         """Clear the row of a removed node."""
         self.evaluated[node] = -1
+        self.for_other_goal[node] = False
         self.gain[node] = self.potential[node] = self.termination[node] = 0.0
         self.by_heading[node] = 0.0
         self._framing[node] = math.nan

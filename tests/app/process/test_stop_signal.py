@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from app.process.stop_signal import ProcessStopSignal, interruptible
+from app.process.stop_signal import ProcessStopSignal
 
 
 @pytest.fixture
@@ -38,14 +38,43 @@ def test_without_a_signal_the_wait_runs_out(stop: ProcessStopSignal) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_work_that_looks_at_no_flag_is_interrupted(number: int) -> None:
-    before = signal.getsignal(number)
+def test_work_that_looks_at_no_flag_is_interrupted(number: int, stop: ProcessStopSignal) -> None:
     timer = threading.Timer(0.05, os.kill, (os.getpid(), number))
 
     def work() -> None:
         timer.start()
         time.sleep(20.0)
 
-    with pytest.raises(KeyboardInterrupt), interruptible():
+    with pytest.raises(KeyboardInterrupt), stop.interrupting():
         work()
-    assert signal.getsignal(number) is before
+    assert stop.is_set()
+    # Afterwards a signal sets the flag only.
+    os.kill(os.getpid(), number)
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_an_interruption_that_a_destructor_swallows_is_raised_at_the_end(
+    stop: ProcessStopSignal,
+) -> None:
+    class Dropped:
+        def __del__(self) -> None:
+            os.kill(os.getpid(), signal.SIGTERM)
+            for _ in range(1000):
+                pass
+
+    done: list[str] = []
+
+    def work() -> None:
+        dropped = Dropped()
+        del dropped
+        done.append("all of it")
+
+    with pytest.raises(KeyboardInterrupt), stop.interrupting():
+        work()
+    assert done == ["all of it"]
+
+
+def test_work_does_not_begin_after_a_signal(stop: ProcessStopSignal) -> None:
+    stop.set()
+    with pytest.raises(KeyboardInterrupt), stop.interrupting():
+        pytest.fail("it began")

@@ -129,11 +129,9 @@ class CommandStream:
             self._send_zero()
 
     def close(self) -> None:
-        """End the thread and send zero."""
+        """End the thread, which sends zero last; one that the network holds up is left behind."""
         self._closed.set()
         self._thread.join(timeout=2.0)
-        with self._lock:
-            self._send_zero()
 
     def _repeat(self) -> None:
         while not self._closed.wait(self._period_s):

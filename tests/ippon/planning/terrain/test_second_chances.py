@@ -25,7 +25,9 @@ def test_a_search_has_a_number_of_chances_that_another_one_has_again(floor, chan
     chances.begin()
     assert chances.relax()
     assert floor.margin_m < FULL_M
-    assert not chances.relax(), "nothing is closed"
+    assert not chances.relax(), "nothing is closed, and no chance is taken for it"
+    floor.restore()
+    assert chances.relax()
     floor.restore()
     assert not chances.relax(), "both were taken"
     chances.begin()

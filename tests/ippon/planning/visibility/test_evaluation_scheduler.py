@@ -24,6 +24,7 @@ class Views:
         self.gain = np.arange(float(count))
         self.potential = np.zeros(count)
         self.evaluated = np.arange(count)[::-1].copy()
+        self.for_other_goal = np.zeros(count, dtype=np.bool_)
         self.done: list[int] = []
 
     def stale(self, nodes, xy, voxel_size):
@@ -87,6 +88,21 @@ def test_a_stale_viewpoint_with_little_potential_is_not_worth_evaluating(potenti
     assert made.any_worth_evaluating(ARRAYS, tree, 1.5) is left
     viewpoints.evaluated[3] = -1
     assert made.any_worth_evaluating(ARRAYS, tree, 1.5), "it was never evaluated"
+
+
+def test_what_was_evaluated_for_another_goal_may_have_any_gain_for_this_one():
+    viewpoints = Views(due=(2, 3, 4))
+    made, tree, step = evaluations(viewpoints, most=2)
+    viewpoints.gain[:] = 0.0
+    viewpoints.gain[2] = 1.0
+    viewpoints.evaluated[:] = 7
+    assert step()[0] == 2
+    assert not made.any_worth_evaluating(ARRAYS, tree, 1.5)
+    viewpoints.for_other_goal[4] = True
+    assert made.any_worth_evaluating(ARRAYS, tree, 1.5)
+    assert step()[0] == 4, "an explored place may show the other object"
+    viewpoints.for_other_goal[[0, 4]] = True, False
+    assert not made.any_worth_evaluating(ARRAYS, tree, 1.5), "nothing has changed in view of it"
 
 
 def test_an_evaluation_schedule_that_stops_is_refused():

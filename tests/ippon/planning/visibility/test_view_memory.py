@@ -77,7 +77,7 @@ def test_images_are_counted_for_unknown_voxels_and_surfaces(dense_map):
     assert (volume.state[seen[:, 0], seen[:, 1], seen[:, 2] + 8] == UNKNOWN).all()
     surface = memory.field.surface_views
     assert surface.max() == 3
-    memory.forget_surfaces()
+    memory.begin_goal(volume.arrays())
     assert surface.max() == 0
     assert looks.max() == 3, "unknown stays unknown, whatever is searched for"
 
@@ -115,6 +115,45 @@ def test_numbers_of_images_stay_with_their_voxels_where_the_floor_is_a_little_hi
     assert (memory.changed == memory.step).all()
     memory.update(volume.arrays(), LAYERS, RULES)
     assert memory.field.unknown_views[tuple(at - memory.field.origin)] == 7
+
+
+def test_blocks_that_the_map_has_dropped_are_unknown_for_another_goal(dense_map):
+    volume = dense_map().room((0.8, 0.8), (5.6, 5.6))
+    memory = ViewMemory(StalenessConfig(), 3.0)
+    layers = ViewLayers(10, 0, 19, 1)
+    memory.update(volume.arrays(), layers, RULES)
+    field, before = memory.field, memory.field.state.copy()
+    field.unknown_views[:] = 5
+    volume.missing[2, 3] = True
+    memory.update(volume.arrays(), layers, RULES)
+    assert (field.state == before).all(), "within a search it stays as it was seen"
+    memory.begin_goal(volume.arrays())
+    x, y = np.array([2, 3]) * 8 - field.origin[:2]
+    column = np.s_[x : x + 8, y : y + 8]
+    known = before[column] == UNKNOWN
+    assert (field.state[column][..., 1:] == UNKNOWN).all()
+    assert (field.state[column][..., 0] == FREE).all(), "of the floor only object voxels count"
+    assert not known[..., 1:].all()
+    assert (field.unknown_views[column][..., 1:][~known[..., 1:]] == 0).all()
+    field.state[column] = before[column]
+    assert (field.state == before).all(), "the others stay"
+    changed = np.argwhere(memory.changed == memory.step) * 8 + field.origin[:2]
+    assert changed.tolist() == [[16, 24]]
+
+
+def test_the_statistics_of_a_row_are_not_those_of_the_block_that_had_it_before(dense_map):
+    volume = dense_map().room((0.8, 0.8), (5.6, 5.6))
+    memory = followed(volume)
+    arrays = volume.arrays()
+    # The rows of two blocks of free space, which have the same statistics, change places.
+    one, other = (2, 2, 1), (4, 4, 1)
+    directory = arrays.directory.copy()
+    directory[one], directory[other] = directory[other], directory[one]
+    revision = arrays.revision.copy()
+    revision[[directory[one], directory[other]]] += 1
+    memory.update(arrays._replace(directory=directory, revision=revision), LAYERS, RULES)
+    changed = np.argwhere(memory.changed == 2) * 8 + memory.field.origin[:2]
+    assert changed.tolist() == [[16, 16], [32, 32]]
 
 
 def test_a_robot_outside_the_map_counts_no_images(dense_map):
