@@ -143,10 +143,11 @@ class GoalControl:
         self._journal.note("goal_set", f"searching for {names} in one tour")
 
     def _remember_finds(self) -> None:
-        """Keep the finds of the searches that end now, for whoever asks for another one."""
+        """Keep what the searches that end now found, rejected finds too, for who wants another."""
         for search in (self._search,) if self.tour is None else self.tour.searches:
             if search is not None:
-                self._found_before += [(search.goal.object, find) for find in search.finds]
+                found = (*search.finds, *search.refused)
+                self._found_before += [(search.goal.object, find) for find in found]
 
     def _exclude_found_before(self, search: Search) -> None:
         if search.goal.other:

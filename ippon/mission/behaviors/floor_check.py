@@ -34,10 +34,17 @@ class FloorCheck:
         self._tilt = robot.within_tilt(config.tilt_rad)
         self._active: _Check | None = None
         self._earlier: list[_Check] = []
+        self._goals: frozenset[int] = frozenset()
+        """Numbers of the goals that these checks were made for."""
 
     def act(self, step: StepContext) -> Action | None:
         """See `Behavior.act`."""
         plan, frame = step.plan, step.frame
+        goals = frozenset(search.goal.goal_id for search in step.searches)
+        if not goals <= self._goals:
+            # Another search: who stood in the way then may be gone.
+            self._earlier.clear()
+        self._goals = goals or self._goals
         command = self.step(plan, frame.T_world_base, frame.tilt_rad, step.dt_s)
         check = self._active
         if command is None or check is None:

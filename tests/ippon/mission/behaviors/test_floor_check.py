@@ -93,7 +93,7 @@ def test_looks_down_at_what_keeps_it_from_a_room_once():
     assert check.step(plan, base(0.0), 0.0, DT_S) is not None
     frame = SimpleNamespace(T_world_base=base(0.0), tilt_rad=0.0)
     action = FloorCheck(FloorCheckConfig(), HABITAT).act(
-        SimpleNamespace(plan=plan, frame=frame, dt_s=DT_S)
+        SimpleNamespace(plan=plan, frame=frame, dt_s=DT_S, searches=())
     )
     assert action.why == "looking at the floor that may lead to a room"
     assert action.state is MissionState.SEARCHING
@@ -103,6 +103,21 @@ def test_looks_down_at_what_keeps_it_from_a_room_once():
     assert took_s < 0.5 * math.pi / HABITAT.max_yaw_rate_rad_s + 2.0
     assert check.step(plan, base(0.0), 0.0, DT_S) is None
     assert check.step(plan, base(0.0, x=1.0), 0.0, DT_S) is not None
+
+
+def test_another_search_looks_again():
+    check = FloorCheck(FloorCheckConfig(), HABITAT)
+    plan = plan_to(0.0, 2.0, cost_s=30.0, unseen_m=1.5)
+
+    def begins(*goals):
+        running = tuple(SimpleNamespace(goal=SimpleNamespace(goal_id=n)) for n in goals)
+        frame = SimpleNamespace(T_world_base=base(0.0), tilt_rad=0.0)
+        return check.act(SimpleNamespace(plan=plan, frame=frame, dt_s=DT_S, searches=running))
+
+    assert begins(1, 2) is not None
+    look(check, plan)
+    assert begins(1, 2) is begins(2) is begins() is begins(2) is None
+    assert begins(3) is not None, "who stood in the way may be gone"
 
 
 @pytest.mark.parametrize("closer", [True, False])

@@ -135,6 +135,18 @@ def test_the_other_one_is_not_the_one_that_was_found_before(hall):
     assert sorted(places([first.find, second.find])) == [0, 1]
 
 
+def test_the_other_one_is_none_that_was_rejected_either(hall, make_find):
+    robot = hall(4)
+    goals, search = robot.mission.goals, robot.mission.search
+    goals.count_again(1, [make_find((x, 0.6, 0.45)) for x in (2.0, 5.0)])
+    seen = search.finds
+    assert goals.reject_find(number=2)
+    goals.set_goal(dataclasses.replace(search.goal, goal_id=2, other=True), search.guidance)
+    assert [robot.mission.search.is_rejected(find) for find in seen] == [True, True]
+    goals.set_goal(dataclasses.replace(search.goal, goal_id=3), search.guidance)
+    assert not any(robot.mission.search.is_rejected(find) for find in seen)
+
+
 def test_all_are_found_once_nothing_is_left_to_explore(hall, make_find):
     search = hall("all").mission.search
     search.counted += [make_find((7.4, 0.6, 0.4)), make_find((0.6, 3.4, 0.4))]
