@@ -51,6 +51,7 @@ if (location.pathname.endsWith("/view/")) {
 }
 """
 """Leaves a scene empty: without a GPU its triangles take more of the processor than all else."""
+_STOP = "**/api/stop*"
 PATIENCE_MS = 90_000
 """How long a thing may take to come about before it counts as missing, machine busy or not."""
 
@@ -120,6 +121,17 @@ def new_page(
 ) -> Page:
     """Return an empty page of a window of its own, which closes with the browser."""
     return new_window(browser, width, height, is_drawn=is_drawn).new_page()
+
+
+@contextmanager
+def each_stop_once(page: Page) -> Iterator[None]:
+    """Let each press of Stop reach the console once.
+
+    A page whose WebSocket does not answer within 0.7 s sends it over HTTP as well.
+    """
+    page.route(_STOP, lambda route: route.fulfill(json={"ok": True, "text": "stopped"}))
+    yield
+    page.unroute(_STOP)
 
 
 def box_at_rest(locator: Locator) -> FloatRect:

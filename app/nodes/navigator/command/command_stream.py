@@ -146,6 +146,8 @@ class CommandStream:
                     self._send_zero()
                 else:
                     self._send(self._command)
+        with self._lock:
+            self._send_zero()
 
     def _send(self, command: Command) -> None:
         if self._halted:

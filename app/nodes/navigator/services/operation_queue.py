@@ -69,8 +69,8 @@ class OperationQueue:
             except Exception:  # One failing request must not end the navigator.
                 logger.exception("a request failed")
 
-    def ask(self, question: Callable[[Mission], T], timeout_s: float = ANSWER_S) -> T:
-        """Return the answer that the mission's thread computes.
+    def ask(self, question: Callable[[Mission], T], timeout_s: float | None = None) -> T:
+        """Return the answer that the mission's thread computes within a time, or `ANSWER_S`.
 
         Raises:
             RequestRefusedError: Too many operations wait, the question raised `ValueError`, or no
@@ -78,6 +78,8 @@ class OperationQueue:
             Exception: What else the question raised.
         """
         self.check_room()
+        if timeout_s is None:
+            timeout_s = ANSWER_S
         answer: Future[T] = Future()
 
         def run(mission: Mission) -> None:

@@ -155,6 +155,7 @@ def test_two_people_who_type_at_once_keep_their_own_words(shared, browser, home,
     assert b'"object":"keys"' in asked[0]
 
 
+@pytest.mark.usefixtures("each_stop_once")
 def test_stop_by_click_and_by_space_and_resume(home, page):
     expect_state(page, "Searching")
     page.locator("#stop").click()
@@ -195,6 +196,7 @@ def test_space_stops_after_a_click_on_a_checkbox_and_enter_changes_it(home, page
     expect(box).not_to_be_checked()
 
 
+@pytest.mark.usefixtures("each_stop_once")
 def test_space_stops_after_a_click_on_a_button_and_does_not_press_it(home, page):
     expect_state(page, "Searching")
     view = panels(page)

@@ -26,7 +26,7 @@ from ippon.control.drive_mode import NO_INPUT
 from tests.app.nodes.console.drawn_home import things_of
 from tests.app.nodes.console.opened_page import expect_state, panels
 from tests.app.relay import Relay
-from tests.chromium import PATIENCE_MS, box_at_rest, new_window
+from tests.chromium import PATIENCE_MS, box_at_rest, each_stop_once, new_window
 
 pytestmark = pytest.mark.browser
 
@@ -346,8 +346,9 @@ def test_a_scene_that_loads_again_releases_keys_and_takes_a_stop_at_once(whole, 
     page.wait_for_function(
         "() => Object.hasOwn(document.getElementById('view').contentDocument, 'hasFocus')"
     )
-    page.keyboard.press("Space")
-    _until(lambda: page.wait_for_timeout(50) or navigator.actions == ["stop"])
+    with each_stop_once(page):
+        page.keyboard.press("Space")
+        _until(lambda: page.wait_for_timeout(50) or navigator.actions == ["stop"])
     for route in waiting:
         route.continue_()
 
@@ -357,6 +358,7 @@ def _middle(locator):
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
+@pytest.mark.usefixtures("each_stop_once")
 def test_a_second_finger_on_stop_stops_while_the_first_drives(driven, navigator):
     page = driven
     session = page.context.new_cdp_session(page)
@@ -378,6 +380,7 @@ def test_a_second_finger_on_stop_stops_while_the_first_drives(driven, navigator)
     assert navigator.actions == ["stop", "stop"], "one for each press"
 
 
+@pytest.mark.usefixtures("each_stop_once")
 @pytest.mark.parametrize("dialog", ["help", "room"])
 def test_stop_is_pressed_also_while_a_dialog_is_open(page, navigator, dialog):
     stop = _middle(page.locator("#stop"))

@@ -18,10 +18,15 @@ def world():
 
 
 @pytest.fixture
-def robot(sessions, world):
+def config():
+    """How the navigator is started."""
+    return NavigatorConfig(robot="r", heatmap_lost_s=0.5)
+
+
+@pytest.fixture
+def robot(sessions, world, config):
     router, client = sessions
     robot = Robot(client, world)
-    config = NavigatorConfig(robot="r", heatmap_lost_s=0.5)
     navigator, stop = Navigator(config, router), threading.Event()
     thread = threading.Thread(target=navigator.run, args=(stop,))
     thread.start()

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from functools import partial
 
 import pytest
 
@@ -13,6 +14,8 @@ from app.links.network.session import open_client
 from app.messages import keys
 from app.messages.control import ControlReply, ControlRequest, SearchRequest
 from app.messages.lease import Credential, LeaseReply, LeaseRequest
+from app.nodes.navigator.config import NavigatorConfig
+from app.nodes.navigator.services import operation_queue
 from app.nodes.navigator.state import lease
 
 MUG, KEYS = SearchRequest(object="mug"), SearchRequest(object="keys")
@@ -21,6 +24,20 @@ ANNA = Credential(session="a" * 20, name="Anna")
 
 def nobody(_):
     return None
+
+
+@pytest.fixture
+def config():
+    """Images that a busy machine sends late do not count as lost at once."""
+    return NavigatorConfig(robot="r", heatmap_lost_s=0.5, lost_s=3.0)
+
+
+@pytest.fixture(autouse=True)
+def patient(monkeypatch):
+    """Robot, navigator and client share one interpreter here."""
+    monkeypatch.setattr(operation_queue, "ANSWER_S", 20.0)
+    monkeypatch.setattr(assignment, "REPLY_S", 30.0)
+    monkeypatch.setattr(assignment, "ask_for_bids", partial(ask_for_bids, timeout_s=30.0))
 
 
 @pytest.fixture
