@@ -45,6 +45,10 @@ class _Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A message that refuses unknown fields, so that a misspelt field is an error."""
 
 
+class _Published(Struct, frozen=True, kw_only=True):
+    """What everyone may read: fields that a later version adds are ignored."""
+
+
 class SearchRequest(_Message, frozen=True, omit_defaults=True):
     """Search for an object: key `search`."""
 
@@ -197,7 +201,7 @@ class SavedSearchRequest(_Message, frozen=True, omit_defaults=True):
     """Goal whose attributes and count are saved, too."""
 
 
-class SavedSearch(_Message, frozen=True):
+class SavedSearch(_Published, frozen=True):
     """A search that is kept to be run again."""
 
     saved_id: int
@@ -211,7 +215,7 @@ class SavedSearch(_Message, frozen=True):
     other: bool = False
 
 
-class SavedSearches(_Message, frozen=True):
+class SavedSearches(_Published, frozen=True):
     """All saved searches: key `searches/saved`, published on change and stored for late joiners."""
 
     searches: list[SavedSearch]

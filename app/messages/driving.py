@@ -14,6 +14,10 @@ class _Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A message that refuses unknown fields, so that a misspelt field is an error."""
 
 
+class _Published(Struct, frozen=True, kw_only=True):
+    """What everyone may read: fields that a later version adds are ignored."""
+
+
 class DriveRequest(_Message, frozen=True):
     """Set the drive mode and the speed limit: key `drive`."""
 
@@ -40,7 +44,7 @@ class PaintRequest(_Message, frozen=True):
     radius_m: Annotated[float, Meta(ge=0.1, le=3.0)] = 0.6
 
 
-class PaintedStroke(_Message, frozen=True):
+class PaintedStroke(_Published, frozen=True):
     """One stroke of the brush."""
 
     kind: Literal["look_here", "not_here"]
@@ -50,13 +54,13 @@ class PaintedStroke(_Message, frozen=True):
     """Name or type of the room that most of it was in when it was painted; empty for none."""
 
 
-class PaintedRegions(_Message, frozen=True):
+class PaintedRegions(_Published, frozen=True):
     """All strokes that apply; published on change and stored for late joiners."""
 
     regions: list[PaintedStroke]
 
 
-class WalkStatus(_Message, frozen=True):
+class WalkStatus(_Published, frozen=True):
     """Where the person who carries the camera is to go and look next."""
 
     step: WalkingStepName
@@ -71,7 +75,7 @@ class WalkStatus(_Message, frozen=True):
     """Change of the camera's tilt; positive is up, 0 where it is right."""
 
 
-class DriveStatus(_Message, frozen=True):
+class DriveStatus(_Published, frozen=True):
     """Drive mode and interventions of the safety filter."""
 
     mode: DriveModeName = "auto"

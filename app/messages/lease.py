@@ -65,7 +65,7 @@ class LeaseReply(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """One line for the operator."""
 
 
-class LeaseStatus(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class LeaseStatus(Struct, frozen=True, kw_only=True):
     """Who has control; public."""
 
     state: Literal["free", "held", "stale"] = "free"

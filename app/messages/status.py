@@ -30,11 +30,11 @@ Count = Literal["all"] | Annotated[int, Meta(ge=1, le=MOST_COUNTED)]
 """How many of an object; "all": everything reachable is seen before the search ends."""
 
 
-class _Message(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A message that refuses unknown fields, so that a misspelt field is an error."""
+class _Published(Struct, frozen=True, kw_only=True):
+    """What everyone may read: fields that a later version adds are ignored."""
 
 
-class LevelRow(_Message, frozen=True):
+class LevelRow(_Published, frozen=True):
     """Level of one common object."""
 
     label: str
@@ -42,7 +42,7 @@ class LevelRow(_Message, frozen=True):
     reason: str
 
 
-class LevelTable(_Message, frozen=True):
+class LevelTable(_Published, frozen=True):
     """Levels of the current goal, published on change and stored for late joiners."""
 
     goal_id: int
@@ -66,7 +66,7 @@ GoalOutcome = Literal["queued", "active", "found", "out_of_reach", "exhausted", 
 """`out_of_reach`: found, but no path leads close to it; the state is `found`."""
 
 
-class CountedFind(_Message, frozen=True):
+class CountedFind(_Published, frozen=True):
     """One of several that are wanted, while the search goes on for the others."""
 
     number: int
@@ -79,7 +79,7 @@ class CountedFind(_Message, frozen=True):
     """Name or type of the room that it is in; empty where that is not clear."""
 
 
-class GoalStatus(_Message, frozen=True):
+class GoalStatus(_Published, frozen=True):
     """A goal and its outcome."""
 
     goal_id: int
@@ -106,7 +106,7 @@ class GoalStatus(_Message, frozen=True):
     """Name or type of the room that it was found in; empty where that is not clear."""
 
 
-class FindAttribute(_Message, frozen=True):
+class FindAttribute(_Published, frozen=True):
     """Something that was said of the object, and whether the find has it."""
 
     value: str
@@ -120,7 +120,7 @@ class FindAttribute(_Message, frozen=True):
     """What was seen: "white"; empty if nothing was recognised."""
 
 
-class FindReport(_Message, frozen=True):
+class FindReport(_Published, frozen=True):
     """Where the object was found."""
 
     goal_id: int
@@ -142,7 +142,7 @@ class FindReport(_Message, frozen=True):
     """It was doubted before, and nothing else looks more like the object."""
 
 
-class StreamStatus(_Message, frozen=True):
+class StreamStatus(_Published, frozen=True):
     """Health of one incoming stream."""
 
     name: str
@@ -153,7 +153,7 @@ class StreamStatus(_Message, frozen=True):
     rejected: int = 0
 
 
-class Timings(_Message, frozen=True):
+class Timings(_Published, frozen=True):
     """Medians over the last frames, milliseconds."""
 
     step_ms: float = 0.0
@@ -167,7 +167,7 @@ class Timings(_Message, frozen=True):
     command that moves base or camera."""
 
 
-class Status(_Message, frozen=True):
+class Status(_Published, frozen=True):
     """State of the navigator, published with every step and at least twice per second."""
 
     robot: str
@@ -247,7 +247,7 @@ def is_next_run(before: Status, now: Status) -> bool:
     return now.frames < before.frames or now.robot != before.robot
 
 
-class Event(_Message, frozen=True):
+class Event(_Published, frozen=True):
     """An event for operator and review."""
 
     stamp_ns: int
@@ -285,7 +285,7 @@ class Event(_Message, frozen=True):
     """Number of the find that was confirmed or rejected."""
 
 
-class FarEvidenceCells(_Message, frozen=True):
+class FarEvidenceCells(_Published, frozen=True):
     """Cells with evidence of the object beyond the map's range; stored for late joiners."""
 
     stamp_ns: int
@@ -296,7 +296,7 @@ class FarEvidenceCells(_Message, frozen=True):
     """Ignored; present in recordings of earlier versions."""
 
 
-class SegmentationLabels(_Message, frozen=True):
+class SegmentationLabels(_Published, frozen=True):
     """Labels to segment; published on change and stored for late joiners."""
 
     labels: list[str]

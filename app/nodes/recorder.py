@@ -9,12 +9,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, TypeVar
 
+import msgspec
+
 from app.links.network.requests import RequestRefusedError
 from app.links.network.session import LinkError
 from app.messages import keys
-from app.messages.control import encode
+from app.messages.control import decode, encode
 from app.messages.recording import RecordingStatus, RecordRequest
-from app.messages.status import Event
+from app.messages.status import Event, Status
 from app.nodes.recorder_network import RecorderNetwork
 from app.process.stop_signal import ProcessStopSignal, StopSignal
 from app.recording.errors import RecordingError
@@ -71,7 +73,8 @@ class Recorder:
         self._session: Session | None = None
         self._status = RecordingStatus(state="off", text="nothing is recorded")
         self._heard_at = 0.0
-        self._stamp_ns = 0
+        self._last_status = b""
+        """The navigator's last status: events have its robot's clock."""
         self._published_at = self._checked_at = 0.0
 
     def run(self, stop: StopSignal) -> None:
@@ -136,6 +139,8 @@ class Recorder:
         """Write all queued messages; wait at most `timeout_s` for the first."""
         for one in self._queue.take(timeout_s):
             self._heard_at = one.now_s
+            if one.key == keys.STATUS:
+                self._last_status = one.payload
             self._write(one)
 
     def _write(self, one: QueuedMessage) -> None:
@@ -264,8 +269,15 @@ class Recorder:
         self._network.publish(keys.RECORDING, encode(self._status))
 
     def _announce(self, text: str) -> None:
-        event = Event(stamp_ns=self._stamp_ns, kind="error", text=text)
+        event = Event(stamp_ns=self._stamp_ns(), kind="error", text=text)
         self._network.publish(keys.EVENT, encode(event))
+
+    def _stamp_ns(self) -> int:
+        """Return the robot's time as of the last status; the wall clock before the first."""
+        try:
+            return decode(self._last_status, Status).stamp_ns
+        except msgspec.DecodeError:
+            return time.time_ns()
 
 
 def run_recorder(config: RecorderConfig) -> None:

@@ -53,7 +53,7 @@ def restore(
     coord = arrays["coord"]
     low, high = coord.min(axis=0), coord.max(axis=0) + 1
     if not directory.fits(low, high):
-        raise MapFileError("the saved map reaches farther than MapConfig.directory_max_cells holds")
+        raise MapFileError("the saved map reaches farther than map.directory_max_cells holds")
     directory.cover(low, high)
     for name in BLOCK_LAYERS:
         getattr(pools, name)[:n] = arrays[name]

@@ -11,7 +11,8 @@ from app.messages.control import (
     decode,
     encode,
 )
-from app.messages.status import Status
+from app.messages.driving import DriveStatus
+from app.messages.status import Event, Status
 
 
 def test_request_round_trip() -> None:
@@ -50,6 +51,13 @@ def test_a_request_without_new_fields_is_read_by_earlier_versions() -> None:
     assert encode(ControlRequest(action="stop")) == b'{"action":"stop"}'
     assert encode(FeedbackRequest(verdict="confirm")) == b'{"verdict":"confirm"}'
     assert decode(b'{"object":"hat"}', SearchRequest) == SearchRequest(object="hat")
+
+
+def test_what_a_later_version_adds_to_a_published_message_is_ignored() -> None:
+    event = decode(b'{"stamp_ns": 1, "kind": "error", "text": "full", "mood": "bad"}', Event)
+    assert event == Event(stamp_ns=1, kind="error", text="full")
+    drive = decode(encode(DriveStatus(mode="manual"))[:-1] + b',"mood":"bad"}', DriveStatus)
+    assert drive == DriveStatus(mode="manual")
 
 
 def test_every_message_has_a_schema() -> None:

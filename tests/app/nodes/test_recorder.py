@@ -32,6 +32,7 @@ from app.recording.writing.session import SUMMARY
 from app.recording.writing.write_queue import WriteQueue
 from app.ros2.ippon_ros2.zenoh_side import stream_publisher
 from app.view.words import Words
+from tests.app.nodes.console.drawn_home import status_of
 from tests.app.relay import Relay
 
 ROBOT = "test/robot-1"
@@ -195,15 +196,17 @@ def test_at_its_limit_a_recording_ends_and_everyone_is_told(sessions, record):
         f"{ROBOT}/{keys.EVENT}", lambda s: events.append(s.payload.to_bytes())
     )
     finish = record(limits=RecordingLimits(max_gb=2e-4, min_free_gb=0.0))
+    status = encode(status_of(stamp_ns=7 * 10**9))
     rng = random.Random(1)
 
     def told():
         # What is sent before the recorder's subscription has come through is lost.
+        client.put(f"{ROBOT}/{keys.STATUS}", status)
         client.put(f"{ROBOT}/noise", rng.randbytes(60_000))
         return events and events[0]
 
     told = msgspec.json.decode(_await(told), type=Event)
-    assert told.kind == "error"
+    assert (told.kind, told.stamp_ns) == ("error", 7 * 10**9), "by the robot's clock"
     assert "limit of 0.0002 GB; the robot continues" in told.text
     (recording,) = finish()
     assert recording.index.complete
