@@ -193,7 +193,7 @@ class GoalControl:
         search.state = MissionState.SEARCHING
         goal = search.goal
         text = counted_text(goal.display, len(search.counted), goal.count)
-        self._journal.why = f"{text}: searching on"
+        self._journal.why = f"{text}: continuing the search"
         self._journal.note("counted", self._journal.why)
         if self.tour is None:
             self._planner.set_termination_min(search.termination_min)
@@ -286,14 +286,16 @@ class GoalControl:
         find = search.find_numbered(number)
         reject_find(search, self._voxel_map, self.frame, find)
         name = search.name_of(find)
-        self._journal.note("rejected", f"not the {name}: searching on", find and find.number)
+        self._journal.note(
+            "rejected", f"not the {name}: continuing the search", find and find.number
+        )
         if search.over:
             search.state = MissionState.SEARCHING
         if self.tour is None:
             self._planner.set_termination_min(search.termination_min)
         else:
             self.tour.settle()
-        self._journal.why = f"searching on for {search.goal.display}"
+        self._journal.why = f"continuing the search for {search.goal.display}"
         return True
 
     def confirm_find(self, goal_id: int | None = None, number: int | None = None) -> bool:

@@ -91,7 +91,7 @@ class Confirmation:
         waited = search.arrived_steps - self._confirm_steps
         unsure = objection is not None or search.image_check.share(find) is None
         if unsure and waited < self._min_images:
-            return Action(still, MissionState.APPROACHING, f"looking whether that is {display}")
+            return Action(still, MissionState.APPROACHING, f"checking whether that is {display}")
         if objection is not None:
             return self._doubt(search, find, still, f"{objection}: going on")
         judged = search.judged(find)
@@ -111,7 +111,7 @@ class Confirmation:
         if weighed.opinion is not None:
             self._journal.note("opinion", weighed.sentence)
         if weighed.find.probability < min(self._find_from, find.probability):
-            objection = f"is hardly one (p = {weighed.find.probability:.2f})"
+            objection = f"is probably not one (p = {weighed.find.probability:.2f})"
             return self._doubt(search, find, still, f"{objection}, {weighed.sentence}: going on")
         opinion = weighed.opinion
         if opinion is not None:
@@ -170,7 +170,7 @@ class Confirmation:
     def _pass_by(self, search: Search, find: Find, still: Command, instead: str) -> Action:
         """Set a find aside that is another one than was meant, and report what it is."""
         set_aside(search, self._voxel_map, find)
-        why = f"{instead}: searching on for {search.goal.display}"
+        why = f"{instead}: continuing the search for {search.goal.display}"
         self._journal.note("doubted", why)
         return Action(still, MissionState.SEARCHING, why)
 

@@ -103,7 +103,7 @@ def test_a_rejected_find_is_searched_for_again_and_the_others_stay_found(home):
     assert robot.mission.goals.reject_find(), "the only find that was not judged"
     assert not robot.mission.goals.reject_find(goal_id=1), "it is no longer found"
     results = robot.search(150.0)
-    assert events(results[:1], "rejected") == ["not the toilet: searching on"]
+    assert events(results[:1], "rejected") == ["not the toilet: continuing the search"]
     assert states(robot) == {"toilet": "not_found", "plant": "confirmed"}
     assert robot.last.state is MissionState.EXHAUSTED
     assert robot.last.goal.object == "toilet"

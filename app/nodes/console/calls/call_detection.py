@@ -14,7 +14,7 @@ LASTS_S: Final = 5.0
 """Time that contact or position must be lost: shorter gaps need nobody."""
 STUCK_TIMES: Final = 4
 STUCK_S: Final = 60.0
-"""So many times in this time the robot touched something or did not get on."""
+"""So many times in this time the robot touched something or made no progress."""
 
 
 _FINDS: Final[frozenset[CallKind]] = frozenset({"found", "perhaps", "out_of_reach"})

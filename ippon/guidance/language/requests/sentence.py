@@ -114,7 +114,7 @@ def _nothing(because: str, text: str) -> Request:
 
 def _again(text: str, previous: Sequence[Goal]) -> Request:
     if not previous:
-        return _nothing(f"“{text[:60]}” refers to a request before, and there was none", text)
+        return _nothing(f"“{text[:60]}” refers to an earlier request, but there was none", text)
     goals = tuple(replace(goal, refers_to="same") for goal in previous)
     return Request(goals=goals, doubtful=False)
 

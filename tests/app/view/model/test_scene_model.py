@@ -178,7 +178,7 @@ def test_what_was_rejected_stays_rejected_until_another_goal(model, make):
     model.on_status(make.status(state="found", find=find))
     model.on_status(make.status())
     assert model.rejected == ()
-    model.on_event(Event(stamp_ns=1, kind="rejected", text="not the hat: searching on"))
+    model.on_event(Event(stamp_ns=1, kind="rejected", text="not the hat: continuing the search"))
     assert "detections" in model.take_changes()
     model.on_status(make.status())
     assert model.rejected == (find,)

@@ -245,7 +245,7 @@ def test_a_find_that_few_images_have_shown_is_looked_at_first(searcher, room, en
     robot = searcher([*room(8.0, 4.5), bed], 1.0, 2.0, config=config)
     robot.ask("bed")
     results = robot.search(60.0)
-    looking = [r for r in results if r.snapshot.why == "looking whether that is bed"]
+    looking = [r for r in results if r.snapshot.why == "checking whether that is bed"]
     assert bool(looking) is waits
     assert len(looking) <= enough
     assert robot.last.state is MissionState.FOUND

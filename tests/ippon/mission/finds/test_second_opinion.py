@@ -62,7 +62,7 @@ def test_a_no_that_outweighs_the_map_sets_the_find_aside_and_says_why(searcher, 
     robot.ask("bed")
     robot.search(90.0, until=lambda r: any(e.kind == "doubted" for e in r.snapshot.events))
     (text,) = said(robot, "doubted")
-    assert text.startswith("what seemed to be bed is hardly one (p = 0.")
+    assert text.startswith("what seemed to be bed is probably not one (p = 0.")
     assert text.endswith("tiny disagrees: a pile of boxes: going on")
     assert robot.last.state is not MissionState.FOUND
 

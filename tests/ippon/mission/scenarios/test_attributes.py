@@ -46,7 +46,7 @@ def test_the_red_one_of_two_mugs_is_found_and_the_other_announced(robot):
     (red,) = find.attributes
     assert (red.value, red.verdict, red.by) == ("red", "right", "images")
     doubted = [event.text for event in events if event.kind == "doubted"]
-    assert "a mug, but it is white: searching on for red mug" in doubted
+    assert "a mug, but it is white: continuing the search for red mug" in doubted
     (found,) = [event.text for event in events if event.kind == "found"]
     assert found.endswith("red: checked")
 

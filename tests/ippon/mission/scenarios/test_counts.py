@@ -81,7 +81,7 @@ def test_two_are_found_and_a_rejected_one_does_not_count_and_is_not_found_again(
     both = results[-1].snapshot
     assert both.state is MissionState.FOUND
     assert sorted(places([*both.counted, both.find])) == [0, 1]
-    assert events(results, "counted") == ["plants: 1 of 2 found: searching on"]
+    assert events(results, "counted") == ["plants: 1 of 2 found: continuing the search"]
     assert len(events(results, "found")) == 2
     (wrong,), right = both.counted, both.find
     assert (wrong.number, right.number) == (1, 2)
@@ -96,7 +96,7 @@ def test_two_are_found_and_a_rejected_one_does_not_count_and_is_not_found_again(
     )  # fmt: skip
     assert last.counted == (dataclasses.replace(right, confirmed=True),)
     assert last.rejected == (wrong,)
-    assert events(results, "rejected") == ["not the plant 1: searching on"]
+    assert events(results, "rejected") == ["not the plant 1: continuing the search"]
     assert events(results, "confirmed") == ["plant 2: confirmed by the operator"]
     assert not events(results, "found")
 

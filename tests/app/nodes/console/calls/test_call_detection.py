@@ -53,7 +53,7 @@ def test_a_doubtful_find_one_out_of_reach_and_none_have_their_own_words(watch):
     ]
     goal = GoalStatus(goal_id=2, object="hat", display="Anna's hat", outcome="exhausted")
     assert watch(status_of("exhausted", goal=goal)) == [
-        ("not_found", "everything that the robot can reach was searched for: Anna's hat")
+        ("not_found", "searched everywhere it can reach for: Anna's hat")
     ]
 
 

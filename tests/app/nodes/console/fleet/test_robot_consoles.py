@@ -88,7 +88,7 @@ def test_what_nobody_looks_at_is_closed_and_there_is_a_limit(fleet, monkeypatch)
         hear(shell, "state")
         answer = served.get("/robot/site~b/")
         assert answer.status_code == 404
-        assert "1 robots are looked at besides “own”" in answer.text
+        assert "1 other robots are open besides “own”" in answer.text
         consoles.close_idle()
         assert served.get("/robot/a/health").json()["console"] == "up"
     deadline = time.monotonic() + 10.0

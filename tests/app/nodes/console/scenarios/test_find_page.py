@@ -89,7 +89,7 @@ def test_end_names_the_goal_that_goes_on(home, page):
     expect(panels(page).locator(".ip-goals")).to_contain_text("mug")
     panels(page).get_by_role("button", name="End", exact=True).click()
     expect(panels(page).locator(".ip-answer")).to_have_text(
-        "The search is ended; the map is kept. The next goal goes on: cups, towels."
+        "The search is ended; the map is kept. Continuing with the next goal: cups, towels."
     )
 
 
