@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -52,6 +53,10 @@ if (location.pathname.endsWith("/view/")) {
 """
 """Leaves a scene empty: without a GPU its triangles take more of the processor than all else."""
 _STOP = "**/api/stop*"
+_LAID_OUT = """() => new Promise((done) => {
+  setTimeout(() => requestAnimationFrame(() => requestAnimationFrame(() => done())), 320);
+})"""
+"""Waits until the page has measured its scene, which it does every 300 ms, and has since drawn."""
 PATIENCE_MS = 90_000
 """How long a thing may take to come about before it counts as missing, machine busy or not."""
 
@@ -134,14 +139,23 @@ def each_stop_once(page: Page) -> Iterator[None]:
     page.unroute(_STOP)
 
 
+def boxes_at_rest(*locators: Locator) -> list[FloatRect]:
+    """Return where elements of a page are, in pixels, once all are visible and none moves."""
+    for locator in locators:
+        expect(locator).to_be_visible()
+    before: list[FloatRect | None] = []
+    deadline = time.monotonic() + PATIENCE_MS / 1e3
+    while True:
+        boxes = [locator.bounding_box() for locator in locators]
+        shown = [box for box in boxes if box is not None]
+        if boxes == before and len(shown) == len(locators):
+            return shown
+        assert time.monotonic() < deadline, f"{locators} do not come to rest, last at {boxes}"
+        before = boxes
+        locators[0].page.evaluate(_LAID_OUT)
+
+
 def box_at_rest(locator: Locator) -> FloatRect:
     """Return where an element is, in pixels, once it is visible and no longer moves."""
-    expect(locator).to_be_visible()
-    before = None
-    for _ in range(int(PATIENCE_MS / 100)):
-        box = locator.bounding_box()
-        if box is not None and box == before:
-            return box
-        before = box
-        locator.page.wait_for_timeout(100)
-    raise AssertionError(f"{locator} does not come to rest, last at {before}")
+    (box,) = boxes_at_rest(locator)
+    return box

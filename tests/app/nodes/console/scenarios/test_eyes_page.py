@@ -28,7 +28,8 @@ from app.messages.perception.heatmaps import encode_heatmap
 from app.messages.status import CountedFind, FindReport, GoalStatus
 from ippon.observation import Heatmap
 from tests.app.nodes.console.opened_page import WHOLE_MAP_TICKS, wait_until
-from tests.chromium import KEEP_PICTURES, box_at_rest, new_window
+from tests.chromium import KEEP_PICTURES, box_at_rest, boxes_at_rest, new_window
+from tests.machine_lateness import MachineLateness
 
 pytestmark = pytest.mark.browser
 
@@ -123,7 +124,7 @@ def test_the_camera_is_on_every_tab_and_one_key_enlarges_it(page, shoot):
     shoot("camera-corner", 1_500)
     page.keyboard.press("c")
     expect(camera).to_have_attribute("data-size", "full")
-    box, panel = box_at_rest(camera), _panel(page)
+    box, panel = boxes_at_rest(camera, _panel(page))
     assert box["x"] + box["width"] <= panel["x"] + 1, "the panel stays free"
     assert box["width"] > 0.6 * page.viewport_size["width"]
     shoot("camera-full", 1_500)
@@ -145,7 +146,7 @@ def test_the_camera_is_on_every_tab_and_one_key_enlarges_it(page, shoot):
 
 
 def _panel(page):
-    return box_at_rest(page.frame_locator("#view").locator("[data-dock-region='right']"))
+    return page.frame_locator("#view").locator("[data-dock-region='right']")
 
 
 def test_what_is_drawn_in_can_be_chosen(page):
@@ -171,27 +172,35 @@ def test_a_person_who_drives_gets_the_large_camera_and_the_limits(page, parts, s
     expect(camera).to_have_attribute("data-size", "corner")
 
 
+_DRAWN = "(camera) => ['stamp', 'drawnAt', 'bytes'].map((name) => camera.dataset[name])"
+"""All of one picture."""
+
+
 def test_pictures_come_within_the_budget_and_soon(page, parts):
     """Image to glass: from before the image is published until the page's worker has drawn it.
 
     Both are the clock of this machine. The figures are for docs/results.md; here they must only be
-    possible, because the machine may be busy.
+    possible, because the machine may be busy: the time that it is late is left out.
     """
     noted = parts[0]
     camera = page.locator("#camera")
-    delays, sizes = {}, []
+    drawn_ms, sizes = {}, []
     noted.home.hz, usual_hz = HZ, noted.home.hz
     began = time.monotonic()
-    while (took_s := time.monotonic() - began) < WATCHED_S or (len(delays) < 7 and took_s < 60.0):
-        stamp, at, size = (
-            camera.get_attribute(f"data-{k}") for k in ("stamp", "drawn-at", "bytes")
-        )
-        if stamp in noted.sent_ms and stamp not in delays:
-            delays[stamp] = float(at) - noted.sent_ms[stamp]
-            sizes.append(int(size))
-        page.wait_for_timeout(20)
+    with MachineLateness(time.time) as lateness:
+        while (took_s := time.monotonic() - began) < WATCHED_S or (
+            len(drawn_ms) < 7 and took_s < 60.0
+        ):
+            stamp, at, size = camera.evaluate(_DRAWN)
+            if stamp in noted.sent_ms and stamp not in drawn_ms:
+                drawn_ms[stamp] = float(at)
+                sizes.append(int(size))
+            page.wait_for_timeout(20)
     noted.home.hz = usual_hz
-    ordered = sorted(delays.values())
+    ordered = sorted(at - noted.sent_ms[stamp] for stamp, at in drawn_ms.items())
+    net_s = sorted(
+        lateness.net_s(noted.sent_ms[stamp] / 1e3, at / 1e3) for stamp, at in drawn_ms.items()
+    )
     folder = os.environ.get(KEEP_PICTURES)
     if folder is not None:
         ms = [round(d) for d in ordered]
@@ -199,7 +208,7 @@ def test_pictures_come_within_the_budget_and_soon(page, parts):
         (Path(folder) / "image_to_glass_ms.txt").write_text(text)
     assert len(ordered) > 6
     assert ordered[0] >= 0.0
-    assert ordered[len(ordered) // 2] < 500.0
+    assert net_s[len(net_s) // 2] < 0.5, ordered
     assert sum(sizes) * 8 / took_s < 2e6
 
 
@@ -233,7 +242,7 @@ def test_one_key_shows_the_plan_with_rooms_furniture_and_scale(page, shoot):
     expect(page.get_by_role("button", name="Rename the room living room")).to_be_visible()
     expect(page.locator("#plan-none")).to_be_hidden()
     shoot("plan", 3_000)
-    box, panel = box_at_rest(plan), _panel(page)
+    box, panel = boxes_at_rest(plan, _panel(page))
     assert box["x"] + box["width"] <= panel["x"] + 1, "the panel stays free"
 
 
@@ -737,7 +746,7 @@ def test_who_carries_the_camera_is_led_by_an_arrow_and_metres(page, parts, shoot
     page.set_viewport_size({"width": 390, "height": 844})
     page.wait_for_timeout(1_000)
     shoot("phone-walk", 800)
-    box, words = box_at_rest(card), box_at_rest(do)
+    box, words = boxes_at_rest(card, do)
     assert box["x"] >= 0
     assert box["x"] + box["width"] <= 390
     assert words["height"] >= 32, "readable at arm's length"

@@ -13,7 +13,7 @@ from tests.app.nodes.console.opened_page import (
     open_tab,
     panels,
 )
-from tests.chromium import box_at_rest
+from tests.chromium import boxes_at_rest
 
 pytestmark = pytest.mark.browser
 
@@ -101,10 +101,10 @@ def test_on_a_phone_the_camera_is_free_of_pad_and_plan(page):
     expect(page.locator("#plan")).to_be_hidden()
     # The panel leaves the right side a moment after the window has become narrow.
     expect(page.locator("#camera-picture")).to_have_js_property("clientWidth", 390)
-    camera, pad = (box_at_rest(page.locator(name)) for name in ("#camera-picture", "#pad"))
+    right = panels(page).locator("[data-dock-region='right']")
+    camera, pad, panel = boxes_at_rest(page.locator("#camera-picture"), page.locator("#pad"), right)
     assert not _meet(camera, pad)
     assert camera["height"] > 200, "and it is not small"
-    panel = box_at_rest(panels(page).locator("[data-dock-region='right']"))
     assert not _meet(panel, pad)
 
 
@@ -116,7 +116,7 @@ def test_on_a_phone_the_plan_is_free_of_notice_camera_and_tools(page, parts, sta
     page.locator("#plan-open").click()
     expect(page.locator("#notice")).to_be_hidden()
     expect(page.locator("#camera")).to_be_hidden()
-    drawn, tools = (box_at_rest(page.locator(n)) for n in ("#plan-picture", ".plan-tools"))
+    drawn, tools = boxes_at_rest(page.locator("#plan-picture"), page.locator(".plan-tools"))
     assert not _meet(drawn, tools)
     assert tools["height"] < 100, "two rows"
     page.locator("#plan-close").click()

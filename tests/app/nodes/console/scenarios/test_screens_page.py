@@ -25,7 +25,7 @@ from tests.app.nodes.console.page_checks import (
     in_page,
     in_panels,
 )
-from tests.chromium import KEEP_PICTURES, box_at_rest, new_window
+from tests.chromium import KEEP_PICTURES, box_at_rest, boxes_at_rest, new_window
 
 pytestmark = pytest.mark.browser
 
@@ -310,8 +310,8 @@ def test_a_notice_leaves_the_tabs_free_where_the_page_is_enlarged(at_first, part
     page, home = parts
     page.set_viewport_size({"width": 720, "height": 450})
     next(_states(home, stage))
-    notice = box_at_rest(page.locator("#notice"))
-    panel = box_at_rest(page.frame_locator("#view").locator("[data-dock-region='right']"))
+    right = page.frame_locator("#view").locator("[data-dock-region='right']")
+    notice, panel = boxes_at_rest(page.locator("#notice"), right)
     assert notice["x"] + notice["width"] <= panel["x"]
 
 

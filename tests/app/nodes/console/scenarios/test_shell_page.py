@@ -26,7 +26,11 @@ from ippon.control.drive_mode import NO_INPUT
 from tests.app.nodes.console.drawn_home import things_of
 from tests.app.nodes.console.opened_page import expect_state, panels
 from tests.app.relay import Relay
+<<<<<<< HEAD
 from tests.chromium import PATIENCE_MS, box_at_rest, each_stop_once, new_window
+=======
+from tests.chromium import PATIENCE_MS, boxes_at_rest, new_window
+>>>>>>> flake1
 
 pytestmark = pytest.mark.browser
 
@@ -678,7 +682,7 @@ def test_an_explanation_and_a_notice_are_beside_each_other(page, post, is_listed
         page.keyboard.press("g")
     for width in (1100, 1200, 1400, 1440):
         page.set_viewport_size({"width": width, "height": 900})
-        explained, notice = (box_at_rest(page.locator(f"#{n}")) for n in ("explanation", "notice"))
+        explained, notice = boxes_at_rest(page.locator("#explanation"), page.locator("#notice"))
         left, top = notice["x"], notice["y"]
         right, bottom = left + notice["width"], top + notice["height"]
         assert not _meets((left, top, right, bottom), explained), width
