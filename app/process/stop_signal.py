@@ -76,3 +76,8 @@ class ProcessStopSignal:
     def _check(self) -> None:
         if self._wanted:
             raise KeyboardInterrupt
+
+
+def interrupt(_number: int, _frame: FrameType | None) -> None:
+    """Handle a signal as Ctrl-C."""
+    raise KeyboardInterrupt

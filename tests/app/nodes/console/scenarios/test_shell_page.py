@@ -26,11 +26,7 @@ from ippon.control.drive_mode import NO_INPUT
 from tests.app.nodes.console.drawn_home import things_of
 from tests.app.nodes.console.opened_page import expect_state, panels
 from tests.app.relay import Relay
-<<<<<<< HEAD
-from tests.chromium import PATIENCE_MS, box_at_rest, each_stop_once, new_window
-=======
-from tests.chromium import PATIENCE_MS, boxes_at_rest, new_window
->>>>>>> flake1
+from tests.chromium import PATIENCE_MS, boxes_at_rest, each_stop_once, new_window
 
 pytestmark = pytest.mark.browser
 
