@@ -8,6 +8,7 @@ import contextlib
 import hashlib
 import os
 import shutil
+import time
 from pathlib import Path
 from typing import Final
 
@@ -16,6 +17,8 @@ import platformdirs
 LIBRARY: Final = Path(__file__).parents[2] / "ippon"
 KEPT: Final = 4
 """Number of earlier states to keep, for switching between versions."""
+SPARED_S: Final = 86_400.0
+"""Time after its last start for which a state is kept anyway: it may be running."""
 COMPLETE: Final = "complete"
 """File in the folder that marks that it holds every kernel of the navigator."""
 _MARKS: Final = (b"njit", b"Final", b"NamedTuple")
@@ -57,5 +60,7 @@ def _forget_old(parent: Path, current: Path) -> None:
     with contextlib.suppress(OSError):
         others = [path for path in parent.iterdir() if path.is_dir() and path != current]
         others.sort(key=lambda path: path.stat().st_mtime, reverse=True)
+        spared = time.time() - SPARED_S
         for path in others[KEPT:]:
-            shutil.rmtree(path, ignore_errors=True)
+            if path.stat().st_mtime < spared:
+                shutil.rmtree(path, ignore_errors=True)

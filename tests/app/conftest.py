@@ -104,7 +104,8 @@ class Process:
         return self.child.returncode, out
 
 
-def _runtime(folder: Path) -> dict[str, str]:
+def own_folders(folder: Path) -> dict[str, str]:
+    """Return the environment that keeps the user's files, and the running navigators, apart."""
     names = ("XDG_RUNTIME_DIR", "XDG_CACHE_HOME", "XDG_DATA_HOME")
     return dict.fromkeys(names, str(folder))
 
@@ -112,7 +113,7 @@ def _runtime(folder: Path) -> dict[str, str]:
 @pytest.fixture
 def runtime(tmp_path: Path) -> dict[str, str]:
     """Environment that keeps the list of running navigators to this test."""
-    return _runtime(tmp_path)
+    return own_folders(tmp_path)
 
 
 @contextlib.contextmanager
@@ -142,7 +143,7 @@ def launch(tmp_path: Path, runtime: dict[str, str]) -> Iterator[Callable[..., Pr
 def launch_shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., Process]]:
     """Start `ippon ...` for all tests of a module."""
     folder = tmp_path_factory.mktemp("shared")
-    with _launching(folder, _runtime(folder)) as start:
+    with _launching(folder, own_folders(folder)) as start:
         yield start
 
 

@@ -18,7 +18,7 @@ from app.links.network.session import open_client
 from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.motion import decode_twist
-from tests.app.conftest import Process
+from tests.app.conftest import Process, own_folders
 from tests.chromium import KEEP_PICTURES, PATIENCE_MS, box_at_rest, new_page, open_browser
 from tests.ports import free_port
 
@@ -72,7 +72,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def parts(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Wheels]]:
     """Navigator, simulated robot and console, each a process, and the robot's ear."""
     run = tmp_path_factory.mktemp("run")
-    own = {"XDG_RUNTIME_DIR": str(run)}
+    own = own_folders(run)
     zenoh_port, port = free_port(), free_port()
     endpoint = f"tcp/127.0.0.1:{zenoh_port}"
     started: list[Process] = []

@@ -48,6 +48,19 @@ def _await(condition, timeout_s=15.0):
     raise TimeoutError
 
 
+def _await_status(session, wanted):
+    """Wait for a status of the recorder; it is asked again where it had no time to answer."""
+
+    def answer():
+        payload = last_message(session, f"{ROBOT}/{keys.RECORDING}", 2.0)
+        if payload is None:
+            return None
+        status = msgspec.json.decode(payload, type=RecordingStatus)
+        return status if wanted(status) else None
+
+    return _await(answer)
+
+
 @pytest.fixture
 def record(sessions, free_endpoint, tmp_path, monkeypatch):
     """Start a recorder in a thread; returns a function that ends it and opens what it wrote."""
@@ -246,13 +259,7 @@ def test_a_disk_that_refuses_ends_the_recording_and_nothing_else(sessions, recor
     _, client = sessions
     (tmp_path / "s").write_text("a file where the folder should be")
     record(limits=RecordingLimits(min_free_gb=0.0))
-
-    def failed():
-        payload = last_message(client, f"{ROBOT}/{keys.RECORDING}", 2.0)
-        status = msgspec.json.decode(payload, type=RecordingStatus)
-        return status.state == "failed" and status
-
-    status = _await(failed)
+    status = _await_status(client, lambda status: status.state == "failed")
     assert "cannot be written to" in status.text
     (tmp_path / "s").unlink()
     assert _request(client, "start").state == "recording"
@@ -263,14 +270,10 @@ def test_a_folder_that_is_removed_ends_the_recording_once_and_another_can_begin(
 ):
     _, client = sessions
     record(limits=RecordingLimits(min_free_gb=0.0))
-
-    def status():
-        payload = last_message(client, f"{ROBOT}/{keys.RECORDING}", 2.0)
-        return msgspec.json.decode(payload, type=RecordingStatus)
-
-    first = Path(_await(lambda: status().state == "recording" and status().session))
+    recording = _await_status(client, lambda one: one.state == "recording" and one.session)
+    first = Path(recording.session)
     shutil.rmtree(first)
-    failed = _await(lambda: status().state == "failed" and status())
+    failed = _await_status(client, lambda status: status.state == "failed")
     assert failed.text == f"the recording ended: No such file or directory ({first})"
     again = _request(client, "start")
     assert again.state == "recording"

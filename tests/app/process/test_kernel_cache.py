@@ -1,4 +1,6 @@
 import os
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -25,24 +27,45 @@ def test_a_changed_kernel_or_constant_is_another_state(library: Path) -> None:
     assert kernel_cache.state_of(library) != first
 
 
-def test_each_state_has_its_folder_and_old_ones_go(
+@pytest.fixture
+def start(
     library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+) -> Callable[[int, float], Path]:
+    """Starts a state of the sources at a time, in seconds of the system's clock."""
     monkeypatch.setattr(kernel_cache, "LIBRARY", library)
     monkeypatch.setattr(kernel_cache.platformdirs, "user_cache_path", lambda _: tmp_path / "cache")
-    folders = []
-    for k in range(kernel_cache.KEPT + 4):
+
+    def start(state: int, started_s: float) -> Path:
         monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
-        (library / "constants.py").write_text(f"EDGE: Final = {k}\n")
+        (library / "constants.py").write_text(f"EDGE: Final = {state}\n")
         folder = kernel_cache.use_kernel_cache()
         assert folder is not None
         assert os.environ["NUMBA_CACHE_DIR"] == str(folder)
-        os.utime(folder, (k, k))
-        folders.append(folder)
+        os.utime(folder, (started_s, started_s))
+        return folder
+
+    return start
+
+
+def test_each_state_has_its_folder_and_old_ones_go(
+    start: Callable[[int, float], Path], tmp_path: Path
+) -> None:
+    folders = [start(k, k) for k in range(kernel_cache.KEPT + 4)]
     assert len(set(folders)) == len(folders)
     left = {path.name for path in (tmp_path / "cache" / "kernels").iterdir()}
     assert folders[-1].name in left
     assert len(left) == kernel_cache.KEPT + 1
+
+
+def test_what_was_started_within_a_day_may_run_and_is_kept(
+    start: Callable[[int, float], Path],
+) -> None:
+    now_s = time.time()
+    ages_s = [90_000.0, 80_000.0, *[60.0] * kernel_cache.KEPT, 0.0]
+    old, running, *_ = folders = [start(k, now_s - age_s) for k, age_s in enumerate(ages_s)]
+    assert not old.exists()
+    assert running.exists()
+    assert all(folder.exists() for folder in folders[1:])
 
 
 def test_a_folder_that_was_chosen_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:

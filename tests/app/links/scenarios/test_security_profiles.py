@@ -66,6 +66,14 @@ def control(asking):
     return ask(asking, "ippon/control", request, ControlReply, 20.0).state
 
 
+def await_count(came, count, timeout_s=20.0):
+    """Wait for messages: a reply comes with the priority of its question, and may overtake them."""
+    deadline = time.monotonic() + timeout_s
+    while len(came) < count:
+        assert time.monotonic() < deadline, came
+        time.sleep(0.01)
+
+
 def test_a_console_watches_and_steers(network):
     console = network("console")
     heard = []
@@ -78,7 +86,9 @@ def test_a_console_watches_and_steers(network):
         console.put("ippon/teleop/cmd_vel", b"go")
         time.sleep(0.05)
     network.router.put("ippon/status", b"fine")
-    assert control(console) == "stopped", "asked and told last, so that both have come by now"
+    assert control(console) == "stopped"
+    await_count(driven, 20)
+    await_count(heard, 1)
     assert driven == 20 * [b"go"]
     assert heard == [b"fine"]
 
@@ -117,6 +127,8 @@ def test_a_robot_sends_and_obeys_and_commands_nothing(network):
     assert control(console) == "stopped"
     with pytest.raises(LinkError):
         ask(robot, "ippon/search", ControlRequest(action="stop"), ControlReply, 0.5)
+    await_count(heard, 20)
+    await_count(obeyed, 1)
     assert heard == 20 * [b"a picture"]
     assert obeyed == [b"forward"]
     del kept

@@ -50,12 +50,10 @@ class LightNavigator:
 
     def __init__(self, zenoh_port, robot, wanted="hat", hz=5.0, profile=ZED, bid=None, before=None):
         self.robot, self.ticks = robot, 0
-        self._before = before or {}
-        self.searches = []
-        """Searches that it took; without a bid it is a navigator that does not know of bids."""
+        self._wanted, self._said_before = wanted, before or {}
         self.who = []
         """The credentials of those who asked for a bid."""
-        self.goal = GoalStatus(goal_id=1, object=wanted, outcome="active")
+        self.begin_again()
         self._hz = hz
         self._session = open_client(f"tcp/127.0.0.1:{zenoh_port}")
         key = f"{robot}/{keys.STATUS}"
@@ -68,6 +66,13 @@ class LightNavigator:
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
+
+    def begin_again(self):
+        """Be as at first, with no search taken."""
+        self._before = self._said_before
+        self.searches = []
+        """Searches that it took; without a bid it is a navigator that does not know of bids."""
+        self.goal = GoalStatus(goal_id=1, object=self._wanted, outcome="active")
 
     def _serve(self, bid):
         def answer(_, who):

@@ -10,6 +10,7 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 
+from app.links.network import sender as sender_module
 from app.links.network.sender import Sender
 from app.links.network.subscription import subscribe
 from app.messages import keys
@@ -30,7 +31,9 @@ CAMERA = PinholeCamera.from_horizontal_fov(48, 30, math.radians(74.0))
 
 
 @pytest.fixture
-def sender():
+def sender(monkeypatch):
+    # Its thread may have to wait for the machine.
+    monkeypatch.setattr(sender_module, "FLUSH_S", 20.0)
     sender = Sender()
     yield sender
     sender.close()

@@ -54,7 +54,7 @@ def shown(viewer, port):
 
 
 @pytest.fixture
-def show(port):
+def show(port, patient_links):
     """Shows the robot of `port` in a viewer, as a context."""
     return lambda viewer, at=None: shown(viewer, at or port)
 

@@ -1,6 +1,7 @@
 """A real server, and a client of Foxglove's protocol that subscribes and decodes."""
 
 import json
+import time
 
 import numpy as np
 import pytest
@@ -62,6 +63,22 @@ def connect(server):
         client.close()
 
 
+def _put_until(client, put, condition):
+    """Publish every second until the condition holds: a line that is full loses messages."""
+    due = 0.0
+
+    def holds(client):
+        nonlocal due
+        if condition(client):
+            return True
+        if time.monotonic() > due:
+            due = time.monotonic() + 1.0
+            put()
+        return False
+
+    client.wait(holds)
+
+
 def test_every_topic_of_a_running_robot_comes_decodable(server, connect, start_home, show):
     home = start_home()
     with show(server):
@@ -69,10 +86,13 @@ def test_every_topic_of_a_running_robot_comes_decodable(server, connect, start_h
         client.subscribe(*client.channels)
         # Colours change with every tick, and whole maps come once a second.
         client.wait(lambda c: len(c.messages.get(PROBABILITY, ())) > 2)
-        home.put(keys.EVENT, encode(Event(stamp_ns=5, kind="contact", text="a bump")))
         depth = np.full((20, 30), 1.25, np.float32)
-        home.put(keys.DEPTH, encode_depth(depth, 7, "camera"))
-        client.wait(lambda c: {"/camera/depth/image_raw", "/event"} <= set(c.messages))
+
+        def put():
+            home.put(keys.EVENT, encode(Event(stamp_ns=5, kind="contact", text="a bump")))
+            home.put(keys.DEPTH, encode_depth(depth, 7, "camera"))
+
+        _put_until(client, put, lambda c: {"/camera/depth/image_raw", "/event"} <= set(c.messages))
         client.wait(lambda c: any(b"a bump" in line for line in c.messages.get("/log", ())))
         last = {topic: payloads[-1] for topic, payloads in client.messages.items()}
     assert client.capabilities == ["time"], "clients send no commands"

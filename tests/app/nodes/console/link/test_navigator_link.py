@@ -63,7 +63,7 @@ def failures():
 
 
 @pytest.fixture
-def connect(failures):
+def connect(failures, patient_links):
     """Opens links to ports; all are closed at the end."""
     links = []
 

@@ -225,8 +225,8 @@ def test_a_hand_without_the_right_to_drive_is_told_why(bench):
 
 def test_without_pictures_there_is_no_driving(guarded):
     guarded.mux.set_mode(DriveMode.MANUAL, 1.0)
-    guarded.frame()
     framed_at = time.monotonic()
+    guarded.frame()
     reason = re.compile(r"stopped: no picture for (\d+\.\d) s")
     while not (told := reason.fullmatch(guarded.mux.status().intervention)):
         assert time.monotonic() - framed_at < PATIENCE_S
