@@ -11,7 +11,13 @@ from ippon.compiling import njit
 from ippon.mapping.arrays import INNER, NOT_MAPPED
 from ippon.mapping.goal_layers.goal_arrays import highest_code
 from ippon.mapping.objects.bayes_update import NEVER, is_suppressed_by
-from ippon.mapping.objects.places import N_OPENED, TAN_MARGIN, open_accumulator, place_of
+from ippon.mapping.objects.places import (
+    N_OPENED,
+    TAN_MARGIN,
+    close_for_ooi,
+    open_accumulator,
+    place_of,
+)
 from ippon.mapping.objects.posterior_arithmetic import (
     MAXIMUM,
     PLACES,
@@ -123,14 +129,14 @@ def _update_by_places(
             continue
         row, k = entries[first + a, 0], entries[first + a, 1]
         d, v, u = work.measured[a], work.ahead[a, 1], work.ahead[a, 2]
-        used = d <= fusion.common_max_m
+        common, any_goal = d <= fusion.common_max_m, False
         for g in range(len(wanted)):
             wanted[g] = d <= fusion.ooi_max_m and channel[g] >= 0
             if wanted[g] and d > goals.clear_m[g]:
                 # The object is too small in the image for a miss to be evidence.
                 wanted[g] = table[table_of[g], heat[v, u, channel[g]]] > np.float32(1.0)
-            used = used or wanted[g]
-        if not used:
+            any_goal = any_goal or wanted[g]
+        if not common and not any_goal:
             continue
         dx = x - (coord[row, 0] * 8 + (k >> 6) + 0.5) * voxel_size
         dy = y - (coord[row, 1] * 8 + ((k >> 3) & 7) + 0.5) * voxel_size
@@ -139,12 +145,16 @@ def _update_by_places(
         left = place_of(dx + TAN_MARGIN * dy, dy - TAN_MARGIN * dx, dz)
         right = place_of(dx - TAN_MARGIN * dy, dy + TAN_MARGIN * dx, dz)
         opened = accumulators.tally[N_OPENED]
-        w = open_accumulator(surface, accumulators, slot, place, left, right, settled, labels)
+        w = open_accumulator(
+            surface, accumulators, slot, place, left, right, settled, labels, common, any_goal
+        )
         if w == 0:
             continue
         if accumulators.tally[N_OPENED] != opened:
             for g in range(len(wanted)):
                 base[w, g], sums[w, g], images[w, g] = layers.log_odds[slot, g], 0.0, 0
+        if any_goal and for_ooi[w]:
+            close_for_ooi(surface, accumulators, slot, w)
         for g in range(len(wanted)):
             if not (wanted[g] and for_ooi[w]):
                 continue

@@ -6,7 +6,13 @@ import numpy as np
 
 from ippon.mapping.arrays import INNER, NOT_MAPPED
 from ippon.mapping.objects.place_pooling import likelihoods, pool
-from ippon.mapping.objects.places import TAN_MARGIN, open_accumulator, place_of
+from ippon.mapping.objects.places import (
+    TAN_MARGIN,
+    close_for_labels,
+    close_for_ooi,
+    open_accumulator,
+    place_of,
+)
 from ippon.mapping.objects.posterior_arithmetic import (
     MAXIMUM,
     add_energies,
@@ -187,7 +193,9 @@ def update_by_places(
         place = place_of(dx, dy, dz)
         left = place_of(dx + TAN_MARGIN * dy, dy - TAN_MARGIN * dx, dz)
         right = place_of(dx - TAN_MARGIN * dy, dy + TAN_MARGIN * dx, dz)
-        w = open_accumulator(surface, accumulators, slot, place, left, right, settled, labels)
+        w = open_accumulator(
+            surface, accumulators, slot, place, left, right, settled, labels, common, ooi
+        )
         # Row 0 is for none.
         common, ooi = common and first_label[w] < labels, ooi and for_ooi[w]
         if not common and not ooi:
@@ -195,6 +203,7 @@ def update_by_places(
         if ooi:
             ooi_sum[w] += table[table_of[labels], heat[v, u, ooi_channel]]
             ooi_count[w] += 1
+            close_for_ooi(surface, accumulators, slot, w)
             batch.mean[n] = np.float32(ooi_count[w])
             batch.shift[n] = base_log_odds[w] + np.log(ooi_sum[w])
             layer = coord[row, 2] * 8 + (k & 7)
@@ -204,6 +213,7 @@ def update_by_places(
                 batch.shift[n], batch.mean[n] = NEVER, np.float32(1.0)
         if common:
             count[w] += 1
+            close_for_labels(surface, accumulators, slot, w)
             likelihoods(
                 heat, v, u, channel, in_order, table, table_of, first_label[w], likelihood, labels
             )

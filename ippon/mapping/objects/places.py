@@ -194,12 +194,15 @@ def place_of(x, y, z):
 
 
 @INNER
-def open_accumulator(surface, accumulators, slot, place, left, right, settled, labels):
+def open_accumulator(
+    surface, accumulators, slot, place, left, right, settled, labels, common, ooi
+):  # fmt: skip
     """Return the accumulator of a voxel for an image from `place`; 0 if it is closed for all.
 
     `left` and `right` are the places `TAN_MARGIN` to either side. An open place is left only beyond
     them, so that a camera that shakes at its border does not close it. Labels from `settled` on are
-    those of `SurfaceVoxels.added_places`.
+    those of `SurfaceVoxels.added_places`. `common` and `ooi` tell whether the image is for the
+    labels and for the OOI: whoever uses it closes the place for what it was used for.
     """
     row = surface.accumulator[slot]
     if row != 0:
@@ -213,11 +216,8 @@ def open_accumulator(surface, accumulators, slot, place, left, right, settled, l
     elif surface.added_places[slot] & bit == np.uint64(0):
         first_label = settled
     for_ooi = surface.ooi_places[slot] & bit == np.uint64(0)
-    if first_label == labels and not for_ooi:
+    if not (common and first_label < labels) and not (ooi and for_ooi):
         return np.int32(0)
-    surface.label_places[slot] |= bit
-    surface.added_places[slot] |= bit
-    surface.ooi_places[slot] |= bit
     if row == 0:
         rows = accumulators.owner.shape[0] - 1
         row = np.int32(1 + accumulators.tally[N_ROWS] % rows)
@@ -237,3 +237,17 @@ def open_accumulator(surface, accumulators, slot, place, left, right, settled, l
         accumulators.base[row, j] = surface.energy[slot, j]
         accumulators.sums[row, j] = 0.0
     return row
+
+
+@INNER
+def close_for_labels(surface, accumulators, slot, w):
+    """Let the place of an accumulator not count again for the labels of a voxel."""
+    bit = np.uint64(1) << np.uint64(accumulators.place[w])
+    surface.label_places[slot] |= bit
+    surface.added_places[slot] |= bit
+
+
+@INNER
+def close_for_ooi(surface, accumulators, slot, w):
+    """Let the place of an accumulator not count again for the OOI in a voxel."""
+    surface.ooi_places[slot] |= np.uint64(1) << np.uint64(accumulators.place[w])

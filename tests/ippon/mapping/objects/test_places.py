@@ -12,6 +12,8 @@ from ippon.mapping.goal_layers.goal_layers import GoalLayers, OoiTarget
 from ippon.mapping.objects.places import (
     N_OPENED,
     N_ROWS,
+    close_for_labels,
+    close_for_ooi,
     make_place_accumulators,
     open_accumulator,
     place_of,
@@ -351,12 +353,36 @@ def test_what_is_too_small_in_the_image_is_neither_missed_nor_seen(tools, value)
     assert seen(200, 0.01)[0].max() > 0.9, "what speaks for it counts from any distance"
 
 
+def test_a_place_from_which_nothing_counted_for_the_object_counts_when_it_is_there_again(tools):
+    def believed(before):
+        """Number of voxels that are probably the cup, seen twice, left, and seen again."""
+        voxel_map = VoxelMap(MapConfig(memory_limit_mb=64.0), ("wall",))
+        voxel_map.set_ooi("cup", small_m=0.01)
+        looks = ((1.0, before), (1.0, before), (2.6, 1), (2.6, 1), (1.0, 200), (1.0, 200))
+        for n, (y, value) in enumerate(looks):
+            frame = wall(tools, value, y=y, n=n)
+            scores = np.full((*frame.heatmap.probabilities.shape[:2], 2), 1, np.uint8)
+            scores[..., 1] = value
+            heatmap = replace(frame.heatmap, labels=("wall",), ooi="cup", probabilities=scores)
+            voxel_map.integrate(replace(frame, heatmap=heatmap))
+        ooi = voxel_map.arrays().ooi
+        return np.count_nonzero((ooi > 235) & (ooi != NOT_MAPPED))
+
+    too_far_for_a_miss, seen = believed(1), believed(85)
+    assert too_far_for_a_miss > 1.3 * seen, "what was seen from there does not count again"
+
+
 def test_a_camera_that_shakes_at_a_border_does_not_leave_the_place():
     surface, accumulators = make_surface_voxels(4, len(LABELS)), make_place_accumulators(8, 16)
 
     @njit
     def open_it(surface, accumulators, slot, place, left, right, labels):
-        return open_accumulator(surface, accumulators, slot, place, left, right, labels, labels)
+        w = open_accumulator(
+            surface, accumulators, slot, place, left, right, labels, labels, True, False
+        )
+        if w != 0:
+            close_for_labels(surface, accumulators, slot, w)
+        return w
 
     def opened(degrees):
         angles = np.radians([degrees, degrees - 5.0, degrees + 5.0])
@@ -382,7 +408,13 @@ def test_at_the_limit_the_oldest_row_is_given_to_another_voxel():
 
     @njit
     def open_it(surface, accumulators, slot, place, labels):
-        return open_accumulator(surface, accumulators, slot, place, place, place, labels, labels)
+        w = open_accumulator(
+            surface, accumulators, slot, place, place, place, labels, labels, True, True
+        )
+        if w != 0:
+            close_for_labels(surface, accumulators, slot, w)
+            close_for_ooi(surface, accumulators, slot, w)
+        return w
 
     def opened(slot, place):
         return open_it(surface, accumulators, slot, place, len(LABELS))
