@@ -42,6 +42,8 @@ class NarrowPassageConfig:
     """Least distance between these places; more checks fewer of them."""
     interval_steps: int = 5
     """Steps between two searches; more takes less time and finds a passage later."""
+    patience_steps: int = 20
+    """Steps after which a search is made although the deadline has passed; more saves time."""
     joined_m: float = 0.45
     """A passage is connected already if an edge joins nodes within this distance of its two ends;
     more adds fewer edges."""
@@ -53,6 +55,11 @@ class NarrowPassageConfig:
                 "headings, max_places and interval_steps must be at least 1 and max_length_m above "
                 f"0; got {self.headings}, {self.max_places}, {self.interval_steps}, "
                 f"{self.max_length_m}"
+            )
+        if self.patience_steps < self.interval_steps:
+            raise ValueError(
+                "patience_steps must be at least interval_steps; got "
+                f"{self.patience_steps} and {self.interval_steps}"
             )
 
 

@@ -115,12 +115,14 @@ class ViewpointSampler:
 
         Args:
             reachable: (X, Y) from `reachable_cells`.
-            deadline: Once it has passed, the search waits for another step.
+            deadline: Once it has passed, the search waits up to `patience_steps`.
         """
         floor, roadmap, config = self._floor, self._roadmap, self._passages
         self._since_passages += 1
-        due = len(floor.limits.discs) > 0 and self._since_passages >= config.interval_steps
-        if not due or deadline.passed():
+        waited = self._since_passages
+        if not len(floor.limits.discs) or waited < config.interval_steps:
+            return
+        if waited < config.patience_steps and deadline.passed():
             return
         self._since_passages = 0
         for ends in find_narrow_passages(

@@ -50,6 +50,13 @@ def test_a_door_is_led_through_once_and_looked_at_now_and_then(two_rooms):
     assert len(joined.roadmap.nodes) == before, "it is joined there already"
 
 
+def test_a_door_is_found_also_where_no_step_has_time_for_it(two_rooms):
+    joined, sampler, reachable = sampled(two_rooms(0.75))
+    for _ in range(NarrowPassageConfig().patience_steps):
+        sampler.add_narrow_passages(reachable, late())
+    assert len(joined.roadmap.nodes) >= 2
+
+
 def test_a_round_body_needs_no_gates(two_rooms):
     joined, sampler, reachable = sampled(two_rooms(0.75), ZED)
     sampler.add_narrow_passages(reachable)
