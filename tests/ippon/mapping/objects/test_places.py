@@ -357,7 +357,8 @@ def test_what_is_too_small_in_the_image_is_neither_missed_nor_seen(tools, value)
 def test_in_a_tour_what_is_too_far_for_the_small_object_remains_to_be_looked_at(
     tools, score, likely
 ):
-    voxel_map = new_map()
+    many = tuple(f"thing {n}" for n in range(40))
+    voxel_map = VoxelMap(MapConfig(memory_limit_mb=64.0), many)
     targets = [OoiTarget(label="cup", small_m=10.0), OoiTarget(label="hat", small_m=0.01)]
     layers = GoalLayers(voxel_map, targets)
     for n in range(3):
