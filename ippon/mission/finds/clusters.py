@@ -37,19 +37,19 @@ def cluster_finds(
     """
     finds: list[Find] = []
     for member in clusters_of(centres_world, voxel_size):
-        parts = [member]
         find = _find_of(
             centres_world[member], probabilities[member], voxel_size, camera, T_world_camera
         )
-        if is_too_large is not None and is_too_large(find):
-            among = member[probabilities[member] >= sure]
-            parts = [among[part] for part in clusters_of(centres_world[among], voxel_size)]
+        if is_too_large is None or not is_too_large(find):
+            finds.append(find)
+            continue
+        among = member[probabilities[member] >= sure]
+        parts = [among[part] for part in clusters_of(centres_world[among], voxel_size)]
         reduced = [
             _find_of(centres_world[part], probabilities[part], voxel_size, camera, T_world_camera)
             for part in parts
         ]
-        fitting = [part for part in reduced if is_too_large is None or not is_too_large(part)]
-        finds += fitting or [find]
+        finds += [part for part in reduced if not is_too_large(part)] or [find]
     return tuple(sorted(finds, key=lambda find: -find.voxels))
 
 
