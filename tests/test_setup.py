@@ -94,6 +94,15 @@ def test_packages_are_installed_once_and_again_after_a_move(checkout, setup):
     assert setup(moved, 0)[1] == ["pip install"]
 
 
+def test_options_that_do_not_exist_are_refused_and_help_lists_those_that_do(checkout, setup):
+    for options in (("--detectr",), ("--detector", "--segmentation")):
+        done, asked = setup(checkout, 0, *options)
+        assert (done.returncode, asked) == (1, [])
+    done, asked = setup(checkout, 0, "--help")
+    assert (done.returncode, asked) == (0, [])
+    assert "scripts/setup --detector" in done.stdout
+
+
 def test_what_the_tests_need_includes_what_the_product_needs(checkout, setup):
     assert setup(checkout, 0, "--dev", apt="exit 0")[1][0] == "pip install"
     assert setup(checkout, 0)[1] == []
