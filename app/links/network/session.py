@@ -1,5 +1,6 @@
 """zenoh sessions: explicit endpoints, no multicast, a dead peer noticed within a second."""
 
+import ipaddress
 import json
 import os
 import re
@@ -34,6 +35,18 @@ def check_endpoint(endpoint: str) -> None:
             f"{endpoint!r} is not a zenoh endpoint, such as tcp/127.0.0.1:7447 or "
             "tls/robot.local:7447"
         )
+
+
+def is_open_to_all(listen: str) -> bool:
+    """Return whether programs of other machines reach an endpoint without a certificate."""
+    protocol, _, address = listen.partition("/")
+    if protocol not in ("tcp", "udp", "ws") or PROFILE in os.environ:
+        return False
+    host = address.partition("?")[0].partition("#")[0].rpartition(":")[0].strip("[]")
+    try:
+        return not ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host != "localhost"
 
 
 def open_router(listen: str) -> zenoh.Session:

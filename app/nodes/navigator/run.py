@@ -11,7 +11,7 @@ import zenoh
 
 from app.links.language_model.interface import LanguageModelInterface
 from app.links.network.registry import RunningNavigator, register
-from app.links.network.session import open_router
+from app.links.network.session import is_open_to_all, open_router
 from app.links.rmw_zenoh.robot_link import RobotLink
 from app.messages import keys
 from app.nodes.navigator.config import NavigatorConfig
@@ -110,6 +110,12 @@ def _serve(
         )
         progress(1.0)
         logger.info("navigator ready at %s, prefix %s", config.listen, config.robot)
+        if is_open_to_all(config.listen):
+            logger.warning(
+                "every program that reaches %s may drive the robot: use this on a trusted network "
+                "only, or with certificates (ippon certificates, IPPON_ZENOH_PROFILE)",
+                config.listen,
+            )
         navigator.run(stop)
     finally:
         navigator.close()

@@ -1,6 +1,13 @@
 import pytest
 
-from app.links.network.session import LinkError, open_client, open_robot_client, open_router
+from app.links.network.session import (
+    PROFILE,
+    LinkError,
+    is_open_to_all,
+    open_client,
+    open_robot_client,
+    open_router,
+)
 
 
 def test_a_client_hears_a_router(free_endpoint):
@@ -45,3 +52,24 @@ def test_the_robots_own_network_has_a_configuration_of_its_own(free_endpoint, mo
     monkeypatch.setenv("IPPON_ZENOH_ROBOT_PROFILE", "/nowhere/robot.json5")
     with pytest.raises(LinkError, match="IPPON_ZENOH_ROBOT_PROFILE names"):
         open_robot_client(free_endpoint, 0.3)
+
+
+@pytest.mark.parametrize(
+    ("listen", "is_open"),
+    [
+        ("tcp/127.0.0.1:7447", False),
+        ("tcp/[::1]:7447", False),
+        ("tcp/localhost:7447", False),
+        ("tls/0.0.0.0:7447", False),
+        ("unixsock-stream/tmp/x", False),
+        ("tcp/0.0.0.0:7447", True),
+        ("tcp/[::]:7447", True),
+        ("udp/192.168.1.20:7447", True),
+        ("ws/robot.local:7447", True),
+        ("tcp/0.0.0.0:7447#iface=eth0", True),
+    ],
+)
+def test_who_reaches_an_endpoint_without_a_certificate(monkeypatch, listen, is_open):
+    assert is_open_to_all(listen) is is_open
+    monkeypatch.setenv(PROFILE, "tls/navigator.json5")
+    assert not is_open_to_all(listen), "the rules of the profile decide"
