@@ -94,6 +94,8 @@ class GoalLayers:
         self._work = make_goal_work(AHEAD, len(targets))
         self._suppressed: list[tuple[int, NDArray[np.float64]]] = []
         self._ended = np.zeros(len(targets), np.bool_)
+        self._listed = [0] * len(targets)
+        """Voxels of each goal when they were listed last."""
         self._layers.goals = self
         slots = np.arange(1, int(voxel_map.surface.tally[N_USED]))
         self._begin(range(len(targets)), slots)
@@ -201,11 +203,17 @@ class GoalLayers:
         """
         limit = math.floor(threshold * 254.0)
         found = (self._pools, self._layers.surface, self._arrays.code, goal, limit)
-        n = goal_voxels_kernel(*found, np.empty((0, 3), np.int64), np.empty(0, np.uint8))
-        index, value = np.empty((n, 3), np.int64), np.empty(n, np.uint8)
-        goal_voxels_kernel(*found, index, value)
-        centres: Float64Array = (index.astype(np.float64) + 0.5) * self._map.config.voxel_size_m
-        return centres, value.astype(np.float64) / 254.0
+        # Mostly there are about as many as before, and one pass over the surface is enough.
+        room = self._listed[goal] + 256
+        while True:
+            index, value = np.empty((room, 3), np.int64), np.empty(room, np.uint8)
+            n = goal_voxels_kernel(*found, index, value)
+            if n <= room:
+                break
+            room = n
+        self._listed[goal] = n
+        centres: Float64Array = (index[:n] + 0.5) * self._map.config.voxel_size_m
+        return centres, value[:n] / 254.0
 
     def _begin(self, chosen: Iterable[int], slots: NDArray[np.int64]) -> None:
         """Begin goals in some voxels, the current places of which go on."""

@@ -4,7 +4,8 @@ Errors of images from one place are correlated. Their likelihoods are therefore 
 opinion pool; Stone, Ann. Math. Stat. 1961), which no number of images raises above the largest of
 them. Errors at different places are taken to be independent: their likelihoods are multiplied, as
 the paper's filter multiplies those of all images. A place is a direction of 15 degrees from the
-voxel, near or far. A place that the camera has left is closed: later images from it are not used.
+voxel, near or far. A place that the camera has left is closed for what an image from it has counted
+for, the labels or the object of interest: later images from it are not used for that.
 
 What closes for the common labels stays closed while the map is in use, because they keep their
 evidence; the labels that were added last have places of their own. For another object of interest
