@@ -10,9 +10,6 @@ from ippon.mapping.objects.posterior_batch import PosteriorBatch, make_posterior
 
 MAX_GOALS: Final = 8
 """Objects of interest that a map holds at once."""
-LIKELY_CODE: Final = 12
-"""p(v in O), in units of 1/254, up to which a voxel that was looked at attracts nobody: about 0.05,
-as in the planner's `ViewConfig.ooi_floor`."""
 
 
 class GoalArrays(NamedTuple):
@@ -98,18 +95,9 @@ def make_goal_work(ahead: int, goals: int) -> GoalWork:
 
 @INNER
 def highest_code(code, slot, missing):
-    """Return the highest p(v in O) of the missing goals in a voxel.
-
-    `NOT_MAPPED` for one that remains to be looked at for any of them, such as the smallest, which
-    only images from nearby tell of, unless it is likely enough to be another.
-    """
-    best, is_unseen = -1, False
+    """Return the highest p(v in O) of the missing goals in a voxel, `NOT_MAPPED` without any."""
+    best = -1
     for g in range(missing.shape[0]):
-        if missing[g]:
-            if code[slot, g] == NOT_MAPPED:
-                is_unseen = True
-            else:
-                best = max(best, np.int64(code[slot, g]))
-    if best < 0 or (is_unseen and best <= LIKELY_CODE):
-        return np.uint8(NOT_MAPPED)
-    return np.uint8(best)
+        if missing[g] and code[slot, g] != NOT_MAPPED:
+            best = max(best, np.int64(code[slot, g]))
+    return np.uint8(NOT_MAPPED if best < 0 else best)

@@ -226,11 +226,10 @@ def show_ooi(codes, slab, best_ooi, row, k, code):
     """Write a voxel's OOI code and update the highest code of its block."""
     old = codes[slab, k]
     codes[slab, k] = code
-    shown = np.uint8(0) if code == NOT_MAPPED else code
-    if old != NOT_MAPPED and old == best_ooi[row] and shown < old:
+    if old != NOT_MAPPED and old == best_ooi[row] and code < old:
         best_ooi[row] = best_of(codes[slab])
     else:
-        best_ooi[row] = max(best_ooi[row], shown)
+        best_ooi[row] = max(best_ooi[row], code)
 
 
 @INNER

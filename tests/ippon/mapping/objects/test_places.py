@@ -353,29 +353,6 @@ def test_what_is_too_small_in_the_image_is_neither_missed_nor_seen(tools, value)
     assert seen(200, 0.01)[0].max() > 0.9, "what speaks for it counts from any distance"
 
 
-@pytest.mark.parametrize(("score", "likely"), [(1, False), (200, True)])
-def test_in_a_tour_what_is_too_far_for_the_small_object_remains_to_be_looked_at(
-    tools, score, likely
-):
-    many = tuple(f"thing {n}" for n in range(40))
-    voxel_map = VoxelMap(MapConfig(memory_limit_mb=64.0), many)
-    targets = [OoiTarget(label="cup", small_m=10.0), OoiTarget(label="hat", small_m=0.01)]
-    layers = GoalLayers(voxel_map, targets)
-    for n in range(3):
-        voxel_map.integrate(asked(wall(tools, score, n=n), "hat", 1))
-    used = slice(1, int(voxel_map.surface.tally[N_USED]))
-    large, small = layers.codes(0)[used], layers.codes(1)[used]
-    seen = large != NOT_MAPPED
-    assert seen.any()
-    assert (small[seen] == NOT_MAPPED).all()
-    shown = voxel_map.arrays().ooi
-    assert (shown != NOT_MAPPED).any() == likely, "the cup itself attracts the robot"
-    layers.set_missing(1, missing=False)
-    assert (voxel_map.arrays().ooi != NOT_MAPPED).any()
-    layers.set_missing(1, missing=True)
-    np.testing.assert_array_equal(voxel_map.arrays().ooi, shown)
-
-
 def test_a_place_from_which_nothing_counted_for_the_object_counts_when_it_is_there_again(tools):
     def believed(before):
         """Number of voxels that are probably the cup, seen twice, left, and seen again."""
