@@ -212,8 +212,9 @@ class GoalLayers:
                 break
             room = n
         self._listed[goal] = n
-        centres: Float64Array = (index[:n] + 0.5) * self._map.config.voxel_size_m
-        return centres, value[:n] / 254.0
+        edge = self._map.config.voxel_size_m
+        centres: Float64Array = (index[:n].astype(np.float64) + 0.5) * edge
+        return centres, value[:n].astype(np.float64) / 254.0
 
     def _begin(self, chosen: Iterable[int], slots: NDArray[np.int64]) -> None:
         """Begin goals in some voxels, the current places of which go on."""
