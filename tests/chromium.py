@@ -135,8 +135,10 @@ def each_stop_once(page: Page) -> Iterator[None]:
     A page whose WebSocket does not answer within 0.7 s sends it over HTTP as well.
     """
     page.route(_STOP, lambda route: route.fulfill(json={"ok": True, "text": "stopped"}))
-    yield
-    page.unroute(_STOP)
+    try:
+        yield
+    finally:
+        page.unroute(_STOP)
 
 
 def boxes_at_rest(*locators: Locator) -> list[FloatRect]:

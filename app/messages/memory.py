@@ -108,7 +108,7 @@ class RoomsReply(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Why names are not kept."""
 
 
-class MapAlignment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class MapAlignment(Struct, frozen=True, kw_only=True):
     """Pose of the frame of tf in the frame of the map: key `map/alignment`, kept for late joiners.
 
     Everything else that the navigator publishes is in the frame of the map.

@@ -15,7 +15,7 @@ class RecordRequest(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     requester: Annotated[str, Meta(max_length=80)] = ""
 
 
-class RecordingStatus(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class RecordingStatus(Struct, frozen=True, kw_only=True):
     """Status of the recorder: key `recording`, twice per second; also the reply to a request."""
 
     state: Literal["recording", "off", "failed"]

@@ -273,11 +273,11 @@ class Recorder:
         self._network.publish(keys.EVENT, encode(event))
 
     def _stamp_ns(self) -> int:
-        """Return the robot's time as of the last status; the wall clock before the first."""
+        """Return the robot's time as of the last status; 0 where there is none."""
         try:
-            return decode(self._last_status, Status).stamp_ns
+            return decode(self._last_status or self._network.last(keys.STATUS), Status).stamp_ns
         except msgspec.DecodeError:
-            return time.time_ns()
+            return 0
 
 
 def run_recorder(config: RecorderConfig) -> None:

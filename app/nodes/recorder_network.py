@@ -9,7 +9,7 @@ import zenoh
 
 from app.links.network.last_messages import request_when_seen
 from app.links.network.latched_topic import LatchedReceiver
-from app.links.network.requests import serve
+from app.links.network.requests import last_message, serve
 from app.links.network.session import open_client
 from app.links.network.subscription import on_token, subscribe
 from app.messages import keys
@@ -21,6 +21,7 @@ logger = logging.getLogger(__name__)
 
 REQUESTED: Final = (*keys.LATCHED, keys.MAP_KEYFRAME)
 """Topics whose last message is requested when a recording begins."""
+LAST_S: Final = 1.0
 _LEFT_OUT: Final = (keys.COLOR_RAW, keys.RECORDING, *keys.KEPT)
 """Not received with all others: kept topics, which `catch_up` subscribes to, raw colour, which is
 also published as JPEG, and a recorder's own status, which would break every silence."""
@@ -129,6 +130,15 @@ class RecorderNetwork:
             publisher.put(payload)
         except zenoh.ZError as error:
             logger.debug("%s: %s", topic, error)
+
+    def last(self, topic: str) -> bytes:
+        """Return the last message of a topic of the navigator; empty without an answer."""
+        session = self._session
+        try:
+            return (session and last_message(session, self._key(topic), LAST_S)) or b""
+        except zenoh.ZError as error:
+            logger.debug("%s: %s", topic, error)
+            return b""
 
     def _answer_status(self, query: zenoh.Query) -> None:
         with query:

@@ -1,5 +1,6 @@
 """The simulated robot as a process: publishes camera and pose, follows velocity commands."""
 
+import contextlib
 import logging
 import queue
 import threading
@@ -334,8 +335,9 @@ def run_robot_sim(config: RobotSimConfig, scene: Scene, start: StartPose) -> Non
         KeyboardInterrupt: It was stopped before its first frame.
     """
     stop = ProcessStopSignal()
-    with open_client(config.connect) as session:
+    with contextlib.ExitStack() as opened:
         with stop.interrupting():
+            session = opened.enter_context(open_client(config.connect))
             robot = RobotSim(config, session, scene, start)
             robot.await_labels()
         logger.info("simulated robot in %s, %d objects", scene.name, len(scene.instances))

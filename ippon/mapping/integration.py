@@ -87,7 +87,7 @@ class FrameIntegrator:
         if not self._directory.fits(low, high):
             raise FrameRejectedError(
                 f"camera at {_text(frame.T_world_camera[:3, 3])} m is too far from the map to hold "
-                f"both in {cfg.directory_max_cells} blocks; raise map.directory_max_cells"
+                f"both in {cfg.directory_max_cells} blocks; raise mission.map.directory_max_cells"
             )
         self._directory.cover(low, high)
         seen = self._blocks.select(frame, image, layers, (low, high), revision)

@@ -53,7 +53,9 @@ def restore(
     coord = arrays["coord"]
     low, high = coord.min(axis=0), coord.max(axis=0) + 1
     if not directory.fits(low, high):
-        raise MapFileError("the saved map reaches farther than map.directory_max_cells holds")
+        raise MapFileError(
+            "the saved map reaches farther than mission.map.directory_max_cells holds"
+        )
     directory.cover(low, high)
     for name in BLOCK_LAYERS:
         getattr(pools, name)[:n] = arrays[name]
@@ -97,7 +99,7 @@ def _check(arrays: Arrays, pools: Pools, surface: SurfaceVoxels) -> tuple[int, i
     if n > len(pools.used) or m + 1 > len(surface.voxel):
         raise MapFileError(
             f"the saved map has {n} blocks and {m} surface voxels, this one is bounded to "
-            f"{len(pools.used)} and {len(surface.voxel) - 1}; raise MapConfig.memory_limit_mb"
+            f"{len(pools.used)} and {len(surface.voxel) - 1}; raise mission.map.memory_limit_mb"
         )
     used = arrays["slot"][arrays["slot"] != 0]
     own = arrays["slab"][arrays["slab"] != 0]

@@ -317,7 +317,7 @@ class ViewpointPlanner:
         )
         if look is None or look.away_m is None:
             return look
-        if self._chances.relax():
+        if self._chances.relax_for_look():
             self._closer_look.out_of_reach.reopen()
             return None
         place = self._closer_look.out_of_reach.wanted_place()

@@ -37,7 +37,12 @@ from ippon.mapping.objects.ooi_suppression import (
     surface_slots,
     values_before,
 )
-from ippon.mapping.objects.places import begin_in_places, current_places, places_since
+from ippon.mapping.objects.places import (
+    begin_in_places,
+    close_counted,
+    current_places,
+    places_since,
+)
 from ippon.mapping.objects.posterior_arithmetic import (
     LOG_ODDS_MAX,
     NONE,
@@ -228,6 +233,7 @@ class GoalLayers:
             sums, images, base = begin_in_places(
                 layers.accumulators, rows, arrays.log_odds[slots[at], goal], int(goals.alias[goal])
             )
+            close_counted(layers.surface, layers.accumulators, slots[at], rows, images)
             arrays.sums[rows, goal], arrays.images[rows, goal] = sums, images
             arrays.base_log_odds[rows, goal] = base
 

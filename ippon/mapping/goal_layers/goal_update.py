@@ -153,13 +153,13 @@ def _update_by_places(
         if accumulators.tally[N_OPENED] != opened:
             for g in range(len(wanted)):
                 base[w, g], sums[w, g], images[w, g] = layers.log_odds[slot, g], 0.0, 0
-        if any_goal and for_ooi[w]:
-            close_for_ooi(surface, accumulators, slot, w)
         for g in range(len(wanted)):
             if not (wanted[g] and for_ooi[w]):
                 continue
             sums[w, g] += table[table_of[g], heat[v, u, channel[g]]]
             images[w, g] += 1
+            if images[w, g] == 1:
+                close_for_ooi(surface, accumulators, slot, w)
             batch.mean[n] = np.float32(images[w, g])
             batch.shift[n] = base[w, g] + np.log(sums[w, g])
             if not _may_be(goals, g, coord, row, k, voxel_size):

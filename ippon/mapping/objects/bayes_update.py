@@ -203,7 +203,8 @@ def update_by_places(
         if ooi:
             ooi_sum[w] += table[table_of[labels], heat[v, u, ooi_channel]]
             ooi_count[w] += 1
-            close_for_ooi(surface, accumulators, slot, w)
+            if ooi_count[w] == 1:
+                close_for_ooi(surface, accumulators, slot, w)
             batch.mean[n] = np.float32(ooi_count[w])
             batch.shift[n] = base_log_odds[w] + np.log(ooi_sum[w])
             layer = coord[row, 2] * 8 + (k & 7)
@@ -213,7 +214,8 @@ def update_by_places(
                 batch.shift[n], batch.mean[n] = NEVER, np.float32(1.0)
         if common:
             count[w] += 1
-            close_for_labels(surface, accumulators, slot, w)
+            if count[w] == 1:
+                close_for_labels(surface, accumulators, slot, w)
             likelihoods(
                 heat, v, u, channel, in_order, table, table_of, first_label[w], likelihood, labels
             )

@@ -6,7 +6,12 @@ from numpy.typing import NDArray
 from ippon.compiling import njit
 from ippon.mapping.arrays import INNER, NOT_MAPPED
 from ippon.mapping.blocks import NO_SLAB, Pools
-from ippon.mapping.objects.places import PlaceAccumulators, begin_in_places, current_places
+from ippon.mapping.objects.places import (
+    PlaceAccumulators,
+    begin_in_places,
+    close_counted,
+    current_places,
+)
 from ippon.mapping.objects.posterior_arithmetic import (
     LOG_ODDS_MAX,
     exp_of_steps,
@@ -68,6 +73,7 @@ def start_ooi(
     held.ooi_sum[rows], held.ooi_images[rows], held.base_log_odds[rows] = begin_in_places(
         held, rows, surface.log_odds[slots[at]], alias
     )
+    close_counted(surface, held, slots[at], rows, held.ooi_images[rows])
 
 
 @njit(allocates=True, cache=True, nogil=True)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ippon.mapping.arrays import BLOCK_EDGE, BLOCK_VOLUME, NOT_MAPPED
 from ippon.mapping.blocks import NO_SLAB, BlockDirectory, Pools
-from ippon.mapping.objects.places import PlaceAccumulators, reopen_for_ooi
+from ippon.mapping.objects.places import PlaceAccumulators, close_counted, reopen_for_ooi
 from ippon.mapping.objects.posterior_arithmetic import LOG_ODDS_MAX, ooi_code
 from ippon.mapping.objects.surface_voxels import SurfaceVoxels
 
@@ -109,6 +109,7 @@ def restore(
     values = values_before(region, voxel[inside], prior_log_odds)
     log_odds[slots] = values.log_odds
     held, at = reopen_for_ooi(surface, accumulators, slots, values.places)
+    close_counted(surface, accumulators, slots[at], held, accumulators.ooi_images[held])
     accumulators.base_log_odds[held] = values.log_odds[at]
     codes = pools.ooi[pools.slab[rows]]
     codes[inside] = np.where(codes[inside] == NOT_MAPPED, NOT_MAPPED, values.code)

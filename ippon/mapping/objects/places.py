@@ -5,7 +5,8 @@ opinion pool; Stone, Ann. Math. Stat. 1961), which no number of images raises ab
 them. Errors at different places are taken to be independent: their likelihoods are multiplied, as
 the paper's filter multiplies those of all images. A place is a direction of 15 degrees from the
 voxel, near or far. A place that the camera has left is closed for what an image from it has counted
-for, the labels or the object of interest: later images from it are not used for that.
+for, the labels or the object of interest (of several, any): later images from it are not used for
+that.
 
 What closes for the common labels stays closed while the map is in use, because they keep their
 evidence; the labels that were added last have places of their own. For another object of interest
@@ -114,9 +115,28 @@ def reopen_for_ooi(
     """
     rows, at = places_since(surface, accumulators, slots, places)
     surface.ooi_places[slots] = places
-    surface.ooi_places[slots[at]] |= _bits(accumulators, rows)
     accumulators.for_ooi[rows] = True
     return rows, at
+
+
+def close_counted(
+    surface: SurfaceVoxels,
+    accumulators: PlaceAccumulators,
+    slots: NDArray[np.integer],
+    rows: NDArray[np.int32],
+    images: NDArray[np.int32],
+) -> None:
+    """Close current places of which images count for the object of interest already.
+
+    Args:
+        surface: Surface voxels, updated.
+        accumulators: Images of the current places.
+        slots: (M,) the voxels.
+        rows: (M,) their accumulators.
+        images: (M,) images that count.
+    """
+    counted = images > 0
+    surface.ooi_places[slots[counted]] |= _bits(accumulators, rows[counted])
 
 
 def places_since(

@@ -44,7 +44,7 @@ class FloorCheck:
         if not goals <= self._goals:
             # Another search: who stood in the way then may be gone.
             self._earlier.clear()
-        self._goals = goals or self._goals
+        self._goals |= goals
         command = self.step(plan, frame.T_world_base, frame.tilt_rad, step.dt_s)
         check = self._active
         if command is None or check is None:

@@ -18,14 +18,15 @@ class SecondChances:
     def __init__(self, floor: Traversability, most: int) -> None:
         self._floor = floor
         self._most = most
-        self._left = most
+        self._left = self._looks_left = most
         self._searching = False
         self._point: tuple[float, float] | None = None
         """The point that narrow gaps were opened for, None for none."""
 
     def begin(self) -> None:
         """Close what was opened before another search."""
-        self._searching, self._left, self._point = True, self._most, None
+        self._searching, self._point = True, None
+        self._left = self._looks_left = self._most
         self._floor.restore()
 
     def set_searching(self, searching: bool) -> None:
@@ -40,6 +41,16 @@ class SecondChances:
             return False
         self._left -= 1
         return True
+
+    def relax_for_look(self) -> bool:
+        """Open both before a look from out of reach; return whether any was closed.
+
+        It takes a try in any case: what is closed later must not be opened in the same step.
+        """
+        if self._looks_left == 0:
+            return False
+        self._looks_left -= 1
+        return self.relax()
 
     def open_for(self, xy: Float64Array) -> bool:
         """Open narrow gaps for a point (2,), unless a search runs; return whether any was closed.

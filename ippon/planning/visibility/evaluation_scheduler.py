@@ -34,8 +34,8 @@ class ViewpointEvaluationConfig:
     """A viewpoint without an evaluation is assumed to have the highest potential gain of those
     within this distance; more assumes larger gains behind walls."""
     first_gain: float = 100.0
-    """Assumed gain, in voxels, while no viewpoint was evaluated; of one that was evaluated for
-    another goal, the potential gain at least."""
+    """Assumed gain, in voxels, while no viewpoint was evaluated, and least potential gain assumed
+    of viewpoints that were evaluated for another goal; more evaluates those sooner."""
     object_range_m: float = 1.0
     """Viewpoints within this distance of an object voxel come before others; more checks more
     viewpoints for termination first."""
@@ -164,11 +164,14 @@ def evaluation_priority(
     out = out + config.potential_weight * viewpoints.potential[nodes]
     fresh = viewpoints.evaluated[nodes] < 0
     known = alive[viewpoints.evaluated[alive] >= 0]
+    potential = viewpoints.potential[known]
+    of_other = viewpoints.for_other_goal[known]
+    potential[of_other] = np.maximum(potential[of_other], config.first_gain)
     if fresh.any():
         guess = np.full(int(fresh.sum()), config.first_gain)
         if len(known):
             apart = np.linalg.norm(xy[nodes[fresh], None] - xy[None, known], axis=2)
-            near = np.where(apart < config.neighbour_m, viewpoints.potential[known], 0.0)
+            near = np.where(apart < config.neighbour_m, potential, 0.0)
             guess = 1.0 + near.max(axis=1)
         out[fresh] = guess
     other = viewpoints.for_other_goal[nodes]

@@ -7,12 +7,16 @@ from app.messages.control import (
     ControlRequest,
     ErrorReply,
     FeedbackRequest,
+    SavedSearches,
     SearchRequest,
     decode,
     encode,
 )
-from app.messages.driving import DriveStatus
-from app.messages.status import Event, Status
+from app.messages.driving import DriveStatus, PaintedRegions
+from app.messages.lease import LeaseStatus
+from app.messages.memory import MapAlignment
+from app.messages.recording import RecordingStatus
+from app.messages.status import Event, FarEvidenceCells, LevelTable, SegmentationLabels, Status
 
 
 def test_request_round_trip() -> None:
@@ -56,6 +60,9 @@ def test_a_request_without_new_fields_is_read_by_earlier_versions() -> None:
 def test_what_a_later_version_adds_to_a_published_message_is_ignored() -> None:
     event = decode(b'{"stamp_ns": 1, "kind": "error", "text": "full", "mood": "bad"}', Event)
     assert event == Event(stamp_ns=1, kind="error", text="full")
+    for kind in (Status, LevelTable, LeaseStatus, RecordingStatus, MapAlignment, PaintedRegions,
+                 SavedSearches, SegmentationLabels, FarEvidenceCells):  # fmt: skip
+        assert not kind.__struct_config__.forbid_unknown_fields, kind
     drive = decode(encode(DriveStatus(mode="manual"))[:-1] + b',"mood":"bad"}', DriveStatus)
     assert drive == DriveStatus(mode="manual")
 

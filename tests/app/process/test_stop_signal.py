@@ -48,8 +48,13 @@ def test_work_that_looks_at_no_flag_is_interrupted(number: int, stop: ProcessSto
     with pytest.raises(KeyboardInterrupt), stop.interrupting():
         work()
     assert stop.is_set()
-    # Afterwards a signal sets the flag only.
-    os.kill(os.getpid(), number)
+
+
+def test_after_such_work_a_signal_sets_the_flag_only(stop: ProcessStopSignal) -> None:
+    with stop.interrupting():
+        pass
+    os.kill(os.getpid(), signal.SIGTERM)
+    assert stop.wait(20.0)
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")

@@ -70,7 +70,11 @@ class OperationQueue:
                 logger.exception("a request failed")
 
     def ask(self, question: Callable[[Mission], T], timeout_s: float | None = None) -> T:
-        """Return the answer that the mission's thread computes within a time, or `ANSWER_S`.
+        """Return the answer that the mission's thread computes.
+
+        Args:
+            question: Called with the mission, in its thread.
+            timeout_s: How long to wait for it; by default `ANSWER_S`.
 
         Raises:
             RequestRefusedError: Too many operations wait, the question raised `ValueError`, or no

@@ -227,7 +227,7 @@ def _stops_and_resumes_and_takes_requests(operator):
 def _way_since_the_kill_m(truth):
     """Return the way since the last command before the longest time without one, metres."""
     speeds = truth.speeds
-    moved = next((k for k, (v, w, _) in enumerate(speeds) if abs(v) > STILL or abs(w) > STILL), 0)
+    moved = next(k for k, (v, w, _) in enumerate(speeds) if abs(v) > STILL or abs(w) > STILL)
     gap_end = max(range(moved, len(speeds)), key=lambda k: speeds[k][2])
     followed = gap_end - round(speeds[gap_end][2] * PHYSICS_HZ)
     return sum(abs(v) for v, _, _ in speeds[max(followed, 0) :]) / PHYSICS_HZ

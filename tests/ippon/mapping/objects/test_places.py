@@ -354,12 +354,13 @@ def test_what_is_too_small_in_the_image_is_neither_missed_nor_seen(tools, value)
 
 
 def test_a_place_from_which_nothing_counted_for_the_object_counts_when_it_is_there_again(tools):
-    def believed(before):
-        """Number of voxels that are probably the cup, seen twice, left, and seen again."""
+    def believed(before, goal_after=0):
+        """Number of voxels that are probably the cup, seen thrice, left, and seen again."""
         voxel_map = VoxelMap(MapConfig(memory_limit_mb=64.0), ("wall",))
-        voxel_map.set_ooi("cup", small_m=0.01)
-        looks = ((1.0, before), (1.0, before), (2.6, 1), (2.6, 1), (1.0, 200), (1.0, 200))
-        for n, (y, value) in enumerate(looks):
+        values = (before, before, before, 1, 1, 200, 200)
+        for n, (y, value) in enumerate(zip((1, 1, 1, 2.6, 2.6, 1, 1), values, strict=True)):
+            if n == goal_after:
+                voxel_map.set_ooi("cup", small_m=0.01)
             frame = wall(tools, value, y=y, n=n)
             scores = np.full((*frame.heatmap.probabilities.shape[:2], 2), 1, np.uint8)
             scores[..., 1] = value
@@ -370,6 +371,7 @@ def test_a_place_from_which_nothing_counted_for_the_object_counts_when_it_is_the
 
     too_far_for_a_miss, seen = believed(1), believed(85)
     assert too_far_for_a_miss > 1.3 * seen, "what was seen from there does not count again"
+    assert believed(1, goal_after=2) == too_far_for_a_miss, "the robot stood there before"
 
 
 def test_a_camera_that_shakes_at_a_border_does_not_leave_the_place():

@@ -34,6 +34,15 @@ def test_a_search_has_a_number_of_chances_that_another_one_has_again(floor, chan
     assert chances.relax()
 
 
+def test_a_look_takes_its_tries_at_once_and_leaves_those_of_the_search(floor, chances):
+    chances.begin()
+    assert chances.relax_for_look()
+    assert not chances.relax_for_look()
+    floor.restore()
+    assert not chances.relax_for_look(), "a contact that comes later stays closed"
+    assert chances.relax(), "before the search gives up"
+
+
 def test_without_a_search_nothing_is_relaxed(floor, chances):
     assert not chances.relax()
     chances.begin()

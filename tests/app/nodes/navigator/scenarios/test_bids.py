@@ -95,7 +95,7 @@ def test_of_two_people_at_once_one_gets_the_robot(idle, free_endpoint, monkeypat
     both_have_bids, results = threading.Barrier(2), []
 
     def wait_for_both(bids):
-        both_have_bids.wait(20.0)
+        both_have_bids.wait(40.0)
         return in_order(bids)
 
     monkeypatch.setattr(assignment, "in_order", wait_for_both)

@@ -60,6 +60,7 @@ def test_the_client_of_the_reference_asks_and_follows(robot, free_endpoint, monk
     monkeypatch.setattr(operation_queue, "ANSWER_S", 20.0)
     (code,) = re.findall(r"```python\n(.*?)```", REFERENCE.read_text("utf-8"), re.DOTALL)
     code = code.replace("tcp/127.0.0.1:7447", free_endpoint).replace('"ippon/', '"r/')
+    code = code.replace("timeout=10.0", "timeout=30.0")
     told = []
 
     def show(what):

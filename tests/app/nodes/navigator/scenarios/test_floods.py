@@ -183,6 +183,7 @@ def stop_amid(search, flood, path):
         flooder.communicate()
     for what, at in (("answered", answered_at), ("moved", search.moved_at(asked_at))):
         assert lateness.net_s(asked_at, at) < STOP_S, (what, at - asked_at)
+        assert at - asked_at < 10.0 * STOP_S, what
     deadline = time.monotonic() + 20.0
     while search.truth().trajectory[-1] != search.truth().trajectory[-1]:
         assert time.monotonic() < deadline, "it stands"

@@ -126,7 +126,7 @@ def test_what_is_told_of_the_place_is_the_context(
         ("", "no word"),
         ("???", "no word"),
         ("😀" * 5000, "no word"),
-        ("find it", "refers to a request before"),
+        ("find it", "refers to an earlier request"),
         ("find something to drink", "no object"),
         ("can u find my fone", "not in the table"),
         ("asdf qwer", "not in the table"),
