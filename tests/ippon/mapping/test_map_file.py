@@ -101,7 +101,7 @@ def test_another_configuration_must_fit(voxel_map, tmp_path):
     assert VoxelMap.load(path, MapConfig(max_range_m=4.0)).config.max_range_m == 4.0
     with pytest.raises(MapFileError, match=r"made with voxel_size_m 0\.1; asked for 0\.05"):
         VoxelMap.load(path, MapConfig(voxel_size_m=0.05))
-    with pytest.raises(MapFileError, match=r"raise MapConfig\.memory_limit_mb"):
+    with pytest.raises(MapFileError, match=r"raise mission\.map\.memory_limit_mb"):
         VoxelMap.load(path, MapConfig(memory_limit_mb=2.0, max_range_m=0.5))
 
 
