@@ -104,9 +104,7 @@ def message_types(root: Path) -> str:
     parts.append(_key_table(messages / "keys.py"))
     for module in JSON_MODULES:
         for node in classes_of(read_module(messages / f"{module}.py")):
-            if not any(
-                "Struct" in ast.unparse(b) or "_Message" in ast.unparse(b) for b in node.bases
-            ):
+            if not any(ast.unparse(b) in ("Struct", "_Message", "_Published") for b in node.bases):
                 continue
             parts += [f"## {node.name}", f"`app/messages/{module}.py`"]
             parts += [ast.get_docstring(node) or "", field_table(fields_of(node)).rstrip()]
