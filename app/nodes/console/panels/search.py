@@ -174,13 +174,16 @@ class SearchPanel:
         reading = self._actions.read(sentence)
         if not reading.goals:
             raise CommandError(as_sentence(reading.because))
-        self._understood.content = markup.understood(reading, self._words)
+        understood = markup.understood(reading, self._words)
         if not reading.doubtful:
+            self._understood.content = understood
             return self._search_all(asking, reading.goals, context)
         ready = [replace(goal, context=_both(goal.context, context)) for goal in reading.goals]
         if len(ready) == 1:
             form.propose(search_name(ready[0]), ready[0].context)
         form.hold(ready)
+        # Last: whoever has read it may correct the fields.
+        self._understood.content = understood
         return self._words("panel.search.read_by", provider=reading.provider)
 
     def _search_all(self, asking: _Asking, goals: Sequence[Goal], context: str) -> str:

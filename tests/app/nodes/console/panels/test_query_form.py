@@ -193,6 +193,20 @@ def test_a_doubtful_reading_outlives_the_search_of_another_browser(panel, action
     assert actions.read.call_count == 1
 
 
+def test_a_doubtful_reading_is_shown_when_its_words_stand_in_the_fields(panel, actions):
+    one = _asking(panel, "two cups, or maybe mugs", "a flat")
+    seen = []
+
+    class Shown:
+        def __setattr__(self, name, text):
+            seen.append((bool(text), one.fields[ENGLISH("field.find")].value))
+
+    panel._understood = Shown()
+    actions.read.return_value = _reading({"object": "cup", "count": 2}, doubtful=True)
+    one.search()
+    assert seen == [(False, "two cups, or maybe mugs"), (True, "cup")], "it may be corrected now"
+
+
 def test_a_doubtful_reading_is_gone_once_its_words_are_changed(panel, actions):
     one = _asking(panel, "two cups, or maybe mugs", "a flat")
     actions.read.return_value = _reading({"object": "cup", "count": 2}, doubtful=True)
