@@ -164,12 +164,12 @@ def evaluation_priority(
     out = out + config.potential_weight * viewpoints.potential[nodes]
     fresh = viewpoints.evaluated[nodes] < 0
     known = alive[viewpoints.evaluated[alive] >= 0]
-    potential = viewpoints.potential[known]
-    of_other = viewpoints.for_other_goal[known]
-    potential[of_other] = np.maximum(potential[of_other], config.first_gain)
     if fresh.any():
         guess = np.full(int(fresh.sum()), config.first_gain)
         if len(known):
+            potential = viewpoints.potential[known]
+            of_other = viewpoints.for_other_goal[known]
+            potential[of_other] = np.maximum(potential[of_other], config.first_gain)
             apart = np.linalg.norm(xy[nodes[fresh], None] - xy[None, known], axis=2)
             near = np.where(apart < config.neighbour_m, potential, 0.0)
             guess = 1.0 + near.max(axis=1)

@@ -1,6 +1,7 @@
 """Number of images of each voxel, and the step in which the map last changed around it."""
 
 import math
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,8 @@ from ippon.planning.visibility.view_config import StalenessConfig
 from ippon.planning.visibility.view_geometry import ViewLayers
 from ippon.planning.visibility.view_table import ViewTable
 from ippon.planning.voxel_lookup import block_row
+
+_NO_BLOCK: Final = np.iinfo(np.int64).min
 
 
 class ViewMemory:
@@ -42,8 +45,7 @@ class ViewMemory:
         self._changed = np.zeros((0, 0), dtype=np.int64)
         self._statistics = np.zeros((0, 4), dtype=np.float32)
         self._owner = np.zeros((0, 3), dtype=np.int64)
-        """(B, 3) block that the statistics of a row of the map are of."""
-        self._floor_layers = 0
+        """(B, 3) block that the statistics of a row of the map are of; `_NO_BLOCK` before any."""
         self._revision = -1
 
     @property
@@ -56,17 +58,21 @@ class ViewMemory:
         """(X, Y) step in which a block column last changed; (0, 0) at `field.origin`."""
         return self._changed
 
-    def begin_goal(self, arrays: MapArrays) -> None:
+    def begin_goal(self, arrays: MapArrays, layers: ViewLayers) -> None:
         """Count no image of a surface for another object, and forget what the map has dropped.
 
         No viewpoint becomes stale by the first: a new goal resets the object probabilities of every
         block, which does, while other levels alone need no new ray. Blocks that the map has dropped
         at its memory limit stay as they were seen during a search, which would go to and fro
         between them otherwise; for another object they are unknown.
+
+        Args:
+            arrays: The map.
+            layers: Those of the last `update`.
         """
         field = self._field
         field.surface_views[:] = 0
-        _forget_dropped_kernel(arrays, field, self._floor_layers, self.step, self._changed)
+        _forget_dropped_kernel(arrays, field, layers.floor, self.step, self._changed)
 
     def update(self, arrays: MapArrays, layers: ViewLayers, rules: ViewRules) -> None:
         """Match the map's extent, and record which block columns have changed by enough.
@@ -81,9 +87,8 @@ class ViewMemory:
         rows = arrays.state.shape[0]
         if rows > self._statistics.shape[0]:
             grown = np.zeros((max(rows, 2 * self._statistics.shape[0]), 4), dtype=np.float32)
-            grown[:, 0] = -1.0
             grown[: self._statistics.shape[0]] = self._statistics
-            owner = np.zeros((len(grown), 3), dtype=np.int64)
+            owner = np.full((len(grown), 3), _NO_BLOCK, dtype=np.int64)
             owner[: len(self._owner)] = self._owner
             self._statistics, self._owner = grown, owner
         _note_changes_kernel(
@@ -128,7 +133,6 @@ class ViewMemory:
 
     def _fit(self, arrays: MapArrays, layers: ViewLayers) -> None:
         """Match extent and layers; numbers of images stay with their voxels in the world."""
-        self._floor_layers = layers.floor
         # Blocks around the map, so that no view reaches beyond the field.
         margin = math.ceil(self._range_m / arrays.voxel_size / 8.0) + 1
         old = self._field
@@ -209,7 +213,6 @@ def _note_changes_kernel(
                 block[0], block[1], block[2] = ox, oy, base >> 3
                 if (
                     is_other
-                    or old[0] < 0.0
                     or abs(unknown - old[0]) >= thresholds[0]
                     or abs(occupied - old[1]) >= thresholds[1]
                     or abs(unlabelled - old[2]) >= thresholds[2]

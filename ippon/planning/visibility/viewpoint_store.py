@@ -162,7 +162,7 @@ class ViewpointStore:
 
     def begin_goal(self, arrays: MapArrays) -> None:
         """See `ViewMemory.begin_goal`; gains stay until they are evaluated."""
-        self.memory.begin_goal(arrays)
+        self.memory.begin_goal(arrays, self.geometry.layers)
         self.for_other_goal[:] = self.evaluated >= 0
 
     def set_probabilities(self, probabilities: NDArray[np.float32]) -> None:

@@ -77,7 +77,7 @@ def test_images_are_counted_for_unknown_voxels_and_surfaces(dense_map):
     assert (volume.state[seen[:, 0], seen[:, 1], seen[:, 2] + 8] == UNKNOWN).all()
     surface = memory.field.surface_views
     assert surface.max() == 3
-    memory.begin_goal(volume.arrays())
+    memory.begin_goal(volume.arrays(), LAYERS)
     assert surface.max() == 0
     assert looks.max() == 3, "unknown stays unknown, whatever is searched for"
 
@@ -127,7 +127,7 @@ def test_blocks_that_the_map_has_dropped_are_unknown_for_another_goal(dense_map)
     volume.missing[2, 3] = True
     memory.update(volume.arrays(), layers, RULES)
     assert (field.state == before).all(), "within a search it stays as it was seen"
-    memory.begin_goal(volume.arrays())
+    memory.begin_goal(volume.arrays(), layers)
     x, y = np.array([2, 3]) * 8 - field.origin[:2]
     column = np.s_[x : x + 8, y : y + 8]
     known = before[column] == UNKNOWN
