@@ -4,7 +4,6 @@ The `openai` SDK speaks the protocol. It takes a second to load: import this mod
 model is configured.
 """
 
-import ipaddress
 import json
 import threading
 import time
@@ -17,6 +16,7 @@ import httpx2
 from openai import APIConnectionError, APIStatusError, APITimeoutError, Omit, OpenAI, OpenAIError
 
 from app.links.language_model import bounded_transport as bounded
+from app.links.loopback import is_loopback
 
 ResponseForm = Literal["schema", "json", "text"]
 
@@ -239,7 +239,7 @@ class ChatEndpoint:
 def _connect(config: ChatConfig) -> OpenAI:
     """Return the SDK's client; its own retries are off, and every answer is bounded."""
     # A proxy from the environment must not be used for a model on this machine.
-    use_environment = not _is_local(config.host)
+    use_environment = not is_loopback(config.host)
     inner = httpx2.Client(
         trust_env=use_environment,
         follow_redirects=False,
@@ -260,15 +260,6 @@ def _connect(config: ChatConfig) -> OpenAI:
 
 def _is_header(key: str) -> bool:
     return key.isascii() and key.isprintable() and " " not in key
-
-
-def _is_local(host: str) -> bool:
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
 
 
 def _read_completion(body: bytes) -> str:

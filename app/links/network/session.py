@@ -1,12 +1,13 @@
 """zenoh sessions: explicit endpoints, no multicast, a dead peer noticed within a second."""
 
-import ipaddress
 import json
 import os
 import re
 from typing import Any, Final
 
 import zenoh
+
+from app.links.loopback import is_loopback
 
 LEASE_MS: Final = 1000
 """Silence after which a peer counts as gone."""
@@ -43,10 +44,7 @@ def is_open_to_all(listen: str) -> bool:
     if protocol not in ("tcp", "udp", "ws") or os.environ.get(PROFILE):
         return False
     host = address.partition("?")[0].partition("#")[0].rpartition(":")[0].strip("[]")
-    try:
-        return not ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host != "localhost"
+    return not is_loopback(host)
 
 
 def open_router(listen: str) -> zenoh.Session:
