@@ -11,12 +11,11 @@ from typing import Literal
 
 from ippon.guidance.knowledge import Knowledge, load_knowledge
 from ippon.guidance.language import context_words as lexicon
+from ippon.guidance.language.context_polarity import Strength, polarity
 from ippon.guidance.language.mentions import Mention, find_mentions, room_phrases
 from ippon.guidance.language.naming import category_of
 from ippon.guidance.language.words import ADJECTIVES, DETERMINERS, Token, tokenize
 from ippon.vocabulary import in_words
-
-Strength = Literal["sure", "likely", "habit", "maybe"]
 
 MAX_CLAIMS = 12
 _BREAK = re.compile(r"[.!?;:\n…]|\s[-–—]+\s")
@@ -64,6 +63,8 @@ class ContextReading:
 @dataclass(frozen=True, slots=True)
 class _Clause:
     tokens: tuple[Token, ...]
+    first: int = 0
+    """Index of the first word after what the speaker does not know: "I'm not really sure"."""
 
     @property
     def words(self) -> list[str]:
@@ -94,7 +95,7 @@ def read_context(
     notes: list[str] = []
     for clause in _clauses(context):
         found = _read_clause(context, clause, knowledge, ooi, rooms)
-        if not found and clause.says(*lexicon.ABSENT_PHRASES) and claims:
+        if not found and claims and _retracts(clause):
             claims = [replace(claim, negated=True) for claim in claims]
         claims += found
         notes += _not_understood(clause, found, knowledge, ooi)
@@ -114,6 +115,11 @@ def read_context(
     return ContextReading(claims=tuple(kept), notes=tuple(dict.fromkeys(notes)))
 
 
+def _retracts(clause: _Clause) -> bool:
+    """Tell whether a clause without a place denies what was said before: "but it wasn't"."""
+    return clause.says(*lexicon.ABSENT_PHRASES) or clause.words[-1] == "wasn't"
+
+
 def _same(one: Claim, other: Claim) -> bool:
     return (one.place, one.room, one.negated) == (other.place, other.room, other.negated)
 
@@ -129,10 +135,12 @@ def _clauses(context: str) -> list[_Clause]:
     for index, token in enumerate(tokens):
         gap = context[tokens[index - 1].end : token.start] if index else ""
         after_but = index and tokens[index - 1].word in {"anywhere", "everywhere"}
+        following = tokens[index + 1].word if index + 1 < len(tokens) else ""
         if (
             _BREAK.search(gap)
             or ("," in gap and token.word in lexicon.CLAUSE_STARTS)
             or (token.word in lexicon.CLAUSE_WORDS and not after_but)
+            or (token.word in lexicon.JOINING_WORDS and following in lexicon.SUBJECTS)
         ):
             clauses.append([])
         clauses[-1].append(token)
@@ -145,10 +153,11 @@ def _merge_asides(clauses: list[_Clause]) -> list[_Clause]:
     pending: tuple[Token, ...] = ()
     for clause in clauses:
         if not set(clause.words) <= lexicon.ASIDES:
-            merged.append(_Clause(pending + clause.tokens))
+            known = [n for n, token in enumerate(pending) if token.word in lexicon.KNOWING]
+            merged.append(_Clause(pending + clause.tokens, max(known, default=-1) + 1))
             pending = ()
         elif merged:
-            merged[-1] = _Clause(merged[-1].tokens + clause.tokens)
+            merged[-1] = replace(merged[-1], tokens=merged[-1].tokens + clause.tokens)
         else:
             pending += clause.tokens
     return merged
@@ -158,11 +167,13 @@ def _read_clause(
     context: str, clause: _Clause, knowledge: Knowledge, ooi: str | None, rooms: Collection[str]
 ) -> list[Claim]:
     words = clause.words
-    here = words[:2] in (["i", "am"], ["we", "are"]) or words[0] in {"i'm", "we're"}
+    begun = words[words[0] in lexicon.JOINING_WORDS :]
+    here = begun[:2] in (["i", "am"], ["we", "are"]) or begun[:1] in (["i'm"], ["we're"])
     if here and not {"it", "left", "leave", "leaving", "sure", "certain"} & set(words):
         # The present position of the speaker is irrelevant.
         return []
     mentions = find_mentions(words, knowledge, ooi, rooms=rooms)
+    places = {index for mention in mentions for index in range(mention.start, mention.end)}
     claims: list[Claim] = []
     last_end = 0
     inherited: str | None = None
@@ -183,7 +194,10 @@ def _read_clause(
         start, end = clause.tokens[begin].start, clause.tokens[mention.end - 1].end
         if relation == "outside" and mention.kind == "thing":
             relation = "near"  # "Outside the door" is near the door.
-        negated, strength = _polarity(words, begin, relation, mention)
+        activity = mention.kind == "activity"
+        negated, strength = polarity(
+            words, clause.first, begin, relation, places=places, activity=activity
+        )
         text = context[start:end]
         claims += [
             Claim(
@@ -248,50 +262,6 @@ def _is_bare(words: list[str], mentions: list[Mention], number: int) -> bool:
     if ADJECTIVES & set(words[mentions[-1].end :]):
         return False  # "the sofa is red" describes the sofa.
     return not loose and (number == 0 or bool({"or", "and"} & set(rest)))
-
-
-def _polarity(
-    words: list[str], begin: int, relation: str, mention: Mention
-) -> tuple[bool, Strength]:
-    before = f" {' '.join(words[:begin])} "
-    whole = f" {' '.join(words)} "
-    doubtful = any(f" {phrase} " in whole for phrase in lexicon.DOUBT_PHRASES)
-    conditional = " if " in before and bool(lexicon.NEGATIONS & set(before.split()))
-    for phrase in lexicon.NEUTRAL:
-        before = before.replace(f" {phrase} ", " ")
-    scope = before.split()
-    denied = bool(lexicon.NEGATIONS & set(scope)) and not conditional
-    asked = " have you " in before or " did you " in before or " could you " in before
-    aside = relation in lexicon.NEGATIVE_RELATIONS
-    if relation == "from" and not lexicon.MOVED & set(words):
-        aside = False  # "The bottle from the fridge" is in the fridge, unless it was moved.
-    searched = bool(lexicon.SEARCHED & set(scope)) and not asked
-    if denied and not aside and _is_forbidden(scope):
-        return True, "sure"
-    if denied and not aside and lexicon.SEARCHES & set(scope) and mention.kind != "activity":
-        return False, "maybe"  # "I haven't checked the bedroom yet."
-    negated = not aside if searched else denied != aside
-    if mention.kind == "activity":
-        return denied, "maybe"
-    return negated, _strength(whole, doubtful or conditional)
-
-
-def _is_forbidden(scope: list[str]) -> bool:
-    """Tell whether words before a place forbid to search it: "but don't look in the kitchen"."""
-    words = [word for word in scope if word not in {"but", "and", "so", "please", "just"}]
-    forbids = words[:1] in (["don't"], ["dont"], ["never"]) or words[:2] == ["do", "not"]
-    return forbids and bool({"look", "search", "check", "go", "try", "bother"} & set(words))
-
-
-def _strength(whole: str, doubtful: bool) -> Strength:
-    words = set(whole.split())
-    if doubtful or lexicon.DOUBTS & words:
-        return "maybe"
-    if any(f" {phrase} " in whole for phrase in lexicon.STALE_PHRASES):
-        return "maybe"
-    if lexicon.HABITS & words or any(f" {text} " in whole for text in lexicon.HABIT_PHRASES):
-        return "habit"
-    return "likely" if lexicon.BELIEFS & words else "sure"
 
 
 def _join(claims: list[Claim], context: str) -> list[Claim]:

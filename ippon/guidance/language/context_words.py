@@ -100,7 +100,8 @@ PARTS = word_set(
 NEGATIONS = word_set(
     "not no never nor neither nowhere without cannot isn't wasn't aren't weren't don't "
     "doesn't didn't can't couldn't won't wouldn't haven't hasn't hadn't isnt wasnt dont "
-    "doesnt didnt cant couldnt wont havent hasnt hadnt unlikely impossible ain't nobody doubt"
+    "doesnt didnt cant couldnt wont havent hasnt hadnt unlikely impossible ain't nobody doubt "
+    "shouldn't mustn't needn't mightn't rarely seldom hardly barely"
 )
 SEARCHED = word_set("looked checked searched tried inspected combed")
 """Past tense: the object is not where somebody has looked."""
@@ -145,14 +146,18 @@ NEUTRAL = (
 )
 """Phrases that contain a negation or "looked" but deny no place."""
 
-DOUBTS = word_set("maybe perhaps might could possibly sometimes whether if unless may wonder")
+DOUBTS = word_set(
+    "maybe perhaps might mightn't could possibly sometimes whether if unless may wonder"
+)
 DOUBT_PHRASES = ("not sure", "not certain", "don't know", "do not know", "can be", "no idea")
 BELIEFS = word_set(
     "think believe guess suppose probably likely assume suspect presumably seem seems "
-    "apparently should must reckon bet imagine thinks believes guesses supposes assumes suspects "
-    "reckons bets imagines"
+    "apparently should shouldn't must reckon bet imagine thinks believes guesses supposes assumes "
+    "suspects reckons bets imagines"
 )
-HABITS = word_set("usually normally often typically generally mostly regularly habitually commonly")
+HABITS = word_set(
+    "usually normally often typically generally mostly regularly habitually commonly rarely seldom"
+)
 HABIT_PHRASES = ("tend to", "tends to", "used to", "most of the time", "as a rule", "as usual")
 STALE_PHRASES = (
     "last week",
@@ -172,6 +177,10 @@ STALE_PHRASES = (
 )
 
 CLAUSE_WORDS = word_set("but however although though because")
+JOINING_WORDS = word_set("since so and")
+SUBJECTS = word_set("i i'm i've it it's its he he's she she's they they're we we've")
+"""After one of the joining words these begin a clause: "and I think it's on the bed"."""
+
 CLAUSE_STARTS = word_set(
     "don't i i'm i've it it's he she we they you my his her our their this that there but so "
     "then maybe perhaps probably possibly check try look please because while when after "
@@ -193,7 +202,6 @@ ABSENT_PHRASES = (
     "couldn't find it there",
     "didn't find it there",
     "nothing there",
-    "wasn't",
     "don't think so",
     "today not",
     "not today",
@@ -257,6 +265,9 @@ ASIDES = (
     )
 )
 """A clause of these only expresses certainty about the adjacent clause."""
+
+KNOWING = word_set("sure certain know say remember idea clue")
+"""Of an aside, what is denied up to one of these is knowledge, not a place."""
 
 STOREYS = word_set("upstairs downstairs")
 """Words for floors of the building, which the map does not distinguish."""

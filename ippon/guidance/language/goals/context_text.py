@@ -17,6 +17,9 @@ def context_text(told: Sequence[str], relations: Sequence[Relation], name: str) 
         relations: What was read of them.
         name: The object.
     """
+    if not told:
+        # A place that was said once for a list: "look in the kitchen for the mug and the plate".
+        return "; ".join(one.text for one in relations)
     text = ", ".join(told)
     agrees = _agreement(relations, name)
     if agrees(text):

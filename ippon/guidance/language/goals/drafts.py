@@ -101,6 +101,8 @@ class Reading:
     """How the next object follows, where that was said."""
     before: list[str] = field(default_factory=list)
     """Told before the first object."""
+    hedged: dict[int, int] = field(default_factory=dict)
+    """Where "maybe" and "I think" before such words end, and where they begin."""
     later: list[Draft] = field(default_factory=list)
     """Objects that come after those that are still to be read."""
     each: int = 0

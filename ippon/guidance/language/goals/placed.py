@@ -3,7 +3,7 @@
 from ippon.guidance.language.goals.drafts import Draft
 from ippon.guidance.language.goals.features import BE, COVERED, SUBJECTS, is_maker
 from ippon.guidance.language.goals.goal import Attribute
-from ippon.guidance.language.grammar.guesses import is_guessed
+from ippon.guidance.language.grammar.guesses import as_guessed, is_guessed
 from ippon.guidance.language.grammar.noun_ends import STANDS
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.places import is_room
@@ -60,7 +60,10 @@ def read_placed(said: Utterance, start: int, goal: Draft) -> int:
         # "It should be in the hall, but not on the floor": what is denied is certain.
         if not guessed or (place.negated and not phrase.soft):
             goal.relate(place)
-    goal.note(said.said(phrase.begin, phrase.end))
+    if guessed and not phrase.soft and not all(place.negated for place in phrase.relations):
+        goal.note(as_guessed(said, phrase.begin, phrase.end))
+    else:
+        goal.note(said.said(phrase.begin, phrase.end))
     return phrase.end
 
 

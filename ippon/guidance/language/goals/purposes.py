@@ -5,7 +5,7 @@ from ippon.guidance.language.goals.features import BE, PLACES_ON_IT, SUBJECTS
 from ippon.guidance.language.goals.goal import Attribute, Relation
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.determiners import NUMBERS
-from ippon.guidance.language.grammar.guesses import is_guessed_before
+from ippon.guidance.language.grammar.guesses import as_guessed, is_guessed_before
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.phrases import PREPOSITIONS, STOP
 from ippon.guidance.language.grammar.places import is_searched_inside
@@ -61,9 +61,11 @@ def read_purpose(said: Utterance, start: int, goal: Draft) -> int:
         return phrase.end  # "For the life of me".
     if to and goal.trigger == "told":
         relation = "in" if is_searched_inside(phrase.head) else "at"
-        if not is_guessed_before(said, start):
+        if is_guessed_before(said, start):
+            goal.note(as_guessed(said, start, phrase.end))
+        else:
             goal.relate(Relation(relation=relation, place=phrase.head))
-        goal.note(said.said(start, phrase.end))
+            goal.note(said.said(start, phrase.end))
         return phrase.end  # "Dad took the ladder to the garage".
     end = phrase.end
     if not phrase.known and phrase.determined and (at := read_relation(said, end, verbs=False)):

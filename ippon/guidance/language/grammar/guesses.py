@@ -2,8 +2,8 @@
 
 from itertools import pairwise
 
-from ippon.guidance.language.context_words import BELIEFS, DOUBTS, HABITS
-from ippon.guidance.language.grammar.phrases import TIME
+from ippon.guidance.language.context_words import BELIEFS, DOUBTS, HABITS, NEGATIONS
+from ippon.guidance.language.grammar.phrases import PREPOSITIONS, TIME
 from ippon.guidance.language.grammar.relation_phrase import SOFT, RelationPhrase, read_relation
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.words import DETERMINERS, word_set
@@ -67,6 +67,21 @@ def is_guessed_before(said: Utterance, index: int) -> bool:
         for word, following in pairwise(words)
     )
     return supposed or bool(_GUESSES & set(words))
+
+
+def as_guessed(said: Utterance, begin: int, end: int) -> str:
+    """Return what was told of a place with the guess or the habit that stands apart from it.
+
+    "Perhaps the keys are in my coat" tells "maybe in my coat".
+    """
+    words = set(said.words(_sentence_start(said, begin), begin))
+    held = said.words(begin, end)
+    if not NEGATIONS & set(held):
+        begin += next((n for n, word in enumerate(held) if word in PREPOSITIONS), 0)
+    guess = "maybe"
+    if not DOUBTS & words:
+        guess = "probably" if BELIEFS & words else "usually" if HABITS & words else guess
+    return f"{guess} {said.said(begin, end)}"
 
 
 def _sentence_start(said: Utterance, index: int) -> int:

@@ -85,8 +85,8 @@ DECLINED: Final = re.compile(
 )
 """What says which object not to search for."""
 PLACE_DECLINED: Final = re.compile(
-    r"(?:don't|dont|do not|no need to|you needn't|no (?:point|use)(?: in)?|skip|never mind|forget|"
-    r"avoid|"
+    r"(?:don't|dont|do not|no need to|no (?:point|use)(?: in)?|skip|never mind|forget|avoid|"
+    r"(?:you|we) (?:(?:need|must|should)(?:n't| not)|(?:don't|do not) (?:need|have) to)|"
     r"(?:stay|keep|steer)(?: away| clear)?(?: out)?(?= of| from))"
     r"(?: (?:bother|look|search|check|go|try|about|of|from|enter)(?:ing)?)*"
     r"(?: (?:with|in|into|on|at|to|inside|around|through|under|behind|near|beside|above))* +"
@@ -157,6 +157,12 @@ _MEANWHILE = (
     r"(?: must have| may have| have| has| had| gone and| just| probably| also| last| always|"
     r" usually| normally)*"
 )
+_DID: Final = (
+    r"leaves?|left|forgot|forgotten|put|placed|dropped|laid|stored|hid|took|taken|hidden|moved|"
+    r"stole|stolen|borrowed|nicked|pinched|swiped|stashed|lost|misplaced|handed in|turned in|"
+    r"dragged|threw|thrown|tossed|pushed|kicked|knocked|hung|parked|carried|chucked|stuck|shoved|"
+    r"stuffed|tucked|packed|rolled|brought|wheeled|locked|tidied"
+)
 TOLD: Final = re.compile(
     r"\b(?!\w+ (?:far|top|bottom|front|rear|back|upper|lower|middle) left\b)"
     r"(?!\w+ \w+ (?:is|are|was|were)\b)"
@@ -165,15 +171,20 @@ TOLD: Final = re.compile(
     r"had(?= (?:the|my|our|his|her) \w+(?: \w+)? last\b|"
     r"[^.;!?]{,40}, (?:\w+ ){,3}find (?:it|them))|used|wore|saw|"
     r"(?:keeps?|kept)(?! \w+ing\b)|was wearing|"
-    r"leaves?|left|forgot|forgotten|put|placed|dropped|laid|stored|hid|took|taken|hidden|moved|"
-    r"stole|stolen|borrowed|nicked|pinched|swiped|stashed|lost|misplaced|handed in|turned in|"
-    r"dragged|threw|thrown|tossed|pushed|kicked|knocked|hung|parked|carried|chucked|stuck|shoved|"
-    r"stuffed|tucked|packed|rolled|brought|wheeled|locked|tidied|"
+    rf"{_DID}|"
     r"(?:put|took|taken|threw|thrown|packed|tidied|cleared|locked|picked|brought|hung|chucked) "
     r"(?:away|back|out|down|up|off)(?= (?:the|my|our|his|her|their|a|an|some) ))\s+",
     re.IGNORECASE,
 )
 """Who did what with the object that follows: "my sister borrowed"."""
+_SAID: Final = r"(?:says?|said|swears?|swore|thinks?|thought|believes?|reckons?|told (?:me|us))"
+TOLD_OF_IT: Final = re.compile(
+    rf"(?:{_PERSON}|\w+){_MEANWHILE} (?:(?:{_DID}|keeps?|kept|ha[ds]|saw)"
+    r"(?: (?:away|back|out|down|up|off))? (?:it|them)\b|"
+    rf"{_SAID}(?: that)? (?:it|they)\b)",
+    re.IGNORECASE,
+)
+"""Who did what with an object that is named elsewhere: "my wife left it"."""
 DOING: Final = re.compile(
     rf"\b{_TELLER} (?:was|were|has been|have been|had been)(?: just| busy)? "
     r"(?!(?:look|search|hunt|wonder|hop|try|think|go|com|sitt|ly|stand|sleep|wait|walk|runn|hid|liv|"

@@ -267,6 +267,8 @@ def _is_room_at(said: Utterance, index: int) -> bool:
 def stands_alone(reading: Reading, index: int, phrase: NounPhrase) -> bool:
     """Tell whether a noun phrase is not the subject of a sentence about something else."""
     said = reading.said
+    if not reading.drafts and reading.match(phrases.TOLD_OF_IT, index) > index:
+        return False  # "My wife left it in the kitchen. Find my hat".
     if not phrase.known and not phrase.corrected:
         last = said.word(phrase.end - 1)
         if last.endswith("ing") or said.word(index) in phrases.OTHER_TASKS:

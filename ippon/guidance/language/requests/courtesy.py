@@ -49,6 +49,7 @@ def skip_courtesy(reading: Reading, index: int) -> int:
     if not reading.drafts:
         end = reading.match(phrases.SAYS, index)
         if end > index:
+            reading.hedged[end] = index
             return end
     end = reading.match(phrases.PADDING, index)
     if end == index + 1 and listed_kind(said.word(index)) and may_be_noun(said, end):

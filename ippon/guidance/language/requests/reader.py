@@ -329,7 +329,7 @@ class RequestReader:
         if all(word in PRONOUNS or word in ("and", "but", "so") for word in said.words(index, end)):
             return end
         if not self.reading.drafts:
-            self.reading.before.append(words)
+            self.reading.before.append(said.said(self.reading.hedged.get(index, index), end))
             clauses.note_subject(self.reading, index, end)
             return end
         asked = self.reading.match(phrases.ASKED, index)

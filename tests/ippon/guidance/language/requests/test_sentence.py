@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ippon.guidance.language.context import read_context
 from ippon.guidance.language.goals import clauses, modifiers
 from ippon.guidance.language.goals.goal import Goal, Request
 from ippon.guidance.language.lists import goal_list
@@ -118,6 +119,55 @@ def test_what_is_told_of_the_place_is_the_context(
     (goal,) = request.goals
     assert (goal.display, goal.context) == (display, context)
     assert not request.doubtful
+
+
+@pytest.mark.parametrize(
+    ("sentence", "context"),
+    [
+        ("maybe the keys are in my coat", "maybe in my coat"),
+        ("I might have left my keys in the drawer", "maybe in the drawer"),
+        ("I usually leave my keys on the table", "usually on the table"),
+        ("I think I left my keys on the table", "probably on the table"),
+        ("Maybe I left them on the sofa. Find my keys", "Maybe I left them on the sofa"),
+        ("Perhaps my wife left them in the hall. Find my keys",
+         "Perhaps my wife left them in the hall"),
+        ("Maybe my brother took the keys to the kitchen", "maybe to the kitchen, my brother took"),
+    ],
+)  # fmt: skip
+def test_a_guessed_place_stays_a_guess_in_the_context(sentence: str, context: str) -> None:
+    (goal,) = read_request(sentence).goals
+    assert (goal.object, goal.relations, goal.context) == ("keys", (), context)
+    (claim,) = read_context(goal.context, (), ooi="keys").claims
+    assert claim.strength != "sure"
+
+
+@pytest.mark.parametrize(
+    ("sentence", "place"),
+    [
+        ("My wife left it in the kitchen. Find my hat", "in kitchen"),
+        ("Anna took it to the bedroom. Find my hat", "in bedroom"),
+        ("The kids always put it in the hall. Where's my hat?", "in hall"),
+        ("My wife says it's in the kitchen. Find my hat", "in kitchen"),
+        ("You mustn't go into the bedroom. Find my hat", "not in bedroom"),
+        ("Find my hat. You don't need to look in the kitchen", "not in kitchen"),
+        ("Find my hat, it shouldn't be in the kitchen", "not in kitchen"),
+    ],
+)
+def test_what_somebody_says_of_it_is_not_an_object(sentence: str, place: str) -> None:
+    request = read_request(sentence)
+    assert [goal.object for goal in request.goals] == ["hat"]
+    assert [one.text for one in request.goals[0].relations] == [place]
+    assert not request.unused
+
+
+def test_a_place_said_once_for_a_list_is_the_context_of_each_search() -> None:
+    for sentence in (
+        "Look in the kitchen for the mug and the plate",
+        "Look in the kitchen for the mug, then the plate",
+    ):
+        for goal in read_request(sentence).goals:
+            (claim,) = read_context(goal.context, (), ooi=goal.object).claims
+            assert (claim.place, claim.negated, claim.strength) == ("kitchen", False, "sure")
 
 
 @pytest.mark.parametrize(

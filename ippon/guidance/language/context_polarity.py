@@ -1,0 +1,113 @@
+"""Whether a clause says that the object is at a place or is not, and how surely."""
+
+import re
+from collections.abc import Container
+from typing import Literal
+
+from ippon.guidance.language import context_words as lexicon
+from ippon.guidance.language.words import ADJECTIVES, DETERMINERS, word_set
+
+Strength = Literal["sure", "likely", "habit", "maybe"]
+
+_DEGREES = re.compile(
+    r"\b(not|don't|dont|can't|cannot|couldn't) (?:really|exactly|entirely|quite|completely|"
+    r"absolutely|totally|so|too|that|all that|very|even|be) (?=(?:sure|certain|know|say|"
+    r"remember|recall)\b)"
+)
+"""Between a negation and knowledge: "not really sure"."""
+_FORBIDDEN = re.compile(
+    r"\b(?:(?:need|must|should|would)(?:n't| not)|(?:don't|dont|do not) (?:need|have) to|"
+    r"no need to|(?:no|any) (?:point|use|sense)(?: in)?|not worth)"
+    r"(?: (?:even|really|bother|bothering|to))*"
+    r" (?:look|search|check|go|try|bother|inspect|enter)(?:ing)?\b"
+)
+"""What says that a place need not be searched: "you don't need to look in the kitchen"."""
+
+_DONE_TO = word_set("checked tried inspected combed")
+"""Of these, a noun that is no place is what was used there: "I combed my hair in"."""
+_SPOTS = (
+    lexicon.PARTS | lexicon.ABSTRACT | word_set("places spots corners surfaces floor furniture")
+)
+
+
+def polarity(
+    words: list[str],
+    first: int,
+    begin: int,
+    relation: str,
+    *,
+    places: Container[int],
+    activity: bool,
+) -> tuple[bool, Strength]:
+    """Return whether a clause denies a place, and how sure it is.
+
+    Args:
+        words: All words of the clause.
+        first: Index of the first word after what the speaker does not know.
+        begin: Index of the first word of the place's phrase.
+        relation: Preposition of the place.
+        places: Indices of the words that name places.
+        activity: Whether the place is where something is done: "while cooking".
+    """
+    before = _DEGREES.sub(r"\1 ", f" {' '.join(words[first:begin])} ")
+    whole = _DEGREES.sub(r"\1 ", f" {' '.join(words)} ")
+    doubtful = any(f" {phrase} " in whole for phrase in lexicon.DOUBT_PHRASES)
+    conditional = " if " in before and bool(lexicon.NEGATIONS & set(before.split()))
+    for phrase in lexicon.NEUTRAL:
+        before = before.replace(f" {phrase} ", " ")
+    scope = before.split()
+    denied = bool(lexicon.NEGATIONS & set(scope)) and not conditional
+    asked = " have you " in before or " did you " in before or " could you " in before
+    aside = relation in lexicon.NEGATIVE_RELATIONS
+    if relation == "from" and not lexicon.MOVED & set(words):
+        aside = False  # "The bottle from the fridge" is in the fridge, unless it was moved.
+    searched = _is_searched(words, first, begin, places) and not asked
+    if denied and not aside and _is_forbidden(scope):
+        return True, "sure"
+    if denied and not aside and lexicon.SEARCHES & set(scope) and not activity:
+        return False, "maybe"  # "I haven't checked the bedroom yet."
+    negated = not aside if searched else denied != aside
+    if activity:
+        return denied, "maybe"
+    return negated, _strength(whole, doubtful or conditional)
+
+
+def _is_forbidden(scope: list[str]) -> bool:
+    """Tell whether words before a place forbid to search it: "but don't look in the kitchen"."""
+    words = [word for word in scope if word not in {"but", "and", "so", "please", "just"}]
+    forbids = words[:1] in (["don't"], ["dont"], ["never"]) or words[:2] == ["do", "not"]
+    if forbids and {"look", "search", "check", "go", "try", "bother"} & set(words):
+        return True
+    return _FORBIDDEN.search(" ".join(words)) is not None
+
+
+def _is_searched(words: list[str], first: int, begin: int, places: Container[int]) -> bool:
+    """Tell whether the words before a place say that somebody looked there without success.
+
+    "I tried it on in the bedroom" and "I checked my email in the kitchen" do not.
+    """
+    for index in range(first, begin):
+        if words[index] not in lexicon.SEARCHED:
+            continue
+        if words[index] not in _DONE_TO or index + 1 == begin:
+            return True
+        if words[index] == "tried" and words[begin - 1] == "on":
+            continue
+        noun = index + 1
+        while noun < begin and (words[noun] in DETERMINERS or words[noun] in ADJECTIVES):
+            noun += 1
+        own = noun > index + 1 and noun < begin and noun not in places
+        if not own or words[noun] in _SPOTS or "of" in words[noun:begin]:
+            return True
+    return False
+
+
+def _strength(whole: str, doubtful: bool) -> Strength:
+    words = set(whole.split())
+    if doubtful or lexicon.DOUBTS & words:
+        return "maybe"
+    if any(f" {phrase} " in whole for phrase in lexicon.STALE_PHRASES):
+        return "maybe"
+    if lexicon.HABITS & words or any(f" {text} " in whole for text in lexicon.HABIT_PHRASES):
+        return "habit"
+    return "likely" if lexicon.BELIEFS & words else "sure"
