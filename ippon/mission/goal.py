@@ -5,6 +5,7 @@ from typing import Literal
 
 from ippon.guidance.language.goals.goal import Attribute
 from ippon.guidance.language.naming import ResolvedObject
+from ippon.vocabulary import in_words
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,3 +40,14 @@ class Goal:
             context=context,
             category=resolved.category,
         )
+
+    @property
+    def described(self) -> str:
+        """The object with all that an image may show of it: "mug, with a dinosaur on it".
+
+        Neither its name ("Rosie") nor whose it is can be seen.
+        """
+        kind = self.display if self.thing_id is None else in_words(self.object)
+        seen = (one for one in self.attributes if one.kind != "owner")
+        texts = (f"not {one.value}" if one.negated else one.value for one in seen)
+        return ", ".join([kind, *(text for text in texts if text.lower() not in kind.lower())])

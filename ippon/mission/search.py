@@ -326,13 +326,15 @@ class Search:
         text = f"found {self.goal.display}"
         if self.find is None:
             return text
+        away_m = self.find.out_of_reach_m
+        if away_m is not None:
+            text = out_of_reach_text(self.goal.display, away_m)
         if self.is_reconsidered(self.find):
             text = f"{text}, perhaps: nothing looks more like it"
-        if self.find.out_of_reach_m is not None:
-            return out_of_reach_text(self.goal.display, self.find.out_of_reach_m)
-        size = f"{self.find.voxels} voxels" if self.find.voxels != 1 else "a single voxel"
-        text = (
-            f"{text}: {size} at p = {self.find.probability:.2f}, "
-            f"{distance_m(T_world_base, self.find):.1f} m away"
-        )
+        if away_m is None:
+            size = f"{self.find.voxels} voxels" if self.find.voxels != 1 else "a single voxel"
+            text = (
+                f"{text}: {size} at p = {self.find.probability:.2f}, "
+                f"{distance_m(T_world_base, self.find):.1f} m away"
+            )
         return "; ".join(filter(None, [text, attributes_text(self.find.attributes)]))

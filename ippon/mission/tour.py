@@ -182,9 +182,12 @@ def least_termination_min(searches: Sequence[Search]) -> float:
 def target_of(goal: Goal) -> OoiTarget:
     """Return what the map must know of a goal."""
     knowledge = load_knowledge()
+    # An air conditioner hangs higher than the appliances that it is one of.
+    known = knowledge.thing(goal.object) is not None
+    hangs = known and math.isinf(knowledge.highest_m(goal.object))
     return OoiTarget(
         label=goal.object,
-        highest_m=knowledge.highest_m(goal.category or goal.object),
+        highest_m=math.inf if hangs else knowledge.highest_m(goal.category or goal.object),
         lowest_m=lowest_m(goal.object, goal.category),
         small_m=knowledge.small_m(goal.object),
     )

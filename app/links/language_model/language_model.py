@@ -151,7 +151,9 @@ class LanguageModel:
             request = parse_request_reply(reply, sentence, previous)
             if request is not None and request.goals:
                 return SentenceAnswer(request, self.name, prompt, reply, "")
-            failed = "the model found no object"
+            failed = (
+                "its answer could not be read" if request is None else "the model found no object"
+            )
         except ChatError as error:
             failed = str(error)
         return SentenceAnswer(read_request(sentence, previous), RULES, prompt, reply, failed)
@@ -187,15 +189,15 @@ class LanguageModel:
             return ObjectNames((), str(error))
         return ObjectNames(parse_scene_reply(reply, vocabulary))
 
-    def second_opinion(self, jpeg: bytes, display: str) -> Opinion:
+    def second_opinion(self, jpeg: bytes, described: str) -> Opinion:
         """Judge whether the middle of an image shows an object; asked once, never raises.
 
         Args:
             jpeg: The image.
-            display: The object in the operator's words.
+            described: The object with what tells it from others, in the operator's words.
         """
         try:
-            reply = self._ask_of_image(jpeg, build_opinion_prompt(display), OPINION_SCHEMA)
+            reply = self._ask_of_image(jpeg, build_opinion_prompt(described), OPINION_SCHEMA)
         except ChatError as error:
             return Opinion(verdict="none", text=f"{self.name}: {error}")
         read = parse_opinion_reply(reply)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any, Final, cast, get_args
 
+from ippon.guidance.language.goals.context_text import context_text
 from ippon.guidance.language.goals.goal import (
     ALL,
     Attribute,
@@ -130,13 +131,15 @@ def _goal(value: Any) -> Goal:
     order, refers_to = fields.get("order", "and"), fields.get("refers_to", "")
     if order not in get_args(Order) or refers_to not in get_args(Reference):
         raise ValueError("an unknown order or reference")
+    relations = tuple(_relation(one) for one in _list(fields.get("relations", []), _MAX_PARTS))
+    told = _text(fields.get("context", ""), MAX_CONTEXT_CHARS)
     return Goal(
         object=name,
         display=_text(fields.get("display") or name, MAX_OBJECT_CHARS),
         attributes=_attributes(fields.get("attributes", [])),
         count=ALL if count == 0 else count,
-        relations=tuple(_relation(one) for one in _list(fields.get("relations", []), _MAX_PARTS)),
-        context=_text(fields.get("context", ""), MAX_CONTEXT_CHARS),
+        relations=relations,
+        context=context_text([told] if told else [], relations, name)[:MAX_CONTEXT_CHARS],
         order=order,
         refers_to=refers_to,
     )

@@ -101,7 +101,7 @@ class Confirmation:
         weighed = self._opinions.weigh(
             find,
             search.goal.goal_id,
-            display,
+            search.goal.described,
             step.frame,
             running=[one.goal.goal_id for one in step.searches],
         )

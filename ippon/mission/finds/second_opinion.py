@@ -139,14 +139,14 @@ class SecondOpinions:
         return False
 
     def weigh(
-        self, find: Find, goal_id: int, display: str, frame: Frame, running: Collection[int]
+        self, find: Find, goal_id: int, described: str, frame: Frame, running: Collection[int]
     ) -> Weighed:
         """Return a find with the opinion on it; the first call requests one.
 
         Args:
             find: The find that would be announced.
             goal_id: Goal of the search.
-            display: The object, in the operator's words.
+            described: The object with all that an image may show of it.
             frame: The present frame.
             running: Goals of all running searches; what was asked for others is forgotten.
         """
@@ -162,7 +162,7 @@ class SecondOpinions:
             asked = _Asked(self._number, goal_id, find, frame.stamp_ns)
             self._asked.append(asked)
             crop = crop_of(self._config, frame.color, find.box_px)
-            self.ask(OpinionRequest(number=self._number, object=display, crop=crop))
+            self.ask(OpinionRequest(number=self._number, object=described, crop=crop))
         if asked.opinion is None:
             waited_s = (frame.stamp_ns - asked.since_ns) / NANOSECONDS
             if 0.0 <= waited_s < self._config.wait_s:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from ippon.geometry import base_pose
+from ippon.guidance.language.goals.goal import Attribute
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mapping.config import MapConfig
 from ippon.mapping.voxel_map import VoxelMap
@@ -21,7 +22,7 @@ from ippon.mission.finds.rejection import (
 )
 from ippon.mission.goal import Goal
 from ippon.mission.search import Search
-from ippon.mission.snapshot import Find
+from ippon.mission.snapshot import Find, JudgedAttribute
 from ippon.vocabulary import MATTERPORT_40
 
 
@@ -208,3 +209,28 @@ def test_an_object_beside_a_rejected_find_remains_a_candidate(searching):
     search.reconsidered.append(region)
     assert search.is_reconsidered(more)
     assert not search.is_reconsidered(toilet)
+
+
+def test_a_find_out_of_reach_tells_what_is_unsure_of_it(searching):
+    search = searching(0.6)
+    search.find = replace(
+        speck(),
+        out_of_reach_m=1.4,
+        attributes=(JudgedAttribute(value="red", kind="colour"),),
+    )
+    assert search.found_text(np.eye(4)) == (
+        "found mug, out of reach: 1.4 m from the nearest place I can stand; colour not checked"
+    )
+
+
+def test_what_an_image_may_show_of_an_object_is_described():
+    attributes = (
+        Attribute(kind="colour", value="red"),
+        Attribute(kind="owner", value="Anna"),
+        Attribute(kind="feature", value="with a dinosaur on it"),
+        Attribute(kind="condition", value="broken", negated=True),
+    )
+    goal = Goal(goal_id=1, object="mug", display="red mug", attributes=attributes)
+    assert goal.described == "red mug, with a dinosaur on it, not broken"
+    named = Goal(goal_id=1, object="teddy_bear", display="Rosie", thing_id=3)
+    assert named.described == "teddy bear"

@@ -12,6 +12,7 @@ from ippon.guidance.levels import Level
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mission.goal import Goal
 from ippon.mission.snapshot import Find, GoalState, MissionState
+from ippon.mission.tour import target_of
 from ippon.vocabulary import MATTERPORT_40
 
 PLACES = {
@@ -25,6 +26,15 @@ def goals_of(*names):
     for n, name in enumerate(names):
         resolved = resolve_object(name, MATTERPORT_40)
         yield Goal.of(resolved, n + 1), EmbeddedPrior().levels(resolved, "", MATTERPORT_40)
+
+
+def test_what_hangs_is_looked_for_above_the_things_that_it_is_one_of():
+    heights = [
+        target_of(goal).highest_m
+        for goal, _ in goals_of("air conditioner", "microwave", "armchair", "gizmo")
+    ]
+    assert heights[0] == heights[3] == np.inf
+    assert max(heights[1:3]) < 2.4
 
 
 @pytest.fixture

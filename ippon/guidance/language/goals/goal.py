@@ -111,8 +111,12 @@ def unchecked(goal: Goal, rooms: Collection[str] = ()) -> tuple[str, ...]:
         goal: What was said.
         rooms: Names of the map's rooms, as words in lower case.
     """
-    notes: list[str] = []
-    others = [one for one in goal.attributes if one.kind not in ("colour", "size")]
+    notes = [
+        f"whose it is cannot be seen (“{one.value}”): any {goal.object} counts"
+        for one in goal.attributes
+        if one.kind == "owner"
+    ]
+    others = [one for one in goal.attributes if one.kind not in ("colour", "size", "owner")]
     if others:
         said = ", ".join(f"“{'not ' if one.negated else ''}{one.value}”" for one in others)
         notes.append(

@@ -247,6 +247,8 @@ def by_model(
 ) -> tuple[JudgedAttribute, ...]:
     """Return attributes after a vision-language model's answer about the object with all of them.
 
+    Whose it is stays unchecked: no image shows it.
+
     Args:
         judged: The attributes.
         verdict: Its answer; a "no" may be about the object itself and judges no attribute.
@@ -255,7 +257,9 @@ def by_model(
     if verdict != "yes":
         return tuple(judged)
     return tuple(
-        replace(one, verdict="right", by=name) if one.verdict == "unchecked" else one
+        replace(one, verdict="right", by=name)
+        if one.verdict == "unchecked" and one.kind != "owner"
+        else one
         for one in judged
     )
 

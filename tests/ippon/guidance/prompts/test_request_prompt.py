@@ -60,6 +60,12 @@ def test_reads_goals() -> None:
     assert (request.doubtful, request.unused) == (False, ("quickly",))
 
 
+def test_a_place_that_the_model_gives_without_a_context_is_the_context() -> None:
+    request = parse_request_reply(answer({**HAT, "context": ""}), SENTENCE)
+    assert request is not None
+    assert request.goals[0].context == "on sofa"
+
+
 def test_what_was_made_up_or_is_unknown_is_doubtful() -> None:
     for name, because in (("umbrella", "was not said"), ("quokka", "not in the table")):
         request = parse_request_reply(answer(HAT | {"object": name}), SENTENCE)

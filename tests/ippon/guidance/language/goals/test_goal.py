@@ -9,6 +9,7 @@ def test_each_thing_that_is_not_used_is_told():
         attributes=(
             Attribute(kind="colour", value="red"),
             Attribute(kind="condition", value="broken", negated=True),
+            Attribute(kind="owner", value="Anna"),
         ),
         count=ALL,
         relations=(
@@ -17,7 +18,8 @@ def test_each_thing_that_is_not_used_is_told():
         ),
         refers_to="other",
     )
-    first, *others = unchecked(goal)
+    owner, first, *others = unchecked(goal)
+    assert owner == "whose it is cannot be seen (“Anna”): any mug counts"
     assert first.startswith("“not broken” is checked only by a model that takes images")
     assert first.endswith("without one, any mug counts")
     assert others == [

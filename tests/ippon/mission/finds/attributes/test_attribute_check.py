@@ -123,9 +123,11 @@ def test_sizes_are_judged_by_the_usual_one_or_by_the_others():
 
 def test_a_model_judges_what_is_left_and_only_by_a_yes():
     owner = JudgedAttribute(value="Anna's", kind="owner")
+    wooden = JudgedAttribute(value="wooden", kind="material")
     red = JudgedAttribute(value="red", kind="colour", verdict="right", by="images")
-    assert [one.by for one in by_model([owner, red], "yes", "gemma")] == ["gemma", "images"]
-    assert by_model([owner, red], "no", "gemma") == (owner, red)
+    judged = by_model([wooden, owner, red], "yes", "gemma")
+    assert [one.by for one in judged] == ["gemma", "", "images"], "no image shows whose it is"
+    assert by_model([wooden, owner, red], "no", "gemma") == (wooden, owner, red)
 
 
 def test_texts_name_what_was_checked_and_what_was_not():
