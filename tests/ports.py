@@ -7,7 +7,9 @@ import socket
 from collections.abc import Iterator
 from typing import Final
 
-_PORTS: Final = range(10_000, 32_000)
+_UNSAFE: Final = 10_080
+"""Browsers open no page at this port and at some below it (the bad ports of the Fetch standard)."""
+_PORTS: Final = range(_UNSAFE + 1, 32_000)
 """Below those that systems give to outgoing connections: one of these may take a port that was free
 before the server listens on it."""
 _DOMAINS: Final = range(1, 100)
