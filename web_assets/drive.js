@@ -19,7 +19,7 @@ const at = (id) => document.getElementById(id);
 
 export class Drive {
   // send: passes one message on; setMode: asks for another mode; obstacle: tells why keys move
-  // nothing now, as text and as "control" or "picture".
+  // nothing now, as text and as "control", "line" or "picture".
   constructor(send, setMode, obstacle) {
     this.send = send;
     this.obstacle = obstacle;
@@ -154,7 +154,7 @@ export class Drive {
     const held = this.held();
     const moves = held.forward !== 0 || held.turn !== 0 || held.tilt !== 0;
     // Send zero once on release, then nothing: an idle page must not override another page.
-    if (moves || this.moving) this.send({ type: "hand", ...held });
+    if (moves || this.moving) this.send({ type: "hand", t: performance.now(), ...held });
     this.moving = moves;
   }
 }

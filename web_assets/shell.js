@@ -28,6 +28,7 @@ import { Waiting } from "./waiting.js";
 import { decimal, has, say } from "./words.js";
 
 const PING_MS = 2000;
+const LATE_MS = 1500;
 const SILENT_PINGS = 2;
 const CONNECT_PINGS = 7;
 const RETRY_MS = [250, 500, 1000, 2000];
@@ -40,6 +41,8 @@ const view = at("view");
 let socket = null;
 let attempt = 0;
 let heardAt = 0;
+let trip = null; // Round trip of the last ping, until the next one.
+let lateAt = -Infinity; // When the console told that keys arrive too late.
 let unanswered = 0; // Pings since the last message: a page that slept has sent none.
 let leftAt = null; // When the last message came on a line that was left, until there is another line.
 let instance = null;
@@ -115,9 +118,11 @@ function replaceOthers() {
 
 function receive(message) {
   if (message.type === "pong") {
-    const trip = performance.now() - message.t;
+    trip = performance.now() - message.t;
     at("latency").textContent = `${Math.max(1, Math.round(trip))} ms`;
     at("latency").classList.toggle("slow", trip > 200);
+  } else if (message.type === "late") {
+    lateAt = performance.now();
   } else if (message.type === "reply") {
     pending.get(message.id)?.(message);
     pending.delete(message.id);
@@ -133,7 +138,10 @@ function receive(message) {
   }
 }
 
-const sendPing = () => send({ type: "ping", t: performance.now() });
+function sendPing() {
+  send({ type: "ping", t: performance.now(), trip });
+  trip = null;
+}
 
 function ping() {
   if (socket === null) return;
@@ -186,6 +194,7 @@ function send(message) {
 // Why the driving keys move nothing; a robot without control answers nothing.
 function obstacle() {
   if (!lease.holds) return { kind: "control", text: say("pad.control") };
+  if (performance.now() - lateAt < LATE_MS) return { kind: "line", text: say("pad.late") };
   const age = camera.size === "off" ? null : camera.age();
   if (age === null || age <= OLD_MS) return null;
   return { kind: "picture", text: say("pad.old", { n: decimal(age / 1000, 1) }) };

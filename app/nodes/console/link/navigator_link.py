@@ -1,14 +1,14 @@
 """Network link to the navigator: receives topics, sends requests, and reconnects."""
 
 import asyncio
-import itertools
 import logging
 import threading
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
-from typing import Final
+from functools import partial
+from typing import Final, TypeVar
 
 import msgspec
 import zenoh
@@ -45,7 +45,10 @@ STOP_S: Final = 5.0
 _STOP_PAUSE_S: Final = 0.1
 _STOPS: Final = 4
 """Stops that wait for their replies at the same time."""
+_LEASES: Final = 4
+"""Commands about the lease that do so, the renewals of all pages among them."""
 _RETRY_S: Final = 0.5
+_T = TypeVar("_T")
 
 
 class NavigatorLink(PanelRequests):
@@ -78,11 +81,14 @@ class NavigatorLink(PanelRequests):
         """Last drive status from the navigator, with the top speeds for manual drive."""
         self.lease_status = LeaseStatus()
         """Last control lease from the navigator."""
-        self._input_seq = itertools.count()
+        self._input_seq = 0
         self._input_publisher: zenoh.Publisher | None = None
         self._listener = TopicListener(endpoint, robot, topics, inbox.put)
         self._commanding: zenoh.Session | None = None
+        # Threads of their own: those of the event loop may all wait for other replies, and without
+        # its renewals a lease ends.
         self._stops = ThreadPoolExecutor(_STOPS, thread_name_prefix="stop")
+        self._leases = ThreadPoolExecutor(_LEASES, thread_name_prefix="lease")
         self._stop = threading.Event()
         self._thread = critical_thread("link", self._keep_open, on_failure)
 
@@ -94,7 +100,8 @@ class NavigatorLink(PanelRequests):
         """Close the sessions."""
         self._stop.set()
         self._thread.join(timeout=5.0)
-        self._stops.shutdown(wait=False, cancel_futures=True)
+        for pool in (self._stops, self._leases):
+            pool.shutdown(wait=False, cancel_futures=True)
         self._close_sessions()
 
     @property
@@ -121,9 +128,7 @@ class NavigatorLink(PanelRequests):
         """Send a control request and return the resulting state."""
         if request.action != "stop":
             return await asyncio.to_thread(self._control, request)
-        # In threads of its own: those of the event loop may all wait for other replies.
-        loop, context = asyncio.get_running_loop(), copy_context()
-        return await loop.run_in_executor(self._stops, lambda: context.run(self._control, request))
+        return await _run_in(self._stops, partial(self._control, request))
 
     async def drive(self, mode: DriveModeName, speed_limit: float | None = None) -> str:
         """Set the drive mode."""
@@ -132,7 +137,7 @@ class NavigatorLink(PanelRequests):
 
     async def lease(self, action: LeaseAction, requester: str = "") -> LeaseReply:
         """Request, renew, release, grant, deny or take control for the acting browser."""
-        return await asyncio.to_thread(self._lease, action, requester)
+        return await _run_in(self._leases, partial(self._lease, action, requester))
 
     def lease_in(self, status: Status) -> LeaseStatus:
         """Return the control lease that the pages show."""
@@ -153,8 +158,11 @@ class NavigatorLink(PanelRequests):
             yaw_rate_rad_s=held.turn * tops.top_yaw_rate_rad_s,
             tilt_rate_rad_s=held.tilt * tops.top_tilt_rate_rad_s,
         )
+        # By the clock, as two consoles may serve one session: counts of their own would make the
+        # navigator drop the keys of one of them.
+        self._input_seq = max(self._input_seq + 1, time.time_ns() // 1_000_000)
         sender = sender_of(browser.session)
-        tag = TeleopTag(sender=sender, epoch=browser.epoch, seq=next(self._input_seq))
+        tag = TeleopTag(sender=sender, epoch=browser.epoch, seq=self._input_seq)
         try:
             publisher.put(encode_twist(twist), attachment=encode(tag))
         except zenoh.ZError as error:
@@ -268,6 +276,12 @@ class NavigatorLink(PanelRequests):
 
 class _UndeliveredError(CommandError):
     """The navigator did not reply; unlike a refusal, a retry may succeed."""
+
+
+async def _run_in(pool: ThreadPoolExecutor, call: Callable[[], _T]) -> _T:
+    """Await a call in a thread of a pool, on behalf of the acting browser."""
+    context = copy_context()
+    return await asyncio.get_running_loop().run_in_executor(pool, context.run, call)
 
 
 def _has_router(session: zenoh.Session) -> bool:

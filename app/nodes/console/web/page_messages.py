@@ -25,9 +25,12 @@ Metres = Annotated[float, msgspec.Meta(ge=-1e4, le=1e4)]
 
 
 class ShellPing(msgspec.Struct, tag="ping", forbid_unknown_fields=True):
-    """Requests a `ShellPong` with the same number."""
+    """Requests a `ShellPong` with the same time."""
 
     t: float
+    """By the page's clock, ms."""
+    trip: float | None = None
+    """Round trip of the ping before, ms; None if it was not answered."""
 
 
 class ShellCommand(msgspec.Struct, tag="control", forbid_unknown_fields=True):
@@ -49,6 +52,8 @@ class ShellDrive(msgspec.Struct, tag="drive", forbid_unknown_fields=True):
 class ShellInput(msgspec.Struct, tag="hand", forbid_unknown_fields=True):
     """Teleoperation keys held down on the page, each part in -1 to 1."""
 
+    t: float
+    """By the page's clock, ms."""
     forward: Share = 0.0
     turn: Share = 0.0
     tilt: Share = 0.0
@@ -170,6 +175,10 @@ class ShellPong(msgspec.Struct, tag="pong"):
     """Answer to `ShellPing`."""
 
     t: float
+
+
+class ShellLate(msgspec.Struct, tag="late"):
+    """Input arrived too late to move the robot."""
 
 
 class ShellReply(msgspec.Struct, tag="reply"):

@@ -12,6 +12,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from app.messages.control import ControlRequest
 from app.messages.plain_text import as_sentence
 from app.nodes.console.link.commands import CommandError, Controller, act_at
+from app.nodes.console.link.input_age import LATE_S, InputAge
 from app.nodes.console.scene.scene_requests import Hover, Look
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.browsers import Browser, acting_browser, set_acting_browser
@@ -22,6 +23,7 @@ from app.nodes.console.web.page_messages import (
     ShellFrame,
     ShellHover,
     ShellInput,
+    ShellLate,
     ShellLease,
     ShellLook,
     ShellMessage,
@@ -91,13 +93,9 @@ async def _listen(
     state_feed: StateFeed,
 ) -> None:
     commands: set[asyncio.Task[None]] = set()
-    held = NO_INPUT
+    hand = _Hand(controller)
     try:
         async for message in page_messages(socket, _decoder, "the shell", MAX_MESSAGE):
-            if isinstance(message, ShellInput):
-                held = TeleopInput(forward=message.forward, turn=message.turn, tilt=message.tilt)
-                controller.send_input(held)
-                continue
             if isinstance(message, ShellAlive):
                 standing.hear()
                 continue
@@ -119,7 +117,12 @@ async def _listen(
             if isinstance(message, ShellFrame):
                 state_feed.scene.frame(standing.browser)
                 continue
-            if isinstance(message, ShellPing):
+            if isinstance(message, ShellInput):
+                if not hand.move(message):
+                    continue
+                task = asyncio.create_task(_tell_late(put))
+            elif isinstance(message, ShellPing):
+                hand.age.ping(message.t, message.trip, time.monotonic())
                 # Not awaited: a Stop must be read while the line to the page is full.
                 task = asyncio.create_task(_echo(message, put))
             elif isinstance(message, ShellLease):
@@ -131,14 +134,40 @@ async def _listen(
             commands.add(task)
             task.add_done_callback(commands.discard)
     finally:
-        if held != NO_INPUT:
-            # The browser may have disconnected with a key held down.
-            controller.send_input(NO_INPUT)
+        hand.release()
         # A pending command is completed after a disconnect, because it may be a stop.
         if commands:
             _, late = await asyncio.wait(commands, timeout=5.0)
             for task in late:
                 task.cancel()
+
+
+class _Hand:
+    """Keys that a page holds down."""
+
+    def __init__(self, controller: Controller) -> None:
+        self.age = InputAge()
+        self._controller = controller
+        self._held = NO_INPUT
+        self._told_s = -LATE_S
+
+    def move(self, message: ShellInput) -> bool:
+        """Pass keys on; returns whether the page must be told that they arrive too late."""
+        now_s = time.monotonic()
+        is_late = self.age.late_s(message.t, now_s) > LATE_S
+        held = TeleopInput(forward=message.forward, turn=message.turn, tilt=message.tilt)
+        # Keys that were held so long ago may be up.
+        self._held = NO_INPUT if is_late else held
+        self._controller.send_input(self._held)
+        if not is_late or now_s - self._told_s < LATE_S:
+            return False
+        self._told_s = now_s
+        return True
+
+    def release(self) -> None:
+        """Release what is held, as when the browser disconnects with a key held down."""
+        if self._held != NO_INPUT:
+            self._controller.send_input(NO_INPUT)
 
 
 class _Standing:
@@ -208,6 +237,10 @@ _Command = (
 
 async def _echo(message: ShellPing, put: Callable[[bytes], Awaitable[None]]) -> None:
     await put(msgspec.json.encode(ShellPong(t=message.t)))
+
+
+async def _tell_late(put: Callable[[bytes], Awaitable[None]]) -> None:
+    await put(msgspec.json.encode(ShellLate()))
 
 
 async def _name(

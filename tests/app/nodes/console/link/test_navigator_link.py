@@ -3,6 +3,7 @@
 import asyncio
 import threading
 import time
+from itertools import pairwise
 from types import SimpleNamespace
 
 import msgspec
@@ -113,9 +114,17 @@ def test_a_stop_without_a_navigator_is_given_up_with_a_reason(link, monkeypatch)
         link._control(STOP)
 
 
-def test_a_stop_does_not_wait_for_the_replies_to_other_requests(link, monkeypatch):
-    released, stopped = threading.Event(), threading.Event()
-    monkeypatch.setattr(link, "_control", lambda _: stopped.set() or "stopped")
+@pytest.mark.parametrize(
+    "command",
+    [lambda link: link.control(STOP), lambda link: link.lease("renew")],
+    ids=["stop", "renewal"],
+)
+def test_a_stop_or_a_renewal_does_not_wait_for_the_replies_to_other_requests(
+    link, monkeypatch, command
+):
+    released = threading.Event()
+    monkeypatch.setattr(link, "_control", lambda _: "done")
+    monkeypatch.setattr(link, "_lease", lambda *_: "done")
     monkeypatch.setattr(link, "_request", lambda *_: released.wait(20.0))
 
     async def ask():
@@ -123,12 +132,12 @@ def test_a_stop_does_not_wait_for_the_replies_to_other_requests(link, monkeypatc
         slow = [asyncio.create_task(asyncio.to_thread(link.thing_picture, n)) for n in range(64)]
         await asyncio.sleep(0.1)
         try:
-            return await asyncio.wait_for(link.control(STOP), 5.0)
+            return await asyncio.wait_for(command(link), 5.0)
         finally:
             released.set()
             await asyncio.gather(*slow, return_exceptions=True)
 
-    assert asyncio.run(ask()) == "stopped"
+    assert asyncio.run(ask()) == "done"
 
 
 def test_silence_does_not_close_the_line_for_commands(start_home, link, monkeypatch):
@@ -183,10 +192,34 @@ def test_what_nobody_expected_is_told(link, failures, monkeypatch):
     assert isinstance(failures[0], KeyError)
 
 
-def test_a_driving_message_counts_for_the_lease_and_carries_no_credential():
-    sent = []
+def _sends_to(sent):
     link = NavigatorLink("tcp/127.0.0.1:1", "r", [], Inbox([]), print)
     link._input_publisher = SimpleNamespace(put=lambda _, attachment: sent.append(attachment))
+    return link
+
+
+def test_keys_by_two_consoles_that_serve_one_session_follow_each_other(monkeypatch):
+    sent, now_ns = [], [10**18]
+    one, other = _sends_to(sent), _sends_to(sent)
+    monkeypatch.setattr(link_module, "time", SimpleNamespace(time_ns=lambda: now_ns[0]))
+    browser, lease = Browser(new_session(), "Anna", "operator"), Lease()
+    browser.update_lease(lease.request(browser.credential(), 0.0))
+    set_acting_browser(browser)
+    try:
+        for link in [one] * 100 + [other, one, other]:
+            now_ns[0] += 50_000_000
+            link.send_input(TeleopInput(forward=1.0))
+        now_ns[0] -= 10**12
+        other.send_input(TeleopInput(forward=1.0))
+    finally:
+        set_acting_browser(None)
+    tags = [msgspec.json.decode(attachment, type=TeleopTag) for attachment in sent]
+    assert all(tag.follows(before) for before, tag in pairwise(tags))
+
+
+def test_a_driving_message_counts_for_the_lease_and_carries_no_credential():
+    sent = []
+    link = _sends_to(sent)
     browser, lease = Browser(new_session(), "Anna", "operator"), Lease()
     browser.update_lease(lease.request(browser.credential(), 0.0))
     set_acting_browser(browser)

@@ -4,13 +4,14 @@ import asyncio
 import time
 from types import SimpleNamespace
 
+import msgspec
 import pytest
 
 from app.messages.control import ControlRequest, QueueRequest, SavedSearchRequest
 from app.messages.memory import MemoryNoteRequest
 from app.nodes.console.scene.scene_requests import ClickChoice
 from app.nodes.console.web import shell_socket
-from app.nodes.console.web.page_messages import ShellCommand, ShellPing
+from app.nodes.console.web.page_messages import ShellCommand, ShellInput, ShellPing
 from tests.app.nodes.console.served import closing_code, hear
 
 
@@ -242,6 +243,30 @@ def test_a_verdict_is_about_the_find_that_the_page_showed(client, navigator):
             assert hear(shell, "reply")["ok"]
     sent = [one for one in navigator.actions if one != "renew"]
     assert sent == [("confirm", 7, 2), ("reject", 7, None)]
+
+
+def test_keys_that_arrive_late_move_nothing_and_the_page_is_told(monkeypatch):
+    now_s, sent, told = [100.0], [], []
+
+    async def messages(*_):
+        for n in range(40):
+            # From the twentieth on, each comes 0.1 s later after the one before than it was sent.
+            now_s[0] = 100.0 + 0.05 * n + 0.1 * max(0, n - 20)
+            yield ShellInput(t=50.0 * n, forward=1.0)
+            await asyncio.sleep(0)
+
+    async def put(message):
+        told.append(msgspec.json.decode(message)["type"])
+
+    monkeypatch.setattr(shell_socket, "page_messages", messages)
+    monkeypatch.setattr(shell_socket, "time", SimpleNamespace(monotonic=lambda: now_s[0]))
+    controller = SimpleNamespace(send_input=sent.append)
+    asyncio.run(shell_socket._listen(None, put, controller, None, None))
+    moved = [one.forward for one in sent]
+    assert moved[:24] == [1.0] * 24
+    assert moved[27:] == [0.0] * (len(moved) - 27)
+    assert set(told) == {"late"}
+    assert 1 <= len(told) <= 5, "twice a second, not with every message"
 
 
 def test_a_stop_is_read_while_the_line_to_the_page_is_full(monkeypatch):
