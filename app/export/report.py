@@ -34,8 +34,7 @@ from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.images import decode_color
 from app.messages.status import GoalStatus
-from app.recording.errors import RecordingError
-from app.recording.notes import Note, read_notes
+from app.recording.notes import readable_notes
 from app.recording.session_goals import SessionSearch, runs_of, searches_of
 from app.recording.timeline import MARKS
 from app.view.colors import GREEN, ORANGE, SKY, hex_of
@@ -281,7 +280,7 @@ def _events(session: SessionData, say: Words) -> str:
         (e.time_ns, MARKS.get(e.event.kind, ""), say.said(e.event.text))
         for e in session.timeline.events
     ]
-    rows += [(n.time_ns, "note", n.text) for n in _notes(session)[0]]
+    rows += [(n.time_ns, "note", n.text) for n in readable_notes(session.recording.path)[0]]
     body = "".join(
         f"<tr><td>{_moment(at - start, say)}</td><th>{escape(_kind(kind, say))}</th>"
         f"<td>{escape(text)}</td></tr>"
@@ -291,14 +290,6 @@ def _events(session: SessionData, say: Words) -> str:
     hint = say("report.events.hint", command=f"<code>ippon review {escape(name)}</code>")
     head = f"<h2>{escape(say('report.events'))}</h2><p class=when>{hint}</p>"
     return f"{head}<table>{body}</table>" if body else ""
-
-
-def _notes(session: SessionData) -> tuple[list[Note], tuple[str, ...]]:
-    """Return the notes, and why they cannot be read, if so."""
-    try:
-        return read_notes(session.recording.path), ()
-    except RecordingError as error:
-        return [], (str(error),)
 
 
 def _kind(kind: str, say: Words) -> str:
@@ -320,7 +311,7 @@ def _provenance(session: SessionData, say: Words) -> str:
         for text in (
             *session.recording.index.problems,
             *session.timeline.problems(),
-            *_notes(session)[1],
+            *readable_notes(session.recording.path)[1],
         )
     )
     return f"<h2>{escape(say('report.versions'))}</h2><p class=when>{words}</p>{problems}"

@@ -19,7 +19,7 @@ from app.nodes.review.player import Emit, Player
 from app.nodes.review.session_figures import ReviewSession, opening_s, review_session
 from app.process.file_lock import is_held
 from app.recording.errors import RecordingError
-from app.recording.notes import Note, add_note, read_notes
+from app.recording.notes import Note, NoteText, add_note
 from app.recording.reading.recording import Recording
 from app.view.words import ENGLISH, Words
 
@@ -45,7 +45,7 @@ class ReviewCommand(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     action: Literal["play", "pause", "seek", "speed", "step", "note", "mark"]
     value: float = 0.0
     """Seconds to seek to, times real time, or frames to step."""
-    text: str = ""
+    text: NoteText = ""
     """Text of a note or mark."""
 
 
@@ -203,7 +203,6 @@ class Playback:
         recordings: list[Recording] = []
         try:
             recordings.extend(Recording(path) for path in paths)
-            notes = [read_notes(recording.path) for recording in recordings]
         except RecordingError:
             for recording in recordings:
                 recording.close()
@@ -219,7 +218,7 @@ class Playback:
         for recording in recordings:
             for problem in () if self._held else recording.index.problems:
                 logger.warning("%s: %s; showing what can be read", recording.path, problem)
-        self._describe(notes)
+        self._describe()
         self._jump_to = opening_s(self._session)
 
     def _follow(self, now: float) -> None:
@@ -231,7 +230,7 @@ class Playback:
             grown = [player.refresh() for player in open_ended]
             if any(grown):
                 self._grew_at = now
-                self._describe([read_notes(p.recording.path) for p in self._players])
+                self._describe()
         except RecordingError as error:
             self._problem = str(error)
 
@@ -250,9 +249,9 @@ class Playback:
             # A file that was removed stays readable while it is open.
             return False
 
-    def _describe(self, notes: list[list[Note]]) -> None:
+    def _describe(self) -> None:
         self._version += 1
-        self._session = review_session(self._players, notes, self._say)
+        self._session = review_session(self._players, self._say)
 
     def _do(self, command: ReviewCommand) -> None:
         if not self._players:
@@ -284,12 +283,11 @@ class Playback:
         kind: Literal["note", "mark"] = "note" if command.action == "note" else "mark"
         note = Note(time_ns=player.time_ns, kind=kind, text=command.text.strip(), author="review")
         try:
-            notes = add_note(player.recording.path, note)
-            others = [read_notes(other.recording.path) for other in self._players[1:]]
+            add_note(player.recording.path, note)
         except RecordingError as error:
             self._problem = str(error)
             return
-        self._describe([notes, *others])
+        self._describe()
 
     def _advance(self, seconds: float) -> None:
         """Play for a time, or less where the receivers do not keep up.

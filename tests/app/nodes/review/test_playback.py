@@ -12,6 +12,7 @@ from app.messages import keys
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.review import playback as playback_module
 from app.nodes.review.playback import Playback, ReviewCommand, ReviewState
+from app.recording.notes import notes_path
 
 PATIENCE_S = 120.0
 
@@ -84,6 +85,32 @@ def test_a_session_that_is_being_recorded_is_no_broken_one(made_up, tmp_path, ca
     finally:
         playback.close()
     assert not failures
+
+
+def test_a_session_is_shown_without_the_notes_that_cannot_be_read(made_up, tmp_path):
+    writer = made_up.write_session(tmp_path, seconds=1.0).writer
+    notes = notes_path(writer.path)
+    notes.write_text("half a no")
+    board, failures = _Board(), []
+    playback = Playback((lambda *_: None,), board, failures.append)
+    playback.start()
+    try:
+        playback.show([writer.folder])
+        assert playback.session.notes == []
+        (problem,) = playback.session.problems
+        assert problem.startswith(f"the notes in {notes} cannot be read: ")
+        playback.command(ReviewCommand(action="note", text="here"))
+        board.wait(lambda state: "cannot be read" in state.problem)
+        assert notes.read_text() == "half a no"
+    finally:
+        playback.close()
+    assert not failures
+
+
+def test_a_page_sends_no_note_that_could_not_be_read_again():
+    sent = msgspec.json.encode(ReviewCommand(action="note", text=2001 * "x"))
+    with pytest.raises(msgspec.ValidationError, match="length <= 2000"):
+        msgspec.json.decode(sent, type=ReviewCommand)
 
 
 def test_a_page_may_ask_for_any_number(made_up, tmp_path):
