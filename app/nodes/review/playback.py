@@ -92,7 +92,10 @@ class Playback:
         self._playing = False
         self._speed = 1.0
         self._version = 0
-        self._problem = ""
+        self._unwritten = ""
+        """Why the note of the last command was not written."""
+        self._unread = ""
+        """Why what was recorded meanwhile could not be read at the last check."""
         self._jump_to: float | None = None
         self._looked_at = 0.0
         self._grew_at = -math.inf
@@ -156,11 +159,7 @@ class Playback:
         if not 0 <= lane < len(self._players):
             return None
         recording = self._players[lane].recording
-        try:
-            last = recording.latest(keys.COLOR, recording.start_ns + round(at_s * 1e9))
-        except RecordingError as error:
-            self._problem = str(error)
-            return None
+        last = recording.latest(keys.COLOR, recording.start_ns + round(at_s * 1e9))
         return None if last is None else last.payload
 
     def command(self, command: ReviewCommand) -> None:
@@ -213,7 +212,8 @@ class Playback:
             Player(recording, emit)
             for recording, emit in zip(recordings, self._emits, strict=False)
         ]
-        self._playing, self._problem, self._grew_at = False, "", -math.inf
+        self._playing, self._grew_at = False, -math.inf
+        self._unwritten = self._unread = ""
         self._held = self._is_recorded()
         for recording in recordings:
             for problem in () if self._held else recording.index.problems:
@@ -231,8 +231,9 @@ class Playback:
             if any(grown):
                 self._grew_at = now
                 self._describe()
+            self._unread = ""
         except RecordingError as error:
-            self._problem = str(error)
+            self._unread = str(error)
 
     @property
     def _growing(self) -> bool:
@@ -256,6 +257,7 @@ class Playback:
     def _do(self, command: ReviewCommand) -> None:
         if not self._players:
             return
+        self._unwritten = ""
         if command.action != "seek":
             self._jump()
         match command.action:
@@ -285,7 +287,7 @@ class Playback:
         try:
             add_note(player.recording.path, note)
         except RecordingError as error:
-            self._problem = str(error)
+            self._unwritten = str(error)
             return
         self._describe()
 
@@ -312,6 +314,6 @@ class Playback:
             speed=self._speed,
             ended=bool(self._players) and all(player.ended for player in self._players),
             growing=self._growing,
-            problem=self._say.said(self._problem),
+            problem=self._say.said(self._unwritten or self._unread),
         )
         self._state_feed.post(msgspec.json.encode(state))

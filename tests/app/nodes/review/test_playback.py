@@ -12,6 +12,8 @@ from app.messages import keys
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.review import playback as playback_module
 from app.nodes.review.playback import Playback, ReviewCommand, ReviewState
+from app.nodes.review.player import Player
+from app.recording.errors import RecordingError
 from app.recording.notes import notes_path
 
 PATIENCE_S = 120.0
@@ -111,6 +113,47 @@ def test_a_page_sends_no_note_that_could_not_be_read_again():
     sent = msgspec.json.encode(ReviewCommand(action="note", text=2001 * "x"))
     with pytest.raises(msgspec.ValidationError, match="length <= 2000"):
         msgspec.json.decode(sent, type=ReviewCommand)
+
+
+def test_what_went_wrong_is_said_until_it_goes_well(made_up, tmp_path, monkeypatch):
+    monkeypatch.setattr(playback_module, "FOLLOW_S", 0.05)
+    session = made_up.write_session(tmp_path, seconds=1.0, end=False)
+    session.writer.flush()
+    broken, looked, refresh = threading.Event(), threading.Event(), Player.refresh
+
+    def fail(player):
+        looked.set()
+        if broken.is_set():
+            raise RecordingError("the share is gone")
+        return refresh(player)
+
+    def full(*_):
+        raise RecordingError("no space left")
+
+    monkeypatch.setattr(Player, "refresh", fail)
+    board, failures = _Board(), []
+    playback = Playback((lambda *_: None,), board, failures.append)
+    playback.start()
+    try:
+        playback.show([session.writer.folder])
+        broken.set()
+        board.wait(lambda state: state.problem == "the share is gone")
+        broken.clear()
+        board.wait(lambda state: state.problem == "")
+        with monkeypatch.context() as patched:
+            patched.setattr(playback_module, "add_note", full)
+            playback.command(ReviewCommand(action="note", text="here"))
+            board.wait(lambda state: state.problem == "no space left")
+        for _ in range(2):
+            looked.clear()
+            assert looked.wait(PATIENCE_S)
+        board.wait(lambda state: state.problem == "no space left")
+        playback.command(ReviewCommand(action="note", text="here"))
+        board.wait(lambda state: state.problem == "")
+    finally:
+        playback.close()
+        session.writer.abandon()
+    assert not failures
 
 
 def test_a_page_may_ask_for_any_number(made_up, tmp_path):
