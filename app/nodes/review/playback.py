@@ -97,6 +97,8 @@ class Playback:
         self._unread = ""
         """Why what was recorded meanwhile could not be read at the last check."""
         self._jump_to: float | None = None
+        self._played_at = 0.0
+        """Time up to which was played: that of a jump does not count."""
         self._looked_at = 0.0
         self._grew_at = -math.inf
         self._held = False
@@ -167,13 +169,13 @@ class Playback:
         self._work.put(lambda: self._do(command))
 
     def _run(self) -> None:
-        before = time.monotonic()
+        self._played_at = time.monotonic()
         while not self._stop.is_set():
             self._do_what_waits()
             now = time.monotonic()
             if self._playing:
-                self._advance((now - before) * self._speed)
-            before = now
+                self._advance((now - self._played_at) * self._speed)
+            self._played_at = now
             if now - self._looked_at >= FOLLOW_S:
                 self._looked_at = now
                 self._follow(now)
@@ -197,6 +199,7 @@ class Playback:
         if position_s is not None:
             for player in self._players:
                 player.seek(position_s)
+            self._played_at = time.monotonic()
 
     def _open(self, paths: list[Path]) -> None:
         recordings: list[Recording] = []
@@ -263,8 +266,8 @@ class Playback:
         match command.action:
             case "play":
                 if all(player.ended for player in self._players):
-                    for player in self._players:
-                        player.seek(0.0)
+                    self._jump_to = 0.0
+                    self._jump()
                 self._playing = True
             case "pause":
                 self._playing = False

@@ -2,6 +2,7 @@
 
 import math
 import threading
+from types import SimpleNamespace
 
 import msgspec
 import pytest
@@ -172,6 +173,36 @@ def test_a_page_may_ask_for_any_number(made_up, tmp_path):
             board.wait(lambda state: state.position_s == 0.0)
             playback.command(ReviewCommand(action="seek", value=value))
             board.wait(lambda state: state.ended)
+    finally:
+        playback.close()
+    assert not failures
+
+
+def test_a_jump_while_playing_lands_where_it_was_asked_to(made_up, tmp_path, monkeypatch):
+    folder = made_up.write_session(tmp_path, seconds=6.0).writer.folder
+    clock_s, seek = [0.0], Player.seek
+
+    def slow(player, position_s):
+        seek(player, position_s)
+        clock_s[0] += 0.3
+
+    monkeypatch.setattr(Player, "seek", slow)
+    monkeypatch.setattr(
+        playback_module, "time", SimpleNamespace(monotonic=lambda: clock_s[0], time_ns=lambda: 0)
+    )
+    board, failures = _Board(), []
+    playback = Playback((lambda *_: None,), board, failures.append)
+    playback.start()
+    try:
+        playback.show([folder])
+        playback.command(ReviewCommand(action="speed", value=16.0))
+        playback.command(ReviewCommand(action="play"))
+        board.wait(lambda state: state.playing)
+        assert msgspec.json.decode(board.notice, type=ReviewState).position_s == 0.0
+        playback.command(ReviewCommand(action="seek", value=2.0))
+        board.wait(lambda state: state.position_s > 0.0)
+        state = msgspec.json.decode(board.notice, type=ReviewState)
+        assert (state.playing, state.position_s) == (True, 2.0)
     finally:
         playback.close()
     assert not failures
