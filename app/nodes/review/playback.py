@@ -54,7 +54,7 @@ class ReviewState(msgspec.Struct, frozen=True, kw_only=True):
 
     version: int
     """Increases when another recording is shown or its notes change: then request
-    `ReviewSession`."""
+    `ReviewSession`. That of another review, which a browser keeps pictures of, is another."""
     position_s: float
     playing: bool
     speed: float
@@ -254,7 +254,7 @@ class Playback:
             return False
 
     def _describe(self) -> None:
-        self._version += 1
+        self._version = max(self._version + 1, time.time_ns() // 1_000_000)
         self._session = review_session(self._players, self._say)
 
     def _do(self, command: ReviewCommand) -> None:

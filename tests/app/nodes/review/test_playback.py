@@ -208,6 +208,23 @@ def test_a_jump_while_playing_lands_where_it_was_asked_to(made_up, tmp_path, mon
     assert not failures
 
 
+def test_a_browser_takes_no_picture_of_an_earlier_review_for_one_of_this(session_folder):
+    versions = []
+    for _ in range(2):
+        board, failures = _Board(), []
+        playback = Playback((lambda *_: None,), board, failures.append)
+        playback.start()
+        try:
+            playback.show([session_folder])
+            board.wait(lambda state: state.version > 0)
+            versions.append(msgspec.json.decode(board.notice, type=ReviewState).version)
+        finally:
+            playback.close()
+        assert not failures
+    first, second = versions
+    assert first < second < 2**53, "JavaScript reads it as a number"
+
+
 def test_no_voxel_is_lost_where_the_scene_is_slower_than_the_playback(
     made_up, tmp_path, monkeypatch
 ):
