@@ -97,6 +97,8 @@ class Playback:
         self._unread = ""
         """Why what was recorded meanwhile could not be read at the last check."""
         self._jump_to: float | None = None
+        self._steps = 0
+        """Images to step after that."""
         self._played_at = 0.0
         """Time up to which was played: that of a jump does not count."""
         self._looked_at = 0.0
@@ -182,7 +184,7 @@ class Playback:
             self._tell()
 
     def _do_what_waits(self) -> None:
-        """Run the queued commands; of several jumps only the last one."""
+        """Run the queued commands; of several jumps only the last one, and steps together."""
         waiting: list[Callable[[], None]] = []
         try:
             waiting.append(self._work.get(timeout=TICK_S))
@@ -200,6 +202,10 @@ class Playback:
             for player in self._players:
                 player.seek(position_s)
             self._played_at = time.monotonic()
+        steps, self._steps = self._steps, 0
+        if steps:
+            for player in self._players:
+                player.step(steps, jumps=not self._has_room())
 
     def _open(self, paths: list[Path]) -> None:
         recordings: list[Recording] = []
@@ -222,7 +228,7 @@ class Playback:
             for problem in () if self._held else recording.index.problems:
                 logger.warning("%s: %s; showing what can be read", recording.path, problem)
         self._describe()
-        self._jump_to = opening_s(self._session)
+        self._jump_to, self._steps = opening_s(self._session), 0
 
     def _follow(self, now: float) -> None:
         """Read new messages of recordings that are still being written."""
@@ -261,7 +267,7 @@ class Playback:
         if not self._players:
             return
         self._unwritten = ""
-        if command.action != "seek":
+        if command.action not in {"seek", "step"}:
             self._jump()
         match command.action:
             case "play":
@@ -272,14 +278,12 @@ class Playback:
             case "pause":
                 self._playing = False
             case "seek":
-                self._jump_to = command.value
+                self._jump_to, self._steps = command.value, 0
             case "speed":
                 self._speed = min(max(command.value, MIN_SPEED), MAX_SPEED)
             case "step":
                 self._playing = False
-                steps = round(min(max(command.value, -MOST_STEPS), MOST_STEPS))
-                for player in self._players:
-                    player.step(steps)
+                self._steps += round(min(max(command.value, -MOST_STEPS), MOST_STEPS))
             case "note" | "mark":
                 self._note(command)
 

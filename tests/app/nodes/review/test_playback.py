@@ -16,6 +16,7 @@ from app.nodes.review.playback import Playback, ReviewCommand, ReviewState
 from app.nodes.review.player import Player
 from app.recording.errors import RecordingError
 from app.recording.notes import notes_path
+from app.view.model.seek_history import SEEK_HISTORY
 
 PATIENCE_S = 120.0
 
@@ -256,3 +257,31 @@ def test_no_voxel_is_lost_where_the_scene_is_slower_than_the_playback(
     assert not failures
     assert inbox.dropped == 0
     assert [key for key, _ in drawn].count(keys.TF) >= 100
+
+
+@pytest.mark.parametrize("frames", [-1, 1])
+def test_many_steps_show_the_last_moment_where_the_scene_is_slower(
+    made_up, tmp_path, monkeypatch, frames
+):
+    monkeypatch.setattr(inbox_module, "_LIMIT", 80)
+    folder = made_up.write_session(tmp_path, seconds=12.0).writer.folder
+    topics = (SEEK_HISTORY, keys.STATUS, keys.MAP_VOXELS, keys.TF)
+    inbox, board, failures = Inbox(topics, anew=(SEEK_HISTORY,)), _Board(), []
+    playback = Playback((inbox.put,), board, failures.append, has_room=inbox.has_room)
+    playback.start()
+    try:
+        playback.show([folder])
+        playback.command(ReviewCommand(action="seek", value=0.0 if frames > 0 else 12.0))
+        for n in range(50):
+            playback.command(ReviewCommand(action="step", value=frames))
+            if n % 2:
+                playback.image_at(0.0, 0)  # what waits is done, and the steps before it
+        board.wait(lambda state: state.position_s == pytest.approx(1.8 if frames < 0 else 10.0))
+    finally:
+        playback.close()
+    assert not failures
+    assert inbox.dropped == 0
+    shown = [payload for key, payload in inbox.drain(0.0) if key == keys.STATUS]
+    # The status of a moment comes after its image.
+    at_ns = msgspec.json.decode(shown[-1])["stamp_ns"]
+    assert at_ns == pytest.approx(1.6e9 if frames < 0 else 9.8e9)
