@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from app.export.report import part_of
+from app.export.report import RESULT_FILE, part_of
 from app.export.session_data import read_session_data
 from app.export.tables import write_csv
 from app.messages import keys
@@ -54,3 +54,12 @@ def test_notes_that_cannot_be_read_are_a_problem_of_their_session_and_end_no_rep
     body = part_of(session).body
     assert re.search(r"<p>the notes in \S+\.notes\.json cannot be read: ", body)
     assert "<h2>Events" not in body
+
+
+@pytest.mark.parametrize("content", ["{}", "[]", '{"correct": true, "spl": null, "soft_spl": 1}'])
+def test_a_result_of_another_program_is_no_ground_truth_and_ends_no_report(bag, content):
+    session = bag()
+    (session.path / RESULT_FILE).write_text(content)
+    assert "spl" not in part_of(session).body.lower()
+    (session.path / RESULT_FILE).write_text('{"correct": true, "spl": 0.71, "soft_spl": 1}')
+    assert "<dd>0.71</dd>" in part_of(session).body
