@@ -295,8 +295,8 @@ def _events(session: SessionData, say: Words) -> str:
         f"<td>{escape(text)}</td></tr>"
         for at, kind, text in sorted(rows)
     )
-    name = shlex.quote(session.name)
-    hint = say("report.events.hint", command=f"<code>ippon review {escape(name)}</code>")
+    path = shlex.quote(str(session.path.absolute()))
+    hint = say("report.events.hint", command=f"<code>ippon review {escape(path)}</code>")
     head = f"<h2>{escape(say('report.events'))}</h2><p class=when>{hint}</p>"
     return f"{head}<table>{body}</table>" if body else ""
 

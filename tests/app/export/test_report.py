@@ -1,7 +1,9 @@
 """The report of a bag of another program."""
 
 import csv
+import dataclasses
 import re
+from pathlib import Path
 
 import pytest
 
@@ -9,7 +11,7 @@ from app.export.report import RESULT_FILE, part_of
 from app.export.session_data import read_session_data
 from app.export.tables import write_csv
 from app.messages import keys
-from app.recording.notes import notes_path
+from app.recording.notes import Note, add_note, notes_path
 from app.recording.writing.limits import RecordingLimits
 from app.recording.writing.session import Session
 from tests.app.messages.robot_messages import odometry
@@ -46,6 +48,16 @@ def test_the_way_of_a_bag_of_odometry_is_that_of_its_trajectory(bag, tmp_path):
 
 def test_the_way_of_a_recording_without_poses_is_not_said(bag):
     assert re.findall(r"<td>([^<]*)</td>", part_of(bag(keys.CONTACT)).row)[-1] == ""
+
+
+def test_the_command_that_opens_a_session_works_in_any_folder(bag, monkeypatch):
+    session = bag()
+    monkeypatch.chdir(session.path)
+    add_note(session.recording.path, Note(time_ns=START_NS, kind="note", text="here"))
+    command = f"ippon review {session.path.parent / session.path.name}"
+    assert command in part_of(session).body
+    here = dataclasses.replace(session, path=Path())
+    assert command in part_of(here).body
 
 
 def test_notes_that_cannot_be_read_are_a_problem_of_their_session_and_end_no_report(bag):
