@@ -11,7 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, UnidentifiedImageError
+from PIL import Image
 
 from app.messages.images import GREY_16
 from ippon.camera import PinholeCamera
@@ -29,6 +29,8 @@ TUM_CAMERAS: Final = {
 }
 _STRETCH: Final = 0.02
 """Difference of the proportions of colour and depth that is accepted; ScanNet's is 0.004."""
+_DAMAGED: Final = (OSError, SyntaxError, ValueError, EOFError, Image.DecompressionBombError)
+"""What Pillow raises for an image that it cannot read."""
 NO_POSE: Final = np.full((4, 4), np.nan)
 TUM_DEFAULT: Final = (525.0, 525.0, 319.5, 239.5)
 
@@ -149,10 +151,13 @@ def read_depth(path: Path, unit_m: float, camera: PinholeCamera) -> NDArray[np.f
 
 
 def _opened(path: Path) -> Image.Image:
+    image: Image.Image | None = None
     try:
         image = Image.open(path)
         image.load()
-    except (OSError, UnidentifiedImageError) as error:
+    except _DAMAGED as error:
+        if image is not None:
+            image.close()
         raise DatasetError(f"cannot read the image {path}: {error}") from error
     return image
 
@@ -289,6 +294,8 @@ def _read_seven_scenes(folder: Path, poses: bool) -> Dataset:
 def _read_scannet(folder: Path, poses: bool) -> Dataset:
     k = np.loadtxt(folder / "intrinsic" / "intrinsic_depth.txt")
     paths = sorted((folder / "pose").glob("*.txt"), key=lambda p: int(re.sub(r"\D", "", p.stem)))
+    if not paths:
+        raise DatasetError(f"{folder / 'pose'} holds no pose")
     frames = [
         DatasetFrame(
             time_s=int(path.stem) / 30.0,
