@@ -94,7 +94,14 @@ function connect() {
   const scheme = location.protocol === "https:" ? "wss" : "ws";
   socket = new WebSocket(`${scheme}://${location.host}/review/ws`);
   socket.onmessage = (event) => {
-    state = JSON.parse(event.data);
+    const told = JSON.parse(event.data);
+    if (told.type === "stalled") {
+      // What plays hangs; once it goes on, it tells its state.
+      state = { ...state, problem: say("notice.stalled") };
+      render();
+      return;
+    }
+    state = told;
     if (state.version !== version) load(state.version);
     render();
   };

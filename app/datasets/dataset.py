@@ -5,13 +5,13 @@ import math
 import re
 from bisect import bisect_left
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, UnidentifiedImageError
+from PIL import Image
 
 from app.messages.images import GREY_16
 from ippon.camera import PinholeCamera
@@ -29,6 +29,8 @@ TUM_CAMERAS: Final = {
 }
 _STRETCH: Final = 0.02
 """Difference of the proportions of colour and depth that is accepted; ScanNet's is 0.004."""
+_DAMAGED: Final = (OSError, SyntaxError, ValueError, EOFError, Image.DecompressionBombError)
+"""What Pillow raises for an image that it cannot read."""
 NO_POSE: Final = np.full((4, 4), np.nan)
 TUM_DEFAULT: Final = (525.0, 525.0, 319.5, 239.5)
 
@@ -89,6 +91,8 @@ def open_dataset(folder: Path, *, poses: bool = True) -> Dataset:
                 raise DatasetError(f"{folder / name} lacks the field {error}") from error
             except (OSError, ValueError, TypeError, IndexError) as error:
                 raise DatasetError(f"{folder / name} is damaged: {error}") from error
+            if poses:
+                dataset = _with_poses(dataset)
             if not dataset.frames:
                 raise DatasetError(_no_frames(folder, dataset, poses))
             return dataset
@@ -149,10 +153,13 @@ def read_depth(path: Path, unit_m: float, camera: PinholeCamera) -> NDArray[np.f
 
 
 def _opened(path: Path) -> Image.Image:
+    image: Image.Image | None = None
     try:
         image = Image.open(path)
         image.load()
-    except (OSError, UnidentifiedImageError) as error:
+    except _DAMAGED as error:
+        if image is not None:
+            image.close()
         raise DatasetError(f"cannot read the image {path}: {error}") from error
     return image
 
@@ -176,14 +183,12 @@ def _read_sequence(folder: Path, poses: bool) -> Dataset:
         )
         for n, entry in enumerate(content["frames"])
     ]
-    kept = _with_poses(frames) if poses else tuple(frames)
     return Dataset(
         name=str(content["name"]),
         camera=PinholeCamera(width=content["width"], height=content["height"], **k),
         depth_unit_m=float(content["depth_unit_m"]),
         up_world=(x, y, z),
-        frames=kept,
-        left_out=len(frames) - len(kept),
+        frames=tuple(frames),
     )
 
 
@@ -231,14 +236,13 @@ def _read_tum(folder: Path, poses: bool) -> Dataset:
             )
     known = next((c for name, c in TUM_CAMERAS.items() if name in folder.resolve().name), None)
     fx, fy, cx, cy = known or TUM_DEFAULT
-    kept = _with_poses(frames) if poses else tuple(frames)
     return Dataset(
         name=folder.resolve().name,
         camera=PinholeCamera(width=640, height=480, fx=fx, fy=fy, cx=cx, cy=cy),
         depth_unit_m=TUM_DEPTH_UNIT_M,
         up_world=(0.0, 0.0, 1.0),
-        frames=kept,
-        left_out=len(colors) - len(kept),
+        frames=tuple(frames),
+        left_out=len(colors) - len(frames),
     )
 
 
@@ -274,21 +278,21 @@ def _read_seven_scenes(folder: Path, poses: bool) -> Dataset:
         )
         for n, path in enumerate(pose_files)
     ]
-    kept = _with_poses(frames) if poses else tuple(frames)
     return Dataset(
         name=folder.resolve().name,
         camera=KINECT,
         depth_unit_m=MILLIMETRE,
         # The world frame is that of the first camera, held about level: y points down.
         up_world=(0.0, -1.0, 0.0),
-        frames=kept,
-        left_out=len(frames) - len(kept),
+        frames=tuple(frames),
     )
 
 
 def _read_scannet(folder: Path, poses: bool) -> Dataset:
     k = np.loadtxt(folder / "intrinsic" / "intrinsic_depth.txt")
     paths = sorted((folder / "pose").glob("*.txt"), key=lambda p: int(re.sub(r"\D", "", p.stem)))
+    if not paths:
+        raise DatasetError(f"{folder / 'pose'} holds no pose")
     frames = [
         DatasetFrame(
             time_s=int(path.stem) / 30.0,
@@ -300,7 +304,6 @@ def _read_scannet(folder: Path, poses: bool) -> Dataset:
     ]
     with _opened(frames[0].depth) as image:
         width, height = image.size
-    kept = _with_poses(frames) if poses else tuple(frames)
     return Dataset(
         name=folder.resolve().name,
         camera=PinholeCamera(
@@ -309,15 +312,12 @@ def _read_scannet(folder: Path, poses: bool) -> Dataset:
         ),
         depth_unit_m=MILLIMETRE,
         up_world=(0.0, 0.0, 1.0),
-        frames=kept,
-        left_out=len(frames) - len(kept),
+        frames=tuple(frames),
     )  # fmt: skip
 
 
-def _with_poses(frames: list[DatasetFrame]) -> tuple[DatasetFrame, ...]:
+def _with_poses(dataset: Dataset) -> Dataset:
     """Skip frames without a valid pose: trackers write NaN or infinity where tracking was lost."""
-    return tuple(
-        frame
-        for frame in frames
-        if frame.T_world_camera.shape == (4, 4) and is_rigid(frame.T_world_camera, 1e-2)
-    )
+    frames = tuple(frame for frame in dataset.frames if is_rigid(frame.T_world_camera, 1e-2))
+    left_out = dataset.left_out + len(dataset.frames) - len(frames)
+    return replace(dataset, frames=frames, left_out=left_out)

@@ -2,7 +2,6 @@
 
 import base64
 import io
-import json
 import shlex
 import time
 from collections.abc import Sequence
@@ -10,8 +9,9 @@ from dataclasses import dataclass
 from html import escape
 from importlib import resources
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
@@ -32,10 +32,10 @@ from app.export.search_table import (
 from app.export.session_data import SessionData
 from app.messages import keys
 from app.messages.cdr import MessageError
+from app.messages.control import decode
 from app.messages.images import decode_color
 from app.messages.status import GoalStatus
-from app.recording.errors import RecordingError
-from app.recording.notes import Note, read_notes
+from app.recording.notes import readable_notes
 from app.recording.session_goals import SessionSearch, runs_of, searches_of
 from app.recording.timeline import MARKS
 from app.view.colors import GREEN, ORANGE, SKY, hex_of
@@ -62,6 +62,12 @@ _PLOTS: Final = (
 class _Moment:
     title: str
     time_ns: int
+
+
+class _Truth(msgspec.Struct, frozen=True, kw_only=True):
+    correct: bool
+    spl: float
+    soft_spl: float
 
 
 def write_report(session: SessionData, path: Path, say: Words = ENGLISH) -> None:
@@ -176,11 +182,11 @@ def _figures(session: SessionData, searches: Sequence[SessionSearch], say: Words
         cells.append(("place", escape(place)))
     truth = _truth(session)
     if truth is not None:
-        right = say("report.yes" if truth.get("correct") else "report.no")
+        right = say("report.yes" if truth.correct else "report.no")
         cells += [
             ("right", right),
-            ("spl", say.number(float(truth.get("spl", 0.0)), 2)),
-            ("soft_spl", say.number(float(truth.get("soft_spl", 0.0)), 2)),
+            ("spl", say.number(truth.spl, 2)),
+            ("soft_spl", say.number(truth.soft_spl, 2)),
         ]
     body = "".join(
         f"<div><dt>{escape(say(f'report.{name}'))}</dt><dd>{value}</dd></div>"
@@ -193,13 +199,15 @@ def _seconds(seconds: float, say: Words) -> str:
     return f"{say.number(seconds)} s"
 
 
-def _truth(session: SessionData) -> dict[str, Any] | None:
-    """Return the simulation's ground truth of the search, None without one."""
+def _truth(session: SessionData) -> _Truth | None:
+    """Return the simulation's ground truth of the search; None without one.
+
+    A file of another program may have the same name.
+    """
     try:
-        truth = json.loads((session.recording.path.parent / RESULT_FILE).read_text("utf-8"))
-    except (OSError, ValueError):
+        return decode((session.recording.path.parent / RESULT_FILE).read_bytes(), _Truth)
+    except (OSError, msgspec.DecodeError):
         return None
-    return truth if isinstance(truth, dict) else None
 
 
 def _map(session: SessionData, goals: Sequence[GoalStatus], say: Words) -> str:
@@ -281,24 +289,16 @@ def _events(session: SessionData, say: Words) -> str:
         (e.time_ns, MARKS.get(e.event.kind, ""), say.said(e.event.text))
         for e in session.timeline.events
     ]
-    rows += [(n.time_ns, "note", n.text) for n in _notes(session)[0]]
+    rows += [(n.time_ns, "note", n.text) for n in readable_notes(session.recording.path)[0]]
     body = "".join(
         f"<tr><td>{_moment(at - start, say)}</td><th>{escape(_kind(kind, say))}</th>"
         f"<td>{escape(text)}</td></tr>"
         for at, kind, text in sorted(rows)
     )
-    name = shlex.quote(session.name)
-    hint = say("report.events.hint", command=f"<code>ippon review {escape(name)}</code>")
+    path = shlex.quote(str(session.path.absolute()))
+    hint = say("report.events.hint", command=f"<code>ippon review {escape(path)}</code>")
     head = f"<h2>{escape(say('report.events'))}</h2><p class=when>{hint}</p>"
     return f"{head}<table>{body}</table>" if body else ""
-
-
-def _notes(session: SessionData) -> tuple[list[Note], tuple[str, ...]]:
-    """Return the notes, and why they cannot be read, if so."""
-    try:
-        return read_notes(session.recording.path), ()
-    except RecordingError as error:
-        return [], (str(error),)
 
 
 def _kind(kind: str, say: Words) -> str:
@@ -320,7 +320,7 @@ def _provenance(session: SessionData, say: Words) -> str:
         for text in (
             *session.recording.index.problems,
             *session.timeline.problems(),
-            *_notes(session)[1],
+            *readable_notes(session.recording.path)[1],
         )
     )
     return f"<h2>{escape(say('report.versions'))}</h2><p class=when>{words}</p>{problems}"

@@ -171,10 +171,8 @@ class Recorder:
         elif verdict.text and verdict.text != self._status.warning:
             logger.warning("%s", verdict.text)
         writer = session.writer
-        self._status = RecordingStatus(
-            state=self._status.state,
-            text=self._status.text,
-            session=self._status.session,
+        self._status = msgspec.structs.replace(
+            self._status,
             seconds=(time.time_ns() - session.start_ns) * 1e-9,
             written_bytes=self._status.written_bytes if verdict.stop else writer.written_bytes,
             messages=writer.messages,

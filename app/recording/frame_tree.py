@@ -1,5 +1,6 @@
 """Which coordinate frame hangs on which, when, and what is missing on the way to the camera."""
 
+import copy
 import struct
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
@@ -196,10 +197,9 @@ class FrameTree:
         return found
 
     def _completed(self, *, mount: bool, odometry: bool = False) -> "FrameTree":
-        tree = FrameTree(self._offset_ns / NANOSECONDS, self.base)
+        tree: FrameTree = copy.copy(self)
         tree._parents, tree._moving = dict(self._parents), dict(self._moving)
-        tree._images, tree._camera, tree._has_fixed = self._images, self._camera, self._has_fixed
-        tree._refused, tree.by_odometry = self._refused, odometry
+        tree._odometry, tree.by_odometry = None, odometry
         if odometry and self._odometry is not None:
             tree._parents[self.odometry_child] = self._odometry[0]
             tree._moving[self.odometry_child] = self._odometry[2]

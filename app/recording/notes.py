@@ -11,6 +11,7 @@ from app.recording.errors import RecordingError
 from ippon.atomic_file import replace_file
 
 MAX_NOTES: Final = 10_000
+NoteText = Annotated[str, Meta(max_length=2000)]
 
 
 class Note(msgspec.Struct, frozen=True, kw_only=True):
@@ -19,7 +20,7 @@ class Note(msgspec.Struct, frozen=True, kw_only=True):
     time_ns: int
     """Time in the recording, nanoseconds since 1970."""
     kind: Literal["note", "mark"]
-    text: Annotated[str, Meta(max_length=2000)]
+    text: NoteText
     author: Annotated[str, Meta(max_length=80)] = ""
 
 
@@ -42,6 +43,14 @@ def read_notes(recording: Path) -> list[Note]:
     except (OSError, msgspec.DecodeError) as error:
         raise RecordingError(f"the notes in {path} cannot be read: {error}") from error
     return sorted(notes, key=lambda note: note.time_ns)
+
+
+def readable_notes(recording: Path) -> tuple[list[Note], tuple[str, ...]]:
+    """Return the notes of a recording, and why they cannot be read, if so."""
+    try:
+        return read_notes(recording), ()
+    except RecordingError as error:
+        return [], (str(error),)
 
 
 def add_note(recording: Path, note: Note) -> list[Note]:

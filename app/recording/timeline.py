@@ -38,6 +38,7 @@ STATUS_EVERY_NS: Final = 500_000_000
 TRAIL_STEP_M: Final = 0.05
 _MAX_BYTES: Final = 1 << 28
 _SAMPLE_NS: Final = 2_000_000_000
+_MOST_SAMPLES: Final = 500
 _POSES_NS: Final = 250_000_000
 """Time before a sample in which the transforms between world and base are read."""
 
@@ -281,8 +282,12 @@ def timeline_of(recording: Recording) -> SessionTimeline:
 
 
 def sampled_timeline(recording: Recording) -> SessionTimeline:
-    """Return statuses and trail of every other second, for a summary of a file that grows."""
+    """Return statuses and trail of every other second, for a summary of a file that grows.
+
+    Of a long session that are fewer, as a list of sessions is shown again and again.
+    """
     timeline = SessionTimeline()
+    step_ns = max(_SAMPLE_NS, (recording.end_ns - recording.start_ns) // _MOST_SAMPLES)
     for message in recording.all_messages((keys.TF_STATIC,)):
         timeline.take(message.key, message.payload, message.time_ns)
     before_ns = recording.start_ns - 1
@@ -295,5 +300,5 @@ def sampled_timeline(recording: Recording) -> SessionTimeline:
         status = recording.latest(keys.STATUS, now_ns)
         if status is not None and status.time_ns > before_ns:
             timeline.take(status.key, status.payload, status.time_ns)
-        before_ns, now_ns = now_ns, min(now_ns + _SAMPLE_NS, recording.end_ns)
+        before_ns, now_ns = now_ns, min(now_ns + step_ns, recording.end_ns)
     return timeline

@@ -17,6 +17,7 @@ class Inbox:
         every: Topics of which every message is kept.
         takers: Called at once with each message of their topics, in the thread that brings it.
         only_taken: Topics of `takers` that are not kept as well.
+        anew: Topics of `every` of which a message replaces all that waits.
     """
 
     def __init__(
@@ -24,9 +25,11 @@ class Inbox:
         every: Iterable[str],
         takers: Mapping[str, Callable[[bytes], None]] | None = None,
         only_taken: Iterable[str] = (),
+        anew: Iterable[str] = (),
     ) -> None:
         self._takers = takers or {}
         self._only_taken = frozenset(only_taken)
+        self._anew = frozenset(anew)
         self.dropped = 0
         """Messages of the topics in `every` that arrived while the inbox was full."""
         self._every = frozenset(every)
@@ -43,6 +46,9 @@ class Inbox:
         if key in self._only_taken:
             return
         with self._arrived:
+            if key in self._anew:
+                self._latest.clear()
+                self._queue.clear()
             if key not in self._every:
                 self._latest[key] = payload
             elif len(self._queue) < _LIMIT:

@@ -17,12 +17,11 @@ from app.messages import keys
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.localization.alignment import Alignment, said_registration
 from app.nodes.navigator.node import Navigator
-from app.nodes.navigator.state.map_aside import new_map_for_tracking
+from app.nodes.navigator.state.map_aside import move_aside, new_map_for_tracking
 from app.nodes.navigator.state.persistence import SavedState
 from app.nodes.navigator.warm_up import warm_up
 from app.process.stop_signal import ProcessStopSignal, StopSignal
 from app.ros2.ippon_ros2.settings import Settings
-from ippon.atomic_file import set_aside
 from ippon.geometry import Float64Array
 from ippon.memory.registration import RegistrationError
 
@@ -134,6 +133,7 @@ def _align(
 
     Raises:
         NoFrameError: No image came.
+        OSError: The kept map cannot be put aside.
     """
     assert saved.voxel_map is not None
     alignment, registration, problem = Alignment(session, config, saved.voxel_map), None, ""
@@ -147,7 +147,7 @@ def _align(
     if problem:
         kept = "kept"
         if config.keep_map:
-            kept = f"kept as {set_aside(Path(config.keep_map)).name}"
+            kept = f"kept as {move_aside(Path(config.keep_map)).name}"
         note = f"the kept map cannot be aligned: {problem}; it is {kept}, and a new map begins"
         return replace(saved, voxel_map=None), None, note
     if registration is None:

@@ -254,7 +254,11 @@ def run_review(config: ReviewConfig) -> None:
     listener = listen_on(ConsoleConfig(port=config.port))
     topics = (SEEK_HISTORY, *SceneReader(SceneModel()).keys)
     shell, timeline = StateFeed(), StateFeed()
-    inboxes = (Inbox(topics, {keys.COLOR: shell.camera.take_image}), Inbox(topics))
+    # A jump resets the scene: nothing of what waits is drawn any more.
+    anew = (SEEK_HISTORY,)
+    inboxes = (
+        Inbox(topics, {keys.COLOR: shell.camera.take_image}, anew=anew), Inbox(topics, anew=anew),
+    )  # fmt: skip
     failures: list[Exception] = []
 
     def fail(error: Exception) -> None:

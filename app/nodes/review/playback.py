@@ -19,7 +19,7 @@ from app.nodes.review.player import Emit, Player
 from app.nodes.review.session_figures import ReviewSession, opening_s, review_session
 from app.process.file_lock import is_held
 from app.recording.errors import RecordingError
-from app.recording.notes import Note, add_note, read_notes
+from app.recording.notes import Note, NoteText, add_note
 from app.recording.reading.recording import Recording
 from app.view.words import ENGLISH, Words
 
@@ -45,7 +45,7 @@ class ReviewCommand(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     action: Literal["play", "pause", "seek", "speed", "step", "note", "mark"]
     value: float = 0.0
     """Seconds to seek to, times real time, or frames to step."""
-    text: str = ""
+    text: NoteText = ""
     """Text of a note or mark."""
 
 
@@ -54,7 +54,7 @@ class ReviewState(msgspec.Struct, frozen=True, kw_only=True):
 
     version: int
     """Increases when another recording is shown or its notes change: then request
-    `ReviewSession`."""
+    `ReviewSession`. That of another review, which a browser keeps pictures of, is another."""
     position_s: float
     playing: bool
     speed: float
@@ -92,8 +92,15 @@ class Playback:
         self._playing = False
         self._speed = 1.0
         self._version = 0
-        self._problem = ""
+        self._unwritten = ""
+        """Why the note of the last command was not written."""
+        self._unread = ""
+        """Why what was recorded meanwhile could not be read at the last check."""
         self._jump_to: float | None = None
+        self._steps = 0
+        """Images to step after that."""
+        self._played_at = 0.0
+        """Time up to which was played: that of a jump does not count."""
         self._looked_at = 0.0
         self._grew_at = -math.inf
         self._held = False
@@ -156,11 +163,7 @@ class Playback:
         if not 0 <= lane < len(self._players):
             return None
         recording = self._players[lane].recording
-        try:
-            last = recording.latest(keys.COLOR, recording.start_ns + round(at_s * 1e9))
-        except RecordingError as error:
-            self._problem = str(error)
-            return None
+        last = recording.latest(keys.COLOR, recording.start_ns + round(at_s * 1e9))
         return None if last is None else last.payload
 
     def command(self, command: ReviewCommand) -> None:
@@ -168,20 +171,20 @@ class Playback:
         self._work.put(lambda: self._do(command))
 
     def _run(self) -> None:
-        before = time.monotonic()
+        self._played_at = time.monotonic()
         while not self._stop.is_set():
             self._do_what_waits()
             now = time.monotonic()
             if self._playing:
-                self._advance((now - before) * self._speed)
-            before = now
+                self._advance((now - self._played_at) * self._speed)
+            self._played_at = now
             if now - self._looked_at >= FOLLOW_S:
                 self._looked_at = now
                 self._follow(now)
             self._tell()
 
     def _do_what_waits(self) -> None:
-        """Run the queued commands; of several jumps only the last one."""
+        """Run the queued commands; of several jumps only the last one, and steps together."""
         waiting: list[Callable[[], None]] = []
         try:
             waiting.append(self._work.get(timeout=TICK_S))
@@ -198,12 +201,16 @@ class Playback:
         if position_s is not None:
             for player in self._players:
                 player.seek(position_s)
+            self._played_at = time.monotonic()
+        steps, self._steps = self._steps, 0
+        if steps:
+            for player in self._players:
+                player.step(steps, jumps=not self._has_room())
 
     def _open(self, paths: list[Path]) -> None:
         recordings: list[Recording] = []
         try:
             recordings.extend(Recording(path) for path in paths)
-            notes = [read_notes(recording.path) for recording in recordings]
         except RecordingError:
             for recording in recordings:
                 recording.close()
@@ -214,13 +221,14 @@ class Playback:
             Player(recording, emit)
             for recording, emit in zip(recordings, self._emits, strict=False)
         ]
-        self._playing, self._problem, self._grew_at = False, "", -math.inf
+        self._playing, self._grew_at = False, -math.inf
+        self._unwritten = self._unread = ""
         self._held = self._is_recorded()
         for recording in recordings:
             for problem in () if self._held else recording.index.problems:
                 logger.warning("%s: %s; showing what can be read", recording.path, problem)
-        self._describe(notes)
-        self._jump_to = opening_s(self._session)
+        self._describe()
+        self._jump_to, self._steps = opening_s(self._session), 0
 
     def _follow(self, now: float) -> None:
         """Read new messages of recordings that are still being written."""
@@ -231,9 +239,10 @@ class Playback:
             grown = [player.refresh() for player in open_ended]
             if any(grown):
                 self._grew_at = now
-                self._describe([read_notes(p.recording.path) for p in self._players])
+                self._describe()
+            self._unread = ""
         except RecordingError as error:
-            self._problem = str(error)
+            self._unread = str(error)
 
     @property
     def _growing(self) -> bool:
@@ -250,32 +259,31 @@ class Playback:
             # A file that was removed stays readable while it is open.
             return False
 
-    def _describe(self, notes: list[list[Note]]) -> None:
-        self._version += 1
-        self._session = review_session(self._players, notes, self._say)
+    def _describe(self) -> None:
+        self._version = max(self._version + 1, time.time_ns() // 1_000_000)
+        self._session = review_session(self._players, self._say)
 
     def _do(self, command: ReviewCommand) -> None:
         if not self._players:
             return
-        if command.action != "seek":
+        self._unwritten = ""
+        if command.action not in {"seek", "step"}:
             self._jump()
         match command.action:
             case "play":
                 if all(player.ended for player in self._players):
-                    for player in self._players:
-                        player.seek(0.0)
+                    self._jump_to = 0.0
+                    self._jump()
                 self._playing = True
             case "pause":
                 self._playing = False
             case "seek":
-                self._jump_to = command.value
+                self._jump_to, self._steps = command.value, 0
             case "speed":
                 self._speed = min(max(command.value, MIN_SPEED), MAX_SPEED)
             case "step":
                 self._playing = False
-                steps = round(min(max(command.value, -MOST_STEPS), MOST_STEPS))
-                for player in self._players:
-                    player.step(steps)
+                self._steps += round(min(max(command.value, -MOST_STEPS), MOST_STEPS))
             case "note" | "mark":
                 self._note(command)
 
@@ -284,12 +292,11 @@ class Playback:
         kind: Literal["note", "mark"] = "note" if command.action == "note" else "mark"
         note = Note(time_ns=player.time_ns, kind=kind, text=command.text.strip(), author="review")
         try:
-            notes = add_note(player.recording.path, note)
-            others = [read_notes(other.recording.path) for other in self._players[1:]]
+            add_note(player.recording.path, note)
         except RecordingError as error:
-            self._problem = str(error)
+            self._unwritten = str(error)
             return
-        self._describe([notes, *others])
+        self._describe()
 
     def _advance(self, seconds: float) -> None:
         """Play for a time, or less where the receivers do not keep up.
@@ -314,6 +321,6 @@ class Playback:
             speed=self._speed,
             ended=bool(self._players) and all(player.ended for player in self._players),
             growing=self._growing,
-            problem=self._say.said(self._problem),
+            problem=self._say.said(self._unwritten or self._unread),
         )
         self._state_feed.post(msgspec.json.encode(state))

@@ -138,13 +138,18 @@ class Player:
         )
         return bool(after > before)
 
-    def step(self, frames: int) -> None:
-        """Go to the next camera image, or back to the previous one."""
+    def step(self, frames: int, *, jumps: bool = False) -> None:
+        """Go to the next camera image, or back to the previous one.
+
+        Args:
+            frames: How many images; backward where it is negative.
+            jumps: Do not play what is in between.
+        """
         if not len(self._frames):
             return
         here = bisect_right(self._frames, self.time_ns) - 1
         there = int(self._frames[min(max(here + frames, 0), len(self._frames) - 1)])
-        if there > self.time_ns:
+        if there > self.time_ns and not jumps:
             self.advance((there - self.time_ns) * 1e-9)
         else:
             self.seek((there - self.recording.start_ns) * 1e-9)

@@ -5,7 +5,7 @@ from typing import Final
 import msgspec
 
 from app.nodes.review.player import Player
-from app.recording.notes import Note
+from app.recording.notes import Note, readable_notes
 from app.recording.reading.recording import Recording
 from app.recording.session_goals import SessionGoal, goals_of, session_goal
 from app.recording.timeline import SessionTimeline
@@ -51,16 +51,14 @@ class ReviewSession(msgspec.Struct, frozen=True, kw_only=True):
     """Path of the page that shows these sessions; `#t=SECONDS` after it opens a moment."""
 
 
-def review_session(
-    players: list[Player], notes: list[list[Note]], say: Words = ENGLISH
-) -> ReviewSession:
-    """Describe sessions on one timeline.
+def review_session(players: list[Player], say: Words = ENGLISH) -> ReviewSession:
+    """Describe sessions on one timeline; notes that cannot be read are one of its problems.
 
     Args:
         players: The sessions; at least one.
-        notes: Notes of each session.
         say: The words for what was said in them.
     """
+    notes = [readable_notes(player.recording.path) for player in players]
     return ReviewSession(
         sessions=[figures_of(_name(p.recording), p.recording, p.timeline) for p in players],
         duration_s=max(p.recording.duration_s for p in players),
@@ -72,12 +70,12 @@ def review_session(
         notes=[
             _placed(note.time_ns, note.kind, _signed(note), lane, player)
             for lane, player in enumerate(players)
-            for note in notes[lane]
+            for note in notes[lane][0]
         ],
         problems=[
             say.said(one)
-            for player in players
-            for one in (*player.recording.index.problems, *player.timeline.problems())
+            for player, (_, unread) in zip(players, notes, strict=True)
+            for one in (*player.recording.index.problems, *player.timeline.problems(), *unread)
         ],
     )
 

@@ -35,6 +35,8 @@ def files_of(path: Path) -> list[Path]:
     named = _named_in_metadata(path)
     if set(files) <= set(named):
         return named
+    # A recorder that was killed leaves the part that it compressed: whole, and half of it packed.
+    files = [file for file in files if _unpacked(file) not in files]
     parts = files if len(files) == 1 else _numbered(files)
     if not parts:
         names = ", ".join(file.name for file in files[:3]) + (", …" if len(files) > 3 else "")
@@ -64,6 +66,11 @@ def _named_in_metadata(folder: Path) -> list[Path]:
         return [folder / Path(name).name for name in names]
     except (OSError, yaml.YAMLError, TypeError, KeyError, ValueError):
         return []
+
+
+def _unpacked(file: Path) -> Path | None:
+    """Return the path of a compressed file as it was before."""
+    return file.with_suffix("") if file.suffix == ".zstd" else None
 
 
 def _numbered(files: list[Path]) -> list[Path]:

@@ -102,11 +102,12 @@ class Scanner:
         self._index = FileIndex(end=len(MAGIC))
         self._schemas: dict[int, str] = {}
         self._parts: dict[int, list[tuple[int, bytes]]] = {}
-        """By channel: chunks and the entries of their message indexes."""
+        """By channel: chunks and the entries of their message indexes, since the last call."""
         self._loose: dict[int, list[tuple[int, int]]] = {}
+        """By channel: times and places of messages outside of chunks, since the last call."""
         self._indexed = True
         """Whether the last chunk is indexed."""
-        self._read_to: int | None = None
+        self._read_to = -1
         """Chunk that was indexed by its content; its message index is ignored."""
         self._unended = ""
         self._undefined: set[int] = set()
@@ -134,7 +135,7 @@ class Scanner:
         index, size = self._index, len(self._data)
         index.problems = [text for text in index.problems if text != self._unended]
         self._read_records(progress)
-        if not index.complete and index.chunks:
+        if not index.complete and self._read_to != len(index.chunks) - 1:
             # The file may be cut off between the indexes of the chunk's channels.
             self._indexed = False
         self._complete_chunk()
@@ -144,7 +145,7 @@ class Scanner:
                 f"its end are not a complete record"
             )
             index.problems.append(self._unended)
-        index.entries = self._merged()
+        self._merge()
 
     def _read_records(self, progress: Callable[[float], None] | None) -> None:
         data, index, size = self._data, self._index, len(self._data)
@@ -249,33 +250,58 @@ class Scanner:
         if text not in self._index.problems:
             self._index.problems.append(text)
 
-    def _merged(self) -> dict[int, Entries]:
-        merged: dict[int, Entries] = {}
+    def _merge(self) -> None:
+        """Add to the index what was found since the last call."""
+        entries = self._index.entries
         for channel in self._parts.keys() | self._loose.keys():
-            if channel not in self._index.channels:
-                if channel not in self._undefined:
-                    self._undefined.add(channel)
-                    text = f"messages of channel {channel}, which is not defined"
-                    self._index.problems.append(text)
-                continue
-            parts = self._parts.get(channel, [])
-            loose = np.array(self._loose.get(channel, []), _ENTRY)
-            packed = b"".join(entries for _, entries in parts)
-            rows = np.concatenate([np.frombuffer(packed, _ENTRY), loose])
-            counts = [*(len(entries) // _ENTRY.itemsize for _, entries in parts), len(loose)]
-            chunk = np.repeat(np.array([*(c for c, _ in parts), OUTSIDE_CHUNKS], np.int32), counts)
-            dated = rows["time"] <= _LATEST
-            if not dated.all():
-                self._tell_undated(int(np.count_nonzero(~dated)))
-                rows, chunk = rows[dated], chunk[dated]
-            time_ns = rows["time"].astype(np.int64)
-            order = np.argsort(time_ns, kind="stable")
-            merged[channel] = Entries(
-                time_ns=time_ns[order],
-                chunk=chunk[order],
-                offset=rows["offset"].astype(np.int64)[order],
-            )
-        return merged
+            if channel in self._index.channels:
+                found = self._found(self._parts.pop(channel, []), self._loose.pop(channel, []))
+                before = entries.get(channel)
+                entries[channel] = found if before is None else _joined(before, found)
+            elif channel not in self._undefined:
+                self._undefined.add(channel)
+                text = f"messages of channel {channel}, which is not defined"
+                self._index.problems.append(text)
+
+    def _found(self, parts: list[tuple[int, bytes]], loose: list[tuple[int, int]]) -> Entries:
+        packed = b"".join(entries for _, entries in parts)
+        rows = np.concatenate([np.frombuffer(packed, _ENTRY), np.array(loose, _ENTRY)])
+        counts = [*(len(entries) // _ENTRY.itemsize for _, entries in parts), len(loose)]
+        chunk = np.repeat(np.array([*(c for c, _ in parts), OUTSIDE_CHUNKS], np.int32), counts)
+        dated = rows["time"] <= _LATEST
+        if not dated.all():
+            self._tell_undated(int(np.count_nonzero(~dated)))
+            rows, chunk = rows[dated], chunk[dated]
+        found = Entries(
+            time_ns=rows["time"].astype(np.int64),
+            chunk=chunk,
+            offset=rows["offset"].astype(np.int64),
+        )
+        return _rows(found, np.argsort(found.time_ns, kind="stable"))
+
+
+def _joined(before: Entries, after: Entries) -> Entries:
+    """Return the messages of two parts of a channel; only where they overlap is sorted."""
+    if not len(after.time_ns):
+        return before
+    apart = int(np.searchsorted(before.time_ns, after.time_ns[0], "right"))
+    late = _chained(_rows(before, slice(apart, None)), after)
+    order = np.argsort(late.time_ns, kind="stable")
+    return _chained(_rows(before, slice(apart)), _rows(late, order))
+
+
+def _chained(first: Entries, second: Entries) -> Entries:
+    return Entries(
+        time_ns=np.concatenate([first.time_ns, second.time_ns]),
+        chunk=np.concatenate([first.chunk, second.chunk]),
+        offset=np.concatenate([first.offset, second.offset]),
+    )
+
+
+def _rows(entries: Entries, rows: slice | NDArray[np.int64]) -> Entries:
+    return Entries(
+        time_ns=entries.time_ns[rows], chunk=entries.chunk[rows], offset=entries.offset[rows]
+    )
 
 
 def _chunk_at(data: Bytes, start: int, stop: int) -> Chunk:

@@ -19,6 +19,7 @@ from app.recording.channels import GAP_KEY, USUAL, Names, Topic, to_recorded, to
 from app.recording.depth_pairs import FEW, DepthPairs
 from app.recording.errors import RecordingError
 from app.recording.frame_tree import FrameTree
+from app.recording.reading.bag_files import files_of
 from app.recording.reading.recording import OtherTopic, Recording
 from app.recording.timeline import (
     TIMELINE_ATTACHMENT,
@@ -91,33 +92,32 @@ def check(
     Raises:
         RecordingError: It is not a recording, is empty, or the repaired file cannot be written.
     """
+    before = _state(files_of(path)[0])
     recording = Recording(path, names=names)
     ours = "robot" in recording.index.metadata.get("ippon/versions", {})
     try:
         tree, pairs = FrameTree(clock_offset_s, base), DepthPairs()
         count = _take_all(recording, tree, pairs)
-        problems = list(recording.index.problems)
-        problems += [f"{text} ({n} messages)" for text, n in recording.damaged.items()]
-        problems += _missing_messages(recording)
-        if problem := _pose_problem(recording, tree, pairs.colors, mount=mount):
-            problems.append(problem)
+        problems = [*_problems(recording, tree, pairs, mount=mount)]
         if not ours:
             problems += _problems_of_others(recording, pairs)
         expected = _SESSION if ours else _CAMERA
         missing = tuple(some[0] for some in expected if not set(some) & set(recording.keys))
         live = not recording.index.complete and is_held(recording.path)
-        if live:
-            problems.append(STILL_WRITTEN)
-        mend = repair and not recording.index.complete and not live and ours
         if not ours and not recording.index.complete and not live:
             problems.append(NOT_OURS)
-        kept = _rewrite(recording) if mend else None
+        mended, kept = False, None
+        if repair and not recording.index.complete and not live and ours:
+            mended, kept = _rewrite(recording, before)
+            live = not mended
+        if live:
+            problems.append(STILL_WRITTEN)
         return RecordingCheck(
             messages=count,
             duration_s=recording.duration_s,
             complete=recording.index.complete,
             ours=ours,
-            repaired=mend,
+            repaired=mended,
             problems=tuple(problems),
             missing=missing,
             others=recording.others(),
@@ -136,6 +136,16 @@ def _take_all(recording: Recording, tree: FrameTree, pairs: DepthPairs) -> int:
             tree.add(message.key, message.payload)
         pairs.add(message.key, message.payload)
     return count
+
+
+def _problems(
+    recording: Recording, tree: FrameTree, pairs: DepthPairs, *, mount: bool
+) -> Iterator[str]:
+    yield from recording.index.problems
+    yield from (f"{text} ({n} messages)" for text, n in recording.damaged.items())
+    yield from _missing_messages(recording)
+    if problem := _pose_problem(recording, tree, pairs.colors, mount=mount):
+        yield problem
 
 
 def _missing_messages(recording: Recording) -> tuple[str, ...]:
@@ -182,13 +192,34 @@ def _pose_problem(recording: Recording, tree: FrameTree, colors: list[int], *, m
     )
 
 
-def _rewrite(recording: Recording) -> Path | None:
-    """Replace a file; return the new name of the old one, None where it is gone."""
+def _state(path: Path) -> tuple[int, int]:
+    """Return the size of a file and when it was changed; zeros for one that is missing."""
+    try:
+        state = path.stat()
+    except OSError:
+        return 0, 0
+    return state.st_size, state.st_mtime_ns
+
+
+def _rewrite(recording: Recording, before: tuple[int, int]) -> tuple[bool, Path | None]:
+    """Replace a file, unless it is not what it was before it was read.
+
+    Where a file system has no locks, a recorder is noticed by what it writes.
+
+    Returns:
+        Whether it was replaced, and the new name of the old one, None where it is gone.
+
+    Raises:
+        RecordingError: The new file cannot be written.
+    """
     path, kept = recording.path, None
     versions = recording.index.metadata["ippon/versions"]
     partial = path.with_name(path.name + ".partial")
     try:
         counts = _copy(recording, partial, versions)
+        if _state(path) != before:
+            partial.unlink()
+            return False, None
         if recording.damaged or path.stat().st_size - recording.index.end > MOST_CUT_BYTES:
             kept = set_aside(path)
         partial.replace(path)
@@ -197,7 +228,7 @@ def _rewrite(recording: Recording) -> Path | None:
         with suppress(OSError):
             partial.unlink(missing_ok=True)
         raise RecordingError(f"the repaired {path} cannot be written: {error.strerror}") from error
-    return kept
+    return True, kept
 
 
 def _copy(recording: Recording, target: Path, versions: dict[str, str]) -> Counter[Topic]:

@@ -83,6 +83,8 @@ class McapFile:
         self.path = path
         self._cache = cache
         self._scanner = Scanner(path)
+        self._scanned = path.stat().st_size
+        """Size of the file before it was scanned: what came meanwhile may not be in the index."""
         self.index = self._scanner.scan(progress)
         self._file = path.open("rb", buffering=0)
         self._size = os.fstat(self._file.fileno()).st_size
@@ -93,9 +95,9 @@ class McapFile:
             size = os.fstat(self._file.fileno()).st_size
         except OSError as error:
             raise RecordingError(f"cannot read {self.path}: {error.strerror}") from error
-        if self.index.complete or size <= self._size:
+        if self.index.complete or size <= self._scanned:
             return False
-        end, self._size = self.index.end, size
+        end, self._scanned, self._size = self.index.end, size, size
         self._scanner.scan()
         return self.index.end > end or self.index.complete
 

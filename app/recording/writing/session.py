@@ -148,10 +148,12 @@ class Session:
 
     def _thinned(self, message: Arrived, now_s: float) -> list[Arrived]:
         """Return what is to be written now."""
-        resting, due = self._resting, self._thinning.overdue(message.wall_ns)
-        if resting is not None and self._rest.is_at_rest(now_s) and not resting.keeps(message):
+        due = [*self._thinning.overdue(message.wall_ns), *self._thinning.take(message)]
+        if self._resting is None:
             return due
-        return [*due, *self._thinning.take(message)]
+        if self._rest.is_at_rest(now_s):
+            return self._resting.take(due)
+        return [*self._resting.colors_of(due), *due]
 
     def _add_markers(self, wall_ns: int, now_s: float) -> None:
         try:

@@ -2,6 +2,7 @@
 
 import struct
 from collections import deque
+from collections.abc import Iterable
 from typing import Final, NamedTuple
 
 from app.messages import keys
@@ -17,6 +18,7 @@ RESTING_S: Final = {**dict.fromkeys(SUBSAMPLED, 10.0), keys.COLOR: 1.0, keys.MAP
 HELD_S: Final = 1.5
 """How long a depth image waits for what the network says of the image of its time."""
 MOST_HELD_BYTES: Final = 64_000_000
+"""Of depth images, and of colour images."""
 _PAIRED_NS: Final = round(NANOSECONDS * PAIRED_S)
 _REMEMBERED: Final = 16
 _STAMP: Final = struct.Struct("<iI")
@@ -135,25 +137,77 @@ class SensorSubsampling:
 
 
 class RestSubsampling:
-    """Keeps fewer messages of a robot that rests, one of each period of its clock."""
+    """Keeps fewer messages of a robot that rests, one of each period of its clock.
+
+    A heatmap that is kept has its depth and colour image, which `SensorSubsampling` keeps together:
+    colour images, which come before what the network says of them, wait here.
+    """
 
     def __init__(self) -> None:
         self._kept: dict[str, int] = {}
+        self._seen: deque[int] = deque(maxlen=_REMEMBERED)
+        """Stamps of the last heatmaps that were kept."""
+        self._colors: deque[_Held] = deque()
+        """Colour images of the last `HELD_S` that were not kept."""
 
-    def keeps(self, message: Arrived) -> bool:
-        """Return whether a message of a robot that rests is written."""
-        stamp_ns, longest_s = _stamp_of(message), RESTING_S.get(message.key)
-        if longest_s is None or stamp_ns is None:
-            return True
-        period = stamp_ns // round(longest_s * NANOSECONDS)
-        if self._kept.get(message.key) == period:
-            return False
-        self._kept[message.key] = period
-        return True
+    def take(self, messages: list[Arrived]) -> list[Arrived]:
+        """Return those of some messages of a robot that rests that are to be written now."""
+        # What is said of an image decides for it, also where it comes after.
+        seen = {id(one) for one in messages if one.key in _SEEN and self._keeps(one)}
+        kept = [one for one in messages if id(one) in seen]
+        self._seen.extend(stamp for one in kept if (stamp := _stamp_of(one)) is not None)
+        return [
+            *self.colors_of(kept),
+            *(one for one in messages if id(one) in seen or self._keeps_other(one)),
+        ]
+
+    def colors_of(self, messages: list[Arrived]) -> list[Arrived]:
+        """Return the colour images that wait for heatmaps among some messages."""
+        stamps = [_stamp_of(one) for one in messages if one.key in _SEEN]
+        found = [one for one in self._colors if _is_near(one.stamp_ns, stamps)]
+        for one in found:
+            self._colors.remove(one)
+        return [one.message for one in found]
 
     def forget(self) -> None:
         """Keep the next message of each kind, such as the whole map after a gap."""
         self._kept.clear()
+
+    def _keeps_other(self, message: Arrived) -> bool:
+        if message.key in _SEEN:
+            return False
+        is_kept, stamp_ns = self._keeps(message), _stamp_of(message)
+        if message.key not in (keys.COLOR, *_DEPTHS) or stamp_ns is None or is_kept:
+            return is_kept
+        if _is_near(stamp_ns, self._seen):
+            return True
+        if message.key == keys.COLOR:
+            self._wait(_Held(stamp_ns, message))
+        return False
+
+    def _wait(self, color: _Held) -> None:
+        waiting = self._colors
+        waiting.append(color)
+        while abs(color.stamp_ns - waiting[0].stamp_ns) > HELD_S * NANOSECONDS:
+            waiting.popleft()
+        while waiting and sum(len(one.message.payload) for one in waiting) > MOST_HELD_BYTES:
+            waiting.popleft()
+
+    def _keeps(self, message: Arrived) -> bool:
+        stamp_ns, longest_s = _stamp_of(message), RESTING_S.get(message.key)
+        if longest_s is None or stamp_ns is None:
+            return True
+        period = stamp_ns // round(longest_s * NANOSECONDS)
+        last = self._kept.get(message.key)
+        # A depth image that waited may be of the period before.
+        if last is not None and last - 1 <= period <= last:
+            return False
+        self._kept[message.key] = period
+        return True
+
+
+def _is_near(stamp_ns: int, stamps: Iterable[int | None]) -> bool:
+    return any(one is not None and abs(stamp_ns - one) <= _PAIRED_NS for one in stamps)
 
 
 def _stamp_of(message: Arrived) -> int | None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from app.datasets.dataset import DatasetError, read_color, read_depth
+from app.datasets.dataset import DatasetError, open_dataset, read_color, read_depth
 from ippon.camera import PinholeCamera
 
 CAMERA = PinholeCamera(width=8, height=6, fx=7.0, fy=7.0, cx=3.5, cy=2.5)
@@ -46,3 +46,20 @@ def test_colour_is_scaled_to_depth_and_not_stretched(tmp_path):
     wide = saved(tmp_path / "wide.png", np.zeros((9, 16, 3), np.uint8))
     with pytest.raises(DatasetError, match=r"wide\.png is an image of 16x9; colour and depth of"):
         read_color(wide, CAMERA)
+
+
+def test_an_image_with_a_broken_part_is_named(tmp_path):
+    noise = np.random.default_rng(1).integers(0, 2**16, (300, 300), np.uint16)
+    path = saved(tmp_path / "depth.png", noise)
+    before, _, after = path.read_bytes().rpartition(b"IDAT")
+    path.write_bytes(before + b"ID\0T" + after)
+    with pytest.raises(DatasetError, match=r"cannot read the image .*depth\.png: broken PNG"):
+        read_depth(path, 0.001, CAMERA)
+
+
+def test_of_a_scannet_scene_without_poses_their_folder_is_named(tmp_path):
+    for name in ("intrinsic", "pose"):
+        (tmp_path / name).mkdir()
+    np.savetxt(tmp_path / "intrinsic" / "intrinsic_depth.txt", np.eye(4))
+    with pytest.raises(DatasetError, match=r"/pose holds no pose$"):
+        open_dataset(tmp_path)

@@ -313,8 +313,8 @@ def test_messages_that_are_missing_are_counted_for_their_session_and_told_with_i
         recording = Recording(path)
         assert recording.index.metadata[SUMMARY]["dropped"] == str(dropped)
         player = Player(recording, lambda *_: None)
-        assert (said in review_session([player], [[]]).problems) == (dropped > 0)
-        german = review_session([player], [[]], Words("de")).problems
+        assert (said in review_session([player]).problems) == (dropped > 0)
+        german = review_session([player], Words("de")).problems
         assert any("Festplatte zu langsam war: 2" in one for one in german) == (dropped > 0)
         recording.close()
 

@@ -20,7 +20,8 @@ from app.recording.catalogue import (
 )
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
-from app.recording.writing.session import SUMMARY
+from app.recording.writing.limits import RecordingLimits
+from app.recording.writing.session import SUMMARY, Session
 
 
 def test_a_session_in_a_list(session_folder):
@@ -170,3 +171,20 @@ def test_of_a_session_that_is_being_recorded_every_other_second_is_read(
     assert len(read) > 100
     assert cut.goals == growing.goals
     assert growing.path_length_m == pytest.approx(cut.path_length_m, abs=0.1)
+
+
+def test_a_list_reads_no_more_of_an_hour_that_is_being_recorded(made_up, tmp_path, monkeypatch):
+    session = Session(tmp_path, "home/3", RecordingLimits(min_free_gb=0.0), made_up.START_NS)
+    poses = [payload for key, payload in made_up.messages_of(0, 1) if key == keys.TF]
+    for second in range(0, 3600, 2):
+        at_ns = made_up.START_NS + second * 10**9
+        session.add(keys.TF, poses[0], at_ns, float(second))
+        session.add(keys.STATUS, encode(made_up.status_of(5 * second)), at_ns + 1, float(second))
+    session.writer.flush()
+    read, decoded = [], timeline.decoded
+    monkeypatch.setattr(timeline, "decoded", lambda *args: read.append(args) or decoded(*args))
+    (growing,) = list_sessions(tmp_path)
+    assert growing.duration_s == pytest.approx(3598.0)
+    assert [goal.object for goal in growing.goals] == ["hat"]
+    assert 500 <= len(read) < 1100
+    session.writer.abandon()

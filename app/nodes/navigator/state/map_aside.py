@@ -24,6 +24,18 @@ def copy_aside(map_path: Path) -> Path:
     return _put_aside(map_path, shutil.copy2)
 
 
+def move_aside(map_path: Path) -> Path:
+    """Rename a kept map, its memory and its room names; the result is a map of `--map` itself.
+
+    Returns:
+        The new name of the map.
+
+    Raises:
+        OSError: It cannot be renamed.
+    """
+    return _put_aside(map_path, shutil.move)
+
+
 def new_map_for_tracking(
     config: NavigatorConfig, saved: SavedState | None
 ) -> tuple[SavedState | None, str]:
@@ -37,7 +49,7 @@ def new_map_for_tracking(
     """
     if not config.profile.tracks_pose or saved is None or saved.voxel_map is None:
         return saved, ""
-    aside = _put_aside(Path(config.keep_map), shutil.move)
+    aside = move_aside(Path(config.keep_map))
     note = (
         "a tracked camera begins another frame at each start: the map as it was is kept as "
         f"{aside.name}, and a new map begins"

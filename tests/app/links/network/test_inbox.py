@@ -45,3 +45,10 @@ def test_takers_hear_their_topics_at_once():
         inbox.put(key, key.encode())
     assert heard == [b"image", b"heat"]
     assert sorted(inbox.drain(0.0)) == [("image", b"image"), ("status", b"status")]
+
+
+def test_what_waits_gives_way_to_a_message_that_begins_anew():
+    inbox = Inbox(["map", "jump"], anew=["jump"])
+    for key in ("map", "status", "jump", "map"):
+        inbox.put(key, key.encode())
+    assert inbox.drain(0.0) == [("jump", b"jump"), ("map", b"map")]

@@ -28,6 +28,13 @@ def _folder(tmp_path, names, told=None):
         (["b_0.mcap"], ["b_0.mcap", "b_1.mcap"], ["b_0.mcap", "b_1.mcap"]),
         # The last part of a recorder that was killed is not compressed, and there is no metadata.
         (["b_0.mcap.zstd", "b_1.mcap"], None, ["b_0.mcap.zstd", "b_1.mcap"]),
+        # It was killed while it compressed one: that is still there as it was.
+        (["b_0.mcap", "b_0.mcap.zstd"], None, ["b_0.mcap"]),
+        (
+            ["b_0.mcap.zstd", "b_1.mcap", "b_1.mcap.zstd"],
+            None,
+            ["b_0.mcap.zstd", "b_1.mcap"],
+        ),
         (["0.mcap", "1.mcap"], [], ["0.mcap", "1.mcap"]),
     ],
 )

@@ -11,6 +11,7 @@ from app.messages import keys
 from app.recording.catalogue import list_sessions
 from app.recording.channels import MARKERS_KEY
 from app.recording.errors import RecordingError
+from app.recording.reading import file_index
 from app.recording.reading.recording import Recording
 from app.recording.reading.repair import check
 from app.recording.timeline import (
@@ -198,6 +199,40 @@ def test_a_file_that_is_being_written_is_followed_wherever_its_writer_is(session
     assert not growing.refresh()
     growing.close()
     expected.close()
+
+
+def test_of_a_file_that_grows_only_what_was_added_is_indexed(tmp_path, monkeypatch):
+    writer = SessionWriter(tmp_path / "session", "r")
+
+    def write(chunk):
+        for n in range(5):
+            writer.add(keys.STATUS, b"{}", 10**9 + 5 * chunk + n, 0.0)
+        writer.flush()
+
+    for chunk in range(200):
+        write(chunk)
+    growing = Recording(tmp_path / "session")
+    indexed, from_buffer = [], np.frombuffer
+
+    def counted(data, *args):
+        if args == (file_index._ENTRY,):
+            indexed.append(len(data))
+        return from_buffer(data, *args)
+
+    monkeypatch.setattr(np, "frombuffer", counted)
+    for chunk in (200, 201):
+        write(chunk)
+        assert growing.refresh()
+        assert len(growing.times_ns(keys.STATUS)) == 5 * (chunk + 1)
+    assert indexed == 2 * [5 * file_index._ENTRY.itemsize]
+    # What came late is put where it belongs.
+    writer.add(keys.STATUS, b"{}", 10**9 + 900, 0.0)
+    writer.close()
+    assert growing.refresh()
+    times = growing.times_ns(keys.STATUS)
+    assert list(growing.index.entries.values())[-1].time_ns.tolist() == times.tolist()
+    assert np.count_nonzero(times == 10**9 + 900) == 2
+    growing.close()
 
 
 def test_a_clock_that_was_set_back_is_told_of(made_up, tmp_path):

@@ -115,6 +115,26 @@ def test_a_session_that_is_still_recorded_is_not_replaced(tmp_path, made_up):
     assert repair.STILL_WRITTEN not in check(session.writer.folder, repair=True).problems
 
 
+def test_where_no_lock_is_seen_a_session_that_grows_is_not_replaced(tmp_path, made_up, monkeypatch):
+    monkeypatch.setattr(repair, "is_held", lambda _: False)
+    session = made_up.write_session(tmp_path, end=False)
+    session.writer.flush()
+    inode, copy = session.writer.path.stat().st_ino, repair._copy
+
+    def copy_slowly(*args):
+        session.add(keys.EVENT, b"{}", session.start_ns + 10**10, 1e6)
+        session.writer.flush()
+        return copy(*args)
+
+    monkeypatch.setattr(repair, "_copy", copy_slowly)
+    checkup = check(session.writer.folder, repair=True)
+    assert not checkup.repaired
+    assert repair.STILL_WRITTEN in checkup.problems
+    assert session.writer.path.stat().st_ino == inode
+    assert list(session.writer.folder.glob("*.partial")) == []
+    session.writer.abandon()
+
+
 def test_a_whole_one_is_left_as_it_is_and_what_it_lacks_is_named(tmp_path, made_up):
     session = made_up.write_session(tmp_path / "a", end=False)
     session.close()

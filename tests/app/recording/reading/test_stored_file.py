@@ -8,10 +8,11 @@ from app.messages import keys
 from app.messages.cdr import typestore
 from app.recording.errors import RecordingError
 from app.recording.reading import stored_file
+from app.recording.reading.file_index import Scanner
 from app.recording.reading.recording import Recording
 from app.recording.reading.repair import check
 from app.recording.reading.stored_file import ChunkCache, unpack_message
-from tests.app.recording.conftest import all_messages
+from tests.app.recording.conftest import all_messages, write_session
 
 WANTED = (keys.COLOR, keys.DEPTH, keys.CAMERA_INFO, keys.TF)
 PARTS = 11
@@ -115,6 +116,26 @@ def test_a_part_that_is_missing_is_named(tmp_path):
     assert read == [one for n in range(PARTS) if n != 3 for one in _share(written, n)]
     (problem,) = recording.index.problems
     assert problem.endswith("bag_3.mcap: No such file or directory")
+
+
+def test_what_is_written_while_a_file_is_opened_is_read_then(tmp_path, monkeypatch):
+    session = write_session(tmp_path, seconds=2.0, end=False)
+    session.writer.flush()
+    scan = Scanner.scan
+
+    def slow(scanner, progress=None):
+        index = scan(scanner, progress)
+        if not session.writer._file.closed:
+            session.close()
+        return index
+
+    monkeypatch.setattr(Scanner, "scan", slow)
+    recording = Recording(session.writer.folder)
+    assert not recording.index.complete
+    assert recording.refresh()
+    assert recording.index.complete
+    assert not recording.refresh()
+    recording.close()
 
 
 def test_sqlite_that_is_cut_off_is_an_error(tmp_path):

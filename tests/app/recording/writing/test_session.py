@@ -23,6 +23,7 @@ from app.recording.reading.recording import Recording
 from app.recording.writing.limits import RecordingLimits, check_limits
 from app.recording.writing.markers import encode_markers
 from app.recording.writing.session import THUMBNAIL, Session, session_name
+from app.recording.writing.subsampling import Arrived, _stamp_of
 from app.recording.writing.writer import SessionWriter
 from tests.locations import ROOT
 
@@ -78,12 +79,12 @@ def test_depth_and_heatmaps_are_thinned_together_and_nothing_else(made_up, tmp_p
     recording.close()
 
 
-def _rest(session, made_up, ticks, heatmap_every=1):
+def _rest(session, made_up, ticks, heatmap_every=1, phase=0):
     """Record a robot that stands with its search over, at five images a second."""
     pose = next(payload for key, payload in made_up.messages_of(0, 1) if key == keys.TF)
     for tick in ticks:
         for n, (key, payload) in enumerate(made_up.messages_of(tick, tick + 1)):
-            if key != keys.EVENT and (key != keys.HEATMAP or tick % heatmap_every == 0):
+            if key != keys.EVENT and (key != keys.HEATMAP or tick % heatmap_every == phase):
                 time_ns = made_up.START_NS + tick * 10**9 // made_up.HZ + n * 1000
                 sent = pose if key == keys.TF else payload
                 session.add(key, sent, time_ns, tick / made_up.HZ)
@@ -113,6 +114,23 @@ def test_of_a_robot_that_rests_fewer_images_and_whole_maps_are_kept(made_up, tmp
     assert count(keys.COLOR, 64.99, 71.0) == 30
     assert count(keys.DEPTH, 64.99, 71.0) == (12 if sensor_hz else 30)
     recording.close()
+
+
+@pytest.mark.parametrize("phase", [0, 1, 2])
+def test_a_heatmap_of_a_robot_that_rests_has_its_images(made_up, tmp_path, phase):
+    session = Session(tmp_path, "home/3", RecordingLimits(min_free_gb=0.0), 1, sensor_hz=2.0)
+    _rest(session, made_up, range(5 * 65), 3, phase)
+    session.close()
+    recording = Recording(session.writer.folder)
+    seen, depths, colors = (
+        {_stamp_of(Arrived(m.key, m.payload, 0)) for m in recording.all_messages([key])}
+        for key in (keys.HEATMAP, keys.DEPTH, keys.COLOR)
+    )
+    recording.close()
+    assert seen <= depths
+    assert seen <= colors
+    resting = [sum(s > 5 * 10**9 for s in stamps) for stamps in (seen, depths, colors)]
+    assert resting == pytest.approx([6, 9, 63], abs=3)
 
 
 def test_the_next_whole_map_after_a_gap_is_kept_of_a_robot_that_rests(made_up, tmp_path):

@@ -6,7 +6,7 @@ import pytest
 from app.messages import keys
 from app.messages.motion import StampedTwist, encode_twist
 from app.recording.writing import subsampling
-from app.recording.writing.subsampling import Arrived, SensorSubsampling
+from app.recording.writing.subsampling import Arrived, RestSubsampling, SensorSubsampling
 
 SENSOR_HZ = 2.0
 
@@ -107,3 +107,42 @@ def test_without_thinning_and_without_a_stamp_everything_is_kept():
         assert SensorSubsampling(sensor_hz).take(one) == [one]
     other = message(keys.COLOR, 1.0, 1.0)
     assert SensorSubsampling(2.0).take(other) == [other]
+
+
+@pytest.mark.parametrize("network_hz", [30, 3, 1])
+@pytest.mark.parametrize("delay_s", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("phase", [0, 7])
+def test_each_heatmap_that_is_kept_at_rest_has_its_depth_and_its_colour_image(
+    network_hz, delay_s, phase
+):
+    colors, depths = camera(40.0)
+    images = [(c + 0.01, keys.COLOR, c) for c in colors]
+    seen = [
+        (c + delay_s, keys.HEATMAP, c)
+        for c in colors[phase % (30 // network_hz) :: 30 // network_hz]
+    ]
+    thinning, resting = SensorSubsampling(SENSOR_HZ), RestSubsampling()
+    kept = [
+        one
+        for came_s, key, stamp_s in sorted([*depths, *images, *seen])
+        for one in resting.take(thinning.take(message(key, stamp_s, came_s)))
+    ]
+    heatmaps = stamps(kept, keys.HEATMAP)
+    assert len(heatmaps) == 4
+    for key, apart_s, least, most in ((keys.DEPTH, 0.006, 4, 9), (keys.COLOR, 1e-6, 40, 45)):
+        of_key = stamps(kept, key)
+        assert all(np.abs(of_key - h).min() < apart_s for h in heatmaps)
+        assert least <= len(of_key) <= most
+        assert len(np.unique(of_key)) == len(of_key)
+
+
+def test_few_bytes_of_colour_images_are_held(monkeypatch):
+    monkeypatch.setattr(subsampling, "MOST_HELD_BYTES", 10_000)
+    resting = RestSubsampling()
+    for k in range(100):
+        resting.take([message(keys.COLOR, 1.0 + k / 30.0, 0.0, size=1000)])
+        assert sum(len(one.message.payload) for one in resting._colors) <= 10_000
+    monkeypatch.undo()
+    for k in range(100):
+        resting.take([message(keys.COLOR, 10.0 + k / 30.0, 0.0, size=1000)])
+        assert len(resting._colors) <= 46

@@ -11,6 +11,8 @@ import pytest
 
 from app.cli.main import run
 from app.links.network.requests import RequestRefusedError, ask
+from app.memory.memory_file import memory_path
+from app.memory.room_names import room_names_path
 from app.messages import keys
 from app.messages.control import ControlReply, ControlRequest
 from app.nodes.navigator import run as navigator_run
@@ -247,3 +249,23 @@ def test_a_stop_during_the_alignment_holds_the_search_of_a_killed_run(monkeypatc
     saved = SavedState(voxel_map=VoxelMap(MAP, ("wall",)), requests=(), interrupted=ran)
     left, _, _ = navigator_run._align(None, CONFIG, saved, threading.Event())
     assert left.interrupted == (None if is_stopped else ran)
+
+
+def test_without_a_certain_place_the_map_keeps_its_memory_and_its_room_names(monkeypatch, tmp_path):
+    kept = tmp_path / "home.map"
+    for path in (kept, memory_path(kept), room_names_path(kept)):
+        path.write_bytes(b"yesterday")
+
+    def run(_):
+        raise RegistrationError("two places fit")
+
+    monkeypatch.setattr(
+        navigator_run, "Alignment", lambda *_: SimpleNamespace(run=run, is_stopped=False)
+    )
+    config = dataclasses.replace(CONFIG, keep_map=str(kept))
+    saved = SavedState(voxel_map=VoxelMap(MAP, ("wall",)), requests=())
+    left, _, note = navigator_run._align(None, config, saved, threading.Event())
+    assert left.voxel_map is None
+    assert "two places fit; it is kept as home.map.aside-1, and a new map begins" in note
+    aside = tmp_path / "home.map.aside-1"
+    assert sorted(tmp_path.iterdir()) == sorted([aside, memory_path(aside), room_names_path(aside)])
