@@ -6,10 +6,12 @@ import pytest
 from playwright.sync_api import expect
 
 from app.messages.driving import DriveStatus
+from tests.app.lossy_relay import LossyRelay
 from tests.app.nodes.console.opened_page import (
     WHOLE_MAP_TICKS,
     PageParts,
     expect_state,
+    leave_out_scene,
     open_tab,
     panels,
 )
@@ -72,6 +74,24 @@ def test_an_old_picture_is_said_on_the_pad(page, parts):
     reason = "stopped: no picture for 0.8 s"
     parts.home.status_changes = {"drive": DriveStatus(mode="manual", intervention=reason)}
     expect(page.locator("#pad-note")).to_have_text(reason)
+
+
+def test_keys_on_a_line_that_queues_move_nothing_and_the_pad_says_so(page, parts):
+    relay = LossyRelay(parts.port, 0.0, 0.0)
+    far = parts.window.new_page()
+    leave_out_scene(far)
+    far.goto(f"http://127.0.0.1:{relay.port}")
+    note = far.locator("#pad-note")
+    far.locator("#pad-take").click()
+    expect(far.locator("#holder")).to_have_text("you")
+    expect(note).not_to_contain_text("late")
+    relay.latency_s = 1.5
+    far.keyboard.down("w")
+    expect(note).to_have_text("Keys arrive late: the line is slow. The robot stops.")
+    far.keyboard.up("w")
+    expect(note).not_to_contain_text("late")
+    far.close()
+    relay.close()
 
 
 def test_a_robot_that_drives_to_a_point_is_not_said_to_be_in_manual(page, parts):
