@@ -246,4 +246,4 @@ def test_a_stop_during_the_alignment_holds_the_search_of_a_killed_run(monkeypatc
     ran = RunState(held=False, mode="auto", speed_limit=1.0)
     saved = SavedState(voxel_map=VoxelMap(MAP, ("wall",)), requests=(), interrupted=ran)
     left, _, _ = navigator_run._align(None, CONFIG, saved, threading.Event())
-    assert left.interrupted == (None if is_stopped else ran)
+    assert left.interrupted == RunState(held=is_stopped, mode="auto", speed_limit=1.0)
