@@ -81,8 +81,8 @@ class Controller(FloorCommands, Protocol):
         """
         ...
 
-    async def drive(self, mode: DriveModeName, speed_limit: float | None = None) -> str:
-        """Set the drive mode; without a limit the speed limit stays.
+    async def drive(self, mode: DriveModeName) -> str:
+        """Set the drive mode; the speed limit stays.
 
         Raises:
             CommandError: The command was not delivered, or was refused.
@@ -247,8 +247,8 @@ class Actions(FloorCommands, Protocol):
         """Start or stop recording, or add a note or mark."""
         ...
 
-    def set_drive(self, mode: DriveModeName, speed_limit: float) -> str:
-        """Set the drive mode and the speed limit."""
+    def set_drive(self, mode: DriveModeName | None = None, speed_limit: float | None = None) -> str:
+        """Set the drive mode, the speed limit or both; what is None stays."""
         ...
 
     def cancel_go_to(self) -> str:

@@ -56,20 +56,22 @@ class DriveService:
         """Returns the room of points of the floor; the navigator sets it."""
 
     def drive(self, request: DriveRequest) -> Accepted:
-        """Set the drive mode and speed limit.
+        """Set the drive mode and speed limit; what the request does not name stays.
 
         A mode cancels the point that the robot drives to, also the present one; another limit alone
         does not.
         """
-        mode = DriveMode(request.mode)
-        problem = drive_refusal(self._profile, mode, request.speed_limit)
+        now = self._mux.status()
+        mode = DriveMode(request.mode or now.mode)
+        limit = now.speed_limit if request.speed_limit is None else request.speed_limit
+        problem = drive_refusal(self._profile, mode, limit)
         if problem:
             raise RequestRefusedError(problem)
-        now = self._mux.status()
-        if request.mode != now.mode or request.speed_limit == now.speed_limit:
+        names_mode = request.mode is not None
+        if names_mode and (mode.value != now.mode or limit == now.speed_limit):
             self._operations.enqueue(lambda mission: mission.operator.drive(mode))
-        self._mux.set_mode(mode, request.speed_limit)
-        return Accepted(detail=f"{request.mode}, at most {request.speed_limit:.0%} of the speed")
+        self._mux.set_mode(mode, limit)
+        return Accepted(detail=f"{mode.value}, at most {limit:.0%} of the speed")
 
     def go_to(self, request: GotoRequest) -> Accepted:
         """Send the robot to a point that a known path leads to."""

@@ -119,6 +119,16 @@ def test_the_mode_reaches_mux_and_mission(service):
     assert service.mux.now == SimpleNamespace(mode="manual", speed_limit=0.5)
 
 
+def test_a_limit_keeps_the_mode_and_a_mode_the_limit(service):
+    service.request(keys.DRIVE, DriveRequest(mode="manual"))
+    reply = service.request(keys.DRIVE, DriveRequest(speed_limit=0.2))
+    assert reply.detail == "manual, at most 20% of the speed"
+    service.request(keys.DRIVE, DriveRequest(mode="assisted"))
+    assert service.mux.now == SimpleNamespace(mode="assisted", speed_limit=0.2)
+    _await(lambda: len(service.mission.modes) == 2)
+    assert set(service.mission.modes) == {DriveMode.MANUAL, DriveMode.ASSISTED}
+
+
 def test_another_limit_alone_leaves_the_point_that_the_robot_drives_to(service):
     # The mission forgets that point with each mode.
     for mode, limit in (("auto", 0.5), ("auto", 0.8), ("auto", 0.8), ("manual", 0.8)):
