@@ -17,6 +17,7 @@ import zenoh
 from app.messages.driving import DriveStatus, TeleopTag
 from app.nodes.navigator.command.command_stream import CommandStream
 from app.nodes.navigator.command.teleop_inbox import TeleopInbox, TeleopMessage
+from app.nodes.navigator.command.touch import Touch
 from ippon.command import Command
 from ippon.control.acceleration_limits import limit_acceleration
 from ippon.control.drive_mode import (
@@ -99,6 +100,7 @@ class CommandMux:
         self._voxel_m = 0.05
         self._stamp_ns = 0
         self._framed_at = -math.inf
+        self._touch = Touch()
         self._horizon_s = HORIZON_S
         self._by_hand = False
         self._given = Command()
@@ -175,6 +177,7 @@ class CommandMux:
             self._voxel_m = arrays.voxel_size
             self._stamp_ns = frame.stamp_ns
             self._framed_at = time.monotonic()
+            self._touch.saw(self._framed_at - age_s, contact=frame.contact)
             if self._mode is DriveMode.AUTO:
                 self._tilt_rad = frame.tilt_rad
             return self._tick(self._framed_at)
@@ -246,6 +249,7 @@ class CommandMux:
             self._hand = NO_INPUT
         command = self._command(now)
         self._given, self._given_at = command, now
+        self._touch.drove(command.linear_m_s, now)
         # The plan's own command is given once per frame: the stream repeats it, and ends it when
         # frames stop.
         if self._framed_at > -math.inf and (now == self._framed_at or not self._drives_itself):
@@ -295,10 +299,15 @@ class CommandMux:
         if self._pose is None or self._obstacles is None or age_s > self._stale_s:
             self._intervention = f"stopped: no picture for {age_s:.1f} s"
             return still
+        is_blocked = self._touch.blocks(wanted.linear_m_s)
+        if is_blocked:
+            wanted = dataclasses.replace(wanted, linear_m_s=0.0)
         margin = -OVERLAP_TOLERANCE_M if as_planned else self._hand_margin_m
         safe, reason = filter_among_obstacles(
             wanted, self._pose, self._profile, self._obstacles, self._horizon_s, margin, 1e-6
         )
+        if is_blocked:
+            reason = "stopped: the bumper is pressed"
         if reason is not None:
             self._intervention, self._intervened_at = reason, now
         elif now - self._intervened_at > REASON_S:
