@@ -13,6 +13,7 @@ from app.nodes.navigator.command.goal_output import STALE_S as GOAL_STALE_S
 from app.nodes.navigator.command.goal_output import GoalOutput
 from ippon.command import Command
 from ippon.geometry import Float64Array
+from ippon.mission.safe_motion import moves_base
 
 
 class CommandStream:
@@ -155,8 +156,10 @@ class CommandStream:
             return
         # The tilt first: a robot in lock-step waits for the twist.
         self._tilt.put(encode_number(command.tilt_rad))
-        self._sent = command
+        before, self._sent = self._sent, command
         if self._goals is not None:
+            if command.goal is not None and moves_base(before):
+                self._put_twist(0.0, 0.0)  # It would go on beside the robot's own navigation.
             self._goals.send(command.goal, self._pose, self._stamp_ns)
             if command.goal is not None:
                 return  # Velocities would oppose those of the robot's own navigation.
