@@ -99,7 +99,7 @@ class CommandMux:
         self._obstacles: Float64Array | None = None
         self._voxel_m = 0.05
         self._stamp_ns = 0
-        self._framed_at = -math.inf
+        self._framed_at = self._pictured_at = -math.inf
         self._touch = Touch()
         self._horizon_s = HORIZON_S
         self._by_hand = False
@@ -177,7 +177,8 @@ class CommandMux:
             self._voxel_m = arrays.voxel_size
             self._stamp_ns = frame.stamp_ns
             self._framed_at = time.monotonic()
-            self._touch.saw(self._framed_at - age_s, contact=frame.contact)
+            self._pictured_at = self._framed_at - age_s
+            self._touch.saw(self._pictured_at, contact=frame.contact)
             if self._mode is DriveMode.AUTO:
                 self._tilt_rad = frame.tilt_rad
             return self._tick(self._framed_at)
@@ -295,9 +296,14 @@ class CommandMux:
 
     def _filtered(self, wanted: Command, now: float, *, as_planned: bool) -> Command:
         still = dataclasses.replace(wanted, linear_m_s=0.0, yaw_rate_rad_s=0.0)
-        age_s = now - self._framed_at
+        age_s = now - self._pictured_at
         if self._pose is None or self._obstacles is None or age_s > self._stale_s:
             self._intervention = f"stopped: no picture for {age_s:.1f} s"
+            if (late_s := self._framed_at - self._pictured_at) > self._stale_s:
+                self._intervention = (
+                    f"stopped: the newest picture was {late_s:.1f} s old when it was in the map: "
+                    "this machine is slow or busy"
+                )
             return still
         is_blocked = self._touch.blocks(wanted.linear_m_s)
         if is_blocked:

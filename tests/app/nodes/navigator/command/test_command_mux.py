@@ -237,6 +237,19 @@ def test_without_pictures_there_is_no_driving(guarded):
     assert stands(guarded.sent_so_far()[-1])
 
 
+def test_a_picture_that_was_old_when_it_was_in_the_map_does_not_drive(guarded):
+    mux = guarded.mux
+    late = "stopped: the newest picture was 1.6 s old when it was in the map: this machine is slow"
+    with mux._lock:  # No tick without a key comes between.
+        assert _filtered(guarded, age_s=0.6) == 0.8
+        command = Command(linear_m_s=0.8)
+        later = mux._framed_at + STALE_S - 0.5
+        assert mux._filtered(command, later, as_planned=False).linear_m_s == 0.0
+        assert mux.status().intervention == "stopped: no picture for 1.1 s"
+        assert _filtered(guarded, age_s=1.6) == 0.0
+        assert mux.status().intervention == f"{late} or busy"
+
+
 def test_the_reason_stays_while_slow_commands_pass_the_filter(bench, monkeypatch):
     reasons = itertools.cycle(["stopped: obstacle 0.3 m ahead", None, None])
     monkeypatch.setattr(
