@@ -78,14 +78,19 @@ class DriveService:
         if request.cancel:
             self._operations.enqueue(lambda mission: mission.operator.cancel_go_to())
             return Accepted(detail="waypoint cancelled")
-        way_m = self._operations.ask(
-            lambda mission: mission.operator.go_to((request.x_m, request.y_m))
+        way_m, is_held = self._operations.ask(
+            lambda mission: (
+                mission.operator.go_to((request.x_m, request.y_m)),
+                mission.operator.held is not None,
+            )
         )
         if way_m is None:
             raise RequestRefusedError(
                 f"no path is known to ({request.x_m:.1f}, {request.y_m:.1f}); choose a point on "
                 "floor that the robot has seen"
             )
+        if is_held:
+            return Accepted(detail=f"the robot drives there after Resume, {way_m:.1f} m")
         return Accepted(detail=f"driving there, {way_m:.1f} m")
 
     def paint(self, request: PaintRequest) -> Accepted:

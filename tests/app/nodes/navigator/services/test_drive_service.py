@@ -28,6 +28,7 @@ from app.nodes.navigator.services.request_services import declare_endpoints
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.control.drive_mode import DriveMode
 from ippon.mapping.voxel_map import MapConfig, VoxelMap
+from ippon.mission.snapshot import MissionState
 from ippon.robot import ZED
 
 ROBOT = "ippon"
@@ -43,6 +44,7 @@ class Missionary:
         self.voxel_map = VoxelMap(MapConfig(), ["wall"])
         self.floor_z_m = 0.0
         self.operator = self.goals = self
+        self.held: MissionState | None = None
 
     def drive(self, mode) -> None:
         self.modes.append(mode)
@@ -168,6 +170,13 @@ def test_goes_where_there_is_a_way_and_says_so_where_there_is_none(service):
         service.request(keys.GOTO, GotoRequest(x_m=50.0, y_m=2.0))
     with pytest.raises(RequestRefusedError, match="not a GotoRequest"):
         service.request(keys.GOTO, GotoRequest(x_m=1e9))
+
+
+@pytest.mark.parametrize("held", [MissionState.STOPPED, MissionState.PAUSED])
+def test_a_robot_that_is_held_is_said_to_go_there_after_resume(service, held):
+    service.mission.held = held
+    reply = service.request(keys.GOTO, GotoRequest(x_m=1.0, y_m=2.0))
+    assert reply.detail == "the robot drives there after Resume, 2.5 m"
 
 
 def test_what_is_painted_counts_is_kept_for_late_joiners_and_can_be_undone(service):
