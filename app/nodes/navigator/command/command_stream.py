@@ -61,7 +61,7 @@ class CommandStream:
         self._sent = Command()
         self._stamp_ns = 0
         self._given_at = 0.0
-        self._halted = False
+        self._halted = self._held = False
         self._halts = 0
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._repeat, name="command stream", daemon=True)
@@ -92,13 +92,14 @@ class CommandStream:
 
         Without the lock: a thread that sends may hold it while the network is busy.
         """
-        self._halted = True
+        self._held = True
 
     def halt(self) -> None:
         """Send zero now and until `release`, whatever command is given."""
         with self._lock:
             self._halted = True
             self._halts += 1
+            self._held = False
             self._send_zero()
 
     @property
@@ -111,13 +112,14 @@ class CommandStream:
         """Pass commands again, beginning with the next one.
 
         Args:
-            if_count: `halts` when the release was requested; a later halt stays in force.
+            if_count: `halts` when the release was requested; a later halt stays in force, and a
+                hold until its halt has come.
 
         Returns:
             Whether commands pass.
         """
         with self._lock:
-            if self._halts != if_count:
+            if self._halts != if_count or self._held:
                 return False
             self._halted = False
             self._command = None
@@ -151,7 +153,7 @@ class CommandStream:
             self._send_zero()
 
     def _send(self, command: Command) -> None:
-        if self._halted:
+        if self._halted or self._held:
             self._send_zero()
             return
         # The tilt first: a robot in lock-step waits for the twist.
