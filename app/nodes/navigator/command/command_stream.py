@@ -10,7 +10,7 @@ import zenoh
 from app.messages import keys
 from app.messages.motion import StampedTwist, encode_number, encode_twist
 from app.nodes.navigator.command.goal_output import STALE_S as GOAL_STALE_S
-from app.nodes.navigator.command.goal_output import GoalOutput
+from app.nodes.navigator.command.goal_output import GoalOutput, command_publisher
 from ippon.command import Command
 from ippon.geometry import Float64Array
 from ippon.mission.safe_motion import moves_base
@@ -42,18 +42,8 @@ class CommandStream:
         self._goals = goals
         self._velocities = velocities
         self._pose = np.eye(4)
-        self._twist = session.declare_publisher(
-            f"{robot}/{keys.CMD_VEL}",
-            priority=zenoh.Priority.REAL_TIME,
-            congestion_control=zenoh.CongestionControl.BLOCK,
-            express=True,
-        )
-        self._tilt = session.declare_publisher(
-            f"{robot}/{keys.CMD_TILT}",
-            priority=zenoh.Priority.REAL_TIME,
-            congestion_control=zenoh.CongestionControl.BLOCK,
-            express=True,
-        )
+        self._twist = command_publisher(session, f"{robot}/{keys.CMD_VEL}")
+        self._tilt = command_publisher(session, f"{robot}/{keys.CMD_TILT}")
         self._period_s = 1.0 / rate_hz
         self._stale_s = stale_s
         self._lock = threading.Lock()
