@@ -2,10 +2,10 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Protocol
 
 import msgspec
 
+from app.links.network.latched_topic import Topic
 from app.links.network.requests import RequestRefusedError
 from app.messages.control import Accepted, encode
 from app.messages.driving import (
@@ -27,14 +27,6 @@ from ippon.planning.visibility.region_weights import (
 from ippon.robot import RobotProfile
 
 MAX_STROKES = 200
-
-
-class Topic(Protocol):
-    """A topic that messages are published on."""
-
-    def put(self, payload: bytes) -> None:
-        """Publish a message."""
-        ...
 
 
 class DriveService:
