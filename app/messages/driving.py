@@ -19,10 +19,10 @@ class _Published(Struct, frozen=True, kw_only=True):
 
 
 class DriveRequest(_Message, frozen=True):
-    """Set the drive mode and the speed limit: key `drive`."""
+    """Set the drive mode, the speed limit or both: key `drive`. What is None stays."""
 
-    mode: DriveModeName
-    speed_limit: Annotated[float, Meta(ge=0.1, le=1.0)] = 1.0
+    mode: DriveModeName | None = None
+    speed_limit: Annotated[float, Meta(ge=0.1, le=1.0)] | None = None
     """Limit of every command as a share of the robot's top speeds."""
 
 

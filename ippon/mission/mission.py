@@ -201,7 +201,10 @@ class Mission:
         if self.navigation is not None:
             self.navigation.react(search)
         elif self._behaviors.recovery.is_blocked(frame, self.motion.last):
-            self._journal.note("contact", "blocked: marking what is ahead and backing off")
+            by_hand = self.operator.drives and self.operator.waypoint is None
+            self._journal.note(
+                "contact", f"blocked: marking what is ahead{'' if by_hand else ' and backing off'}"
+            )
             self._planner.mark_contact(frame.T_world_base, self.motion.last)
             if not self.robot.is_round:
                 self._behaviors.look_around.abandon(search)

@@ -3,7 +3,7 @@
 import threading
 from collections.abc import Callable
 from functools import partial
-from typing import Final
+from typing import Final, Protocol
 
 import zenoh
 
@@ -12,6 +12,14 @@ from app.links.network.sender import Sender
 
 _FRESH_S: Final = 1.0
 """How long a reply waits for a message that is queued; a slow link may hold it up for longer."""
+
+
+class Topic(Protocol):
+    """A topic that messages are published on."""
+
+    def put(self, payload: bytes) -> None:
+        """Publish a message."""
+        ...
 
 
 class LatchedTopic:

@@ -164,7 +164,8 @@ def plan_messages(snapshot: Snapshot, before: Snapshot | None) -> Iterator[tuple
     label = snapshot.goal.object if snapshot.goal is not None else ""
     finds = [detection_of(find, label) for find in snapshot.candidates[:MAX_DETECTIONS]]
     yield keys.DETECTIONS, encode_found_objects(finds, stamp)
-    if before is not None and _same_far_evidence(before, snapshot):
+    # Unchanged arrays keep their identity.
+    if before is not None and before.far_evidence is snapshot.far_evidence:
         return
     rows: list[list[float]] = np.round(snapshot.far_evidence.astype(np.float64), 3).tolist()
     places = FarEvidenceCells(
@@ -173,11 +174,6 @@ def plan_messages(snapshot: Snapshot, before: Snapshot | None) -> Iterator[tuple
         cells=[(x, y, nat) for x, y, nat in rows],
     )
     yield keys.FAR_EVIDENCE, encode(places)
-
-
-def _same_far_evidence(before: Snapshot, now: Snapshot) -> bool:
-    """Tell whether far evidence is unchanged; unchanged arrays keep their identity."""
-    return before.far_evidence is now.far_evidence
 
 
 def cloud_of(delta: SurfaceDelta, stamp_ns: int, voxel_m: float) -> VoxelCloud:

@@ -1,4 +1,4 @@
-"""Goals of an earlier run are queued again; the robot waits, or goes on after a crash."""
+"""Goals and a Stop of an earlier run are restored; the robot waits, or goes on after a crash."""
 
 from collections.abc import Callable
 
@@ -38,7 +38,11 @@ def restore_goals(
         report_event: Tells the operator.
         resume: Go on if the last run was killed in mid-search.
     """
-    if saved is None or not saved.requests:
+    if saved is None:
+        return
+    if not saved.requests:
+        if saved.interrupted is not None and saved.interrupted.held:
+            mission.operator.stop()
         return
     interrupted = saved.interrupted if resume else None
     goes_on = interrupted is not None and interrupted.may_go_on

@@ -18,7 +18,7 @@ from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.localization.alignment import Alignment, said_registration
 from app.nodes.navigator.node import Navigator
 from app.nodes.navigator.state.map_aside import move_aside, new_map_for_tracking
-from app.nodes.navigator.state.persistence import SavedState
+from app.nodes.navigator.state.persistence import RunState, SavedState
 from app.nodes.navigator.warm_up import warm_up
 from app.process.stop_signal import ProcessStopSignal, StopSignal
 from app.ros2.ippon_ros2.settings import Settings
@@ -142,8 +142,9 @@ def _align(
     except RegistrationError as error:
         problem = str(error)
     if alignment.is_stopped:
-        # A Stop that came meanwhile holds: the search of a killed run does not go on by itself.
-        saved = replace(saved, interrupted=None)
+        # A Stop that came meanwhile holds until Resume, also without a goal to restore.
+        held = RunState(held=True, mode="auto", speed_limit=1.0)
+        saved = replace(saved, interrupted=held)
     if problem:
         kept = "kept"
         if config.keep_map:

@@ -3,7 +3,7 @@
 import math
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final
 
 import msgspec
@@ -84,7 +84,7 @@ class StatusReport:
         goals: GoalQueue,
         intake: FrameIntake,
         watch: Stopwatch,
-        lost: tuple[str, ...],
+        lost: Sequence[tuple[str, float | None]],
         drive: DriveStatus,
         lease: LeaseStatus,
         notes: tuple[str, ...] = (),
@@ -151,7 +151,7 @@ def elapsed_s_of(goal: GoalStatus | None, snapshot: Snapshot | None) -> float:
 def _state(
     snapshot: Snapshot | None,
     mission: Mission,
-    lost: tuple[str, ...],
+    lost: Sequence[tuple[str, float | None]],
     intake: FrameIntake,
     localization: str,
 ) -> tuple[MissionState, str]:
@@ -162,8 +162,7 @@ def _state(
     if lost and localization:
         return "lost", localization
     if lost:
-        ages = dict(intake.lost(0.0))
-        silent = ", ".join(f"{name} ({ages[name] or 0.0:.1f} s)" for name in lost if name in ages)
+        silent = ", ".join(f"{name} ({age_s or 0.0:.1f} s)" for name, age_s in lost)
         return "lost", f"waiting for {silent}"
     if intake.refused:
         return "lost", f"frames are refused: {intake.refused}"

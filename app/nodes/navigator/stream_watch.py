@@ -1,7 +1,7 @@
 """Detects streams of the robot that fall silent, and reports when they return."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from app.nodes.navigator.config import NavigatorConfig
@@ -28,8 +28,8 @@ class StreamWatch:
             report_event: Publishes an event of a kind with a text.
             drop_command: Called when a required stream is lost: the last command is void.
         """
-        self.lost: tuple[str, ...] = ()
-        """Required streams that are silent now."""
+        self.lost: Sequence[tuple[str, float | None]] = ()
+        """Required streams that are silent now, or what frames lack, each with its age."""
         self._config = config
         self._intake = intake
         self._report_event = report_event
@@ -42,14 +42,15 @@ class StreamWatch:
         if self._intake.frames == 0:
             return
         limit_s = self._config.lost_s
-        names = tuple(name for name, _ in self._intake.lost(limit_s))
-        if names and not self.lost:
+        lost = self._intake.lost(limit_s)
+        names = ", ".join(name for name, _ in lost or self.lost)
+        if lost and not self.lost:
             self._drop_command()
-            silent = f"no {', '.join(names)} for {limit_s:g} s: waiting"
+            silent = f"no {names} for {limit_s:g} s: waiting"
             self._report_event("stream_lost", self._intake.ended or silent)
-        elif self.lost and not names:
-            self._report_event("stream_back", f"{', '.join(self.lost)} is back")
-        self.lost = names
+        elif self.lost and not lost:
+            self._report_event("stream_back", f"{names} is back")
+        self.lost = lost
 
     def check_heatmap(self, *, searching: bool) -> None:
         """Report a segmentation that falls silent during a search, and its return."""

@@ -79,7 +79,7 @@ class Goals:
                 self._start()
 
     def ended(self, goal: bytes, status: int) -> None:
-        """Take a status from the robot's navigation; that of an earlier goal is passed on, too."""
+        """Take a status from the robot's navigation; that of an earlier goal is no news."""
         with self._lock:
             if goal == self._goal:
                 if status in (REACHED, FAILED, CANCELLED):

@@ -34,6 +34,11 @@ class CallDetection:
         # The next goal may begin before the state of the end is seen.
         self._unfound = UnfoundGoals()
 
+    @property
+    def holding(self) -> frozenset[CallKind]:
+        """Kinds of the occasions that have come up and hold still, or are finds."""
+        return frozenset(kind for kind, _ in self._told)
+
     def hear(self, event: Event, now_s: float) -> None:
         """Take an event of the navigator."""
         if event.kind == "contact":

@@ -3,7 +3,7 @@
 import logging
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from typing import Final
 
 import msgspec
@@ -17,6 +17,8 @@ logger = logging.getLogger(__name__)
 EVERY_S: Final = 60.0
 """Least time between two calls of one kind; what comes up in between is counted."""
 KEPT: Final = 40
+_STATES: Final[frozenset[CallKind]] = frozenset({"contact", "lost", "stuck", "disk"})
+"""Kinds that need nobody any more once they are over."""
 
 
 class CallsShown(msgspec.Struct, frozen=True, kw_only=True):
@@ -53,18 +55,27 @@ class CallLog:
         """
         self._send, self._webhook = send, webhook
 
-    def step(self, occasions: Iterable[Occasion], now_s: float, wall_ns: int) -> None:
+    def step(
+        self,
+        occasions: Iterable[Occasion],
+        now_s: float,
+        wall_ns: int,
+        holding: Collection[CallKind] = KINDS,
+    ) -> None:
         """Call for occasions, and for those held back whose time has come.
 
         Args:
             occasions: What has come up.
             now_s: Monotonic time.
             wall_ns: Nanoseconds since 1970.
+            holding: Kinds of what holds now; a state that is over is only counted.
         """
         for one in occasions:
             _, count = self._held.get(one.kind, (one, 0))
             self._held[one.kind] = (one, count + 1)
         for kind, (one, count) in list(self._held.items()):
+            if kind in _STATES and kind not in holding:
+                continue
             last_s = self._called_s.get(kind)
             if last_s is None or now_s - last_s >= EVERY_S:
                 del self._held[kind]

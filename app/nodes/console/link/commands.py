@@ -56,6 +56,22 @@ class FloorCommands(Protocol):
         ...
 
 
+class GoalCommands(Protocol):
+    """Commands about finds and goals, from the page and the panels; see `FloorCommands`."""
+
+    def confirm_find(self, goal_id: int | None = None, number: int | None = None) -> str:
+        """Confirm the find, in a tour that of a goal, or one of several by its number."""
+        ...
+
+    def reject_find(self, goal_id: int | None = None, number: int | None = None) -> str:
+        """Reject the find, or one of several by its number, and continue the search."""
+        ...
+
+    def change_queue(self, request: QueueRequest) -> str:
+        """Change the queue of goals, or search once more for one that has ended."""
+        ...
+
+
 def act_at(
     commands: FloorCommands, action: ClickAction, x_m: float, y_m: float, brush_m: float
 ) -> str:
@@ -70,7 +86,7 @@ def act_at(
     return commands.paint(painted, [(x_m, y_m)], brush_m)
 
 
-class Controller(FloorCommands, Protocol):
+class Controller(FloorCommands, GoalCommands, Protocol):
     """Sends requests of the page to the navigator."""
 
     async def control(self, request: ControlRequest) -> str:
@@ -81,8 +97,8 @@ class Controller(FloorCommands, Protocol):
         """
         ...
 
-    async def drive(self, mode: DriveModeName, speed_limit: float | None = None) -> str:
-        """Set the drive mode; without a limit the speed limit stays.
+    async def drive(self, mode: DriveModeName) -> str:
+        """Set the drive mode; the speed limit stays.
 
         Raises:
             CommandError: The command was not delivered, or was refused.
@@ -141,30 +157,6 @@ class Controller(FloorCommands, Protocol):
         """
         ...
 
-    def confirm_find(self, goal_id: int | None = None, number: int | None = None) -> str:
-        """Confirm the find of a goal, or one by its number; waits for the reply, in a thread.
-
-        Raises:
-            CommandError: It was not delivered, or was refused.
-        """
-        ...
-
-    def reject_find(self, goal_id: int | None = None, number: int | None = None) -> str:
-        """Reject the find of a goal, or one by its number; waits for the reply, in a thread.
-
-        Raises:
-            CommandError: It was not delivered, or was refused.
-        """
-        ...
-
-    def change_queue(self, request: QueueRequest) -> str:
-        """Change the queue of goals; waits for the reply, so call it in a thread.
-
-        Raises:
-            CommandError: It was not delivered, or was refused.
-        """
-        ...
-
     def change_saved(self, request: SavedSearchRequest) -> str:
         """Save a search, run or delete a saved one; waits for the reply, so call it in a thread.
 
@@ -182,7 +174,7 @@ class Controller(FloorCommands, Protocol):
         ...
 
 
-class Actions(FloorCommands, Protocol):
+class Actions(FloorCommands, GoalCommands, Protocol):
     """Commands of the panels: each waits for the reply and returns a line for the operator.
 
     Each raises `CommandError` when the command did not arrive or was refused.
@@ -215,14 +207,6 @@ class Actions(FloorCommands, Protocol):
         """Add a label to the vocabulary."""
         ...
 
-    def confirm_find(self, goal_id: int | None = None, number: int | None = None) -> str:
-        """Confirm the find, in a tour that of a goal, or one of several by its number."""
-        ...
-
-    def reject_find(self, goal_id: int | None = None, number: int | None = None) -> str:
-        """Reject the find, or one of several by its number, and continue the search."""
-        ...
-
     def set_level(self, label: str, level: LevelName) -> str:
         """Change the proximity level of one label."""
         ...
@@ -239,16 +223,12 @@ class Actions(FloorCommands, Protocol):
         """End the current search."""
         ...
 
-    def change_queue(self, request: QueueRequest) -> str:
-        """Change the queue of goals, or search once more for one that has ended."""
-        ...
-
     def record(self, action: RecordAction, text: str) -> str:
         """Start or stop recording, or add a note or mark."""
         ...
 
-    def set_drive(self, mode: DriveModeName, speed_limit: float) -> str:
-        """Set the drive mode and the speed limit."""
+    def set_drive(self, mode: DriveModeName | None = None, speed_limit: float | None = None) -> str:
+        """Set the drive mode, the speed limit or both; what is None stays."""
         ...
 
     def cancel_go_to(self) -> str:

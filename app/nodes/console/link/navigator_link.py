@@ -130,10 +130,9 @@ class NavigatorLink(PanelRequests):
             return await asyncio.to_thread(self._control, request)
         return await _run_in(self._stops, partial(self._control, request))
 
-    async def drive(self, mode: DriveModeName, speed_limit: float | None = None) -> str:
-        """Set the drive mode."""
-        limit = self.drive_status.speed_limit if speed_limit is None else speed_limit
-        return await asyncio.to_thread(self.set_drive, mode, limit)
+    async def drive(self, mode: DriveModeName) -> str:
+        """Set the drive mode; the speed limit stays."""
+        return await asyncio.to_thread(self.set_drive, mode)
 
     async def lease(self, action: LeaseAction, requester: str = "") -> LeaseReply:
         """Request, renew, release, grant, deny or take control for the acting browser."""
@@ -168,10 +167,10 @@ class NavigatorLink(PanelRequests):
         except zenoh.ZError as error:
             logger.warning("a manual drive command could not be sent: %s", error)
 
-    def set_drive(self, mode: DriveModeName, speed_limit: float) -> str:
-        """Set the drive mode and the speed limit."""
+    def set_drive(self, mode: DriveModeName | None = None, speed_limit: float | None = None) -> str:
+        """Set the drive mode, the speed limit or both; what is None stays."""
         browser = acting_browser()
-        if mode != "auto" and browser is not None and browser.standing != "holds":
+        if mode not in (None, "auto") and browser is not None and browser.standing != "holds":
             # Manual drive needs the lease, so request it first.
             reply = self._lease("request")
             if reply.standing != "holds":

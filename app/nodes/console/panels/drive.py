@@ -106,12 +106,15 @@ class DrivePanel:
         return attempt(self._answer, command)
 
     def _set_mode(self, mode: DriveModeName) -> bool:
-        limit = float(self._limit.value) / 100.0
-        return self.attempt(lambda: self._actions.set_drive(mode, limit))
+        # Mode and limit are sent alone: the other may have changed since the last status.
+        return self.attempt(lambda: self._actions.set_drive(mode=mode))
 
     def _move_limit(self, event: Any) -> None:
         # Without a client it is the navigator's limit that `_show` has shown.
-        if event.client is not None and not self._set_mode(self._drive.mode):
+        if event.client is None:
+            return
+        limit = float(self._limit.value) / 100.0
+        if not self.attempt(lambda: self._actions.set_drive(speed_limit=limit)):
             self._limit.value = _shown_limit(self._drive)
 
     def _unpaint(self, word: str) -> None:

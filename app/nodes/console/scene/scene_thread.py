@@ -264,7 +264,7 @@ class SceneThread:
         if model.status is not None:
             self._calls.follow(model.status)
         occasions = self._detection.step(model.status, recordings, self._link.silence_s(), now)
-        self._calls.step(occasions, now, time.time_ns())
+        self._calls.step(occasions, now, time.time_ns(), self._detection.holding)
         self._state_feed.calls = msgspec.json.encode(self._calls.shown())
 
     def _shell_state(self) -> ShellState:

@@ -17,6 +17,7 @@ import zenoh
 from app.messages.driving import DriveStatus, TeleopTag
 from app.nodes.navigator.command.command_stream import CommandStream
 from app.nodes.navigator.command.teleop_inbox import TeleopInbox, TeleopMessage
+from app.nodes.navigator.command.touch import Touch
 from ippon.command import Command
 from ippon.control.acceleration_limits import limit_acceleration
 from ippon.control.drive_mode import (
@@ -77,7 +78,7 @@ class CommandMux:
             robot: Key prefix.
             profile: The robot's limits and body.
             stream: Sends the commands.
-            stale_s: Largest age of a frame with which teleoperation may drive.
+            stale_s: Longest silence between frames in which teleoperation may drive.
             refusal: Returns why a message is refused, None when it is accepted.
             on_takeover: Called when the operator drives while the robot goes to a waypoint.
         """
@@ -98,7 +99,8 @@ class CommandMux:
         self._obstacles: Float64Array | None = None
         self._voxel_m = 0.05
         self._stamp_ns = 0
-        self._framed_at = -math.inf
+        self._framed_at = self._pictured_at = -math.inf
+        self._touch = Touch()
         self._horizon_s = HORIZON_S
         self._by_hand = False
         self._given = Command()
@@ -175,6 +177,8 @@ class CommandMux:
             self._voxel_m = arrays.voxel_size
             self._stamp_ns = frame.stamp_ns
             self._framed_at = time.monotonic()
+            self._pictured_at = self._framed_at - age_s
+            self._touch.saw(self._pictured_at, contact=frame.contact)
             if self._mode is DriveMode.AUTO:
                 self._tilt_rad = frame.tilt_rad
             return self._tick(self._framed_at)
@@ -246,6 +250,7 @@ class CommandMux:
             self._hand = NO_INPUT
         command = self._command(now)
         self._given, self._given_at = command, now
+        self._touch.drove(command.linear_m_s, now)
         # The plan's own command is given once per frame: the stream repeats it, and ends it when
         # frames stop.
         if self._framed_at > -math.inf and (now == self._framed_at or not self._drives_itself):
@@ -291,14 +296,25 @@ class CommandMux:
 
     def _filtered(self, wanted: Command, now: float, *, as_planned: bool) -> Command:
         still = dataclasses.replace(wanted, linear_m_s=0.0, yaw_rate_rad_s=0.0)
-        age_s = now - self._framed_at
-        if self._pose is None or self._obstacles is None or age_s > self._stale_s:
-            self._intervention = f"stopped: no picture for {age_s:.1f} s"
+        silent_s, late_s = now - self._framed_at, self._framed_at - self._pictured_at
+        if self._pose is None or self._obstacles is None or silent_s > self._stale_s:
+            self._intervention = f"stopped: no picture for {silent_s:.1f} s"
             return still
+        if late_s > MAX_AGE_S:  # The filter does not look so far ahead.
+            self._intervention = (
+                f"stopped: the newest picture was {late_s:.1f} s old when it was in the map: "
+                "this machine is slow or busy"
+            )
+            return still
+        is_blocked = self._touch.blocks(wanted.linear_m_s)
+        if is_blocked:
+            wanted = dataclasses.replace(wanted, linear_m_s=0.0)
         margin = -OVERLAP_TOLERANCE_M if as_planned else self._hand_margin_m
         safe, reason = filter_among_obstacles(
             wanted, self._pose, self._profile, self._obstacles, self._horizon_s, margin, 1e-6
         )
+        if is_blocked:
+            reason = "stopped: the bumper is pressed"
         if reason is not None:
             self._intervention, self._intervened_at = reason, now
         elif now - self._intervened_at > REASON_S:

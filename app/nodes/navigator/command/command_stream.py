@@ -10,9 +10,10 @@ import zenoh
 from app.messages import keys
 from app.messages.motion import StampedTwist, encode_number, encode_twist
 from app.nodes.navigator.command.goal_output import STALE_S as GOAL_STALE_S
-from app.nodes.navigator.command.goal_output import GoalOutput
+from app.nodes.navigator.command.goal_output import GoalOutput, command_publisher
 from ippon.command import Command
 from ippon.geometry import Float64Array
+from ippon.mission.safe_motion import moves_base
 
 
 class CommandStream:
@@ -41,18 +42,8 @@ class CommandStream:
         self._goals = goals
         self._velocities = velocities
         self._pose = np.eye(4)
-        self._twist = session.declare_publisher(
-            f"{robot}/{keys.CMD_VEL}",
-            priority=zenoh.Priority.REAL_TIME,
-            congestion_control=zenoh.CongestionControl.BLOCK,
-            express=True,
-        )
-        self._tilt = session.declare_publisher(
-            f"{robot}/{keys.CMD_TILT}",
-            priority=zenoh.Priority.REAL_TIME,
-            congestion_control=zenoh.CongestionControl.BLOCK,
-            express=True,
-        )
+        self._twist = command_publisher(session, f"{robot}/{keys.CMD_VEL}")
+        self._tilt = command_publisher(session, f"{robot}/{keys.CMD_TILT}")
         self._period_s = 1.0 / rate_hz
         self._stale_s = stale_s
         self._lock = threading.Lock()
@@ -60,7 +51,7 @@ class CommandStream:
         self._sent = Command()
         self._stamp_ns = 0
         self._given_at = 0.0
-        self._halted = False
+        self._halted = self._held = False
         self._halts = 0
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._repeat, name="command stream", daemon=True)
@@ -91,13 +82,14 @@ class CommandStream:
 
         Without the lock: a thread that sends may hold it while the network is busy.
         """
-        self._halted = True
+        self._held = True
 
     def halt(self) -> None:
         """Send zero now and until `release`, whatever command is given."""
         with self._lock:
             self._halted = True
             self._halts += 1
+            self._held = False
             self._send_zero()
 
     @property
@@ -110,13 +102,14 @@ class CommandStream:
         """Pass commands again, beginning with the next one.
 
         Args:
-            if_count: `halts` when the release was requested; a later halt stays in force.
+            if_count: `halts` when the release was requested; a later halt stays in force, and a
+                hold until its halt has come.
 
         Returns:
             Whether commands pass.
         """
         with self._lock:
-            if self._halts != if_count:
+            if self._halts != if_count or self._held:
                 return False
             self._halted = False
             self._command = None
@@ -150,13 +143,15 @@ class CommandStream:
             self._send_zero()
 
     def _send(self, command: Command) -> None:
-        if self._halted:
+        if self._halted or self._held:
             self._send_zero()
             return
         # The tilt first: a robot in lock-step waits for the twist.
         self._tilt.put(encode_number(command.tilt_rad))
-        self._sent = command
+        before, self._sent = self._sent, command
         if self._goals is not None:
+            if command.goal is not None and moves_base(before):
+                self._put_twist(0.0, 0.0)  # It would go on beside the robot's own navigation.
             self._goals.send(command.goal, self._pose, self._stamp_ns)
             if command.goal is not None:
                 return  # Velocities would oppose those of the robot's own navigation.

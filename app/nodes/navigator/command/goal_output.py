@@ -54,8 +54,8 @@ class GoalOutput:
         self._reported: tuple[int, GoalOutcome] | None = None
         self._in_force: tuple[int, int] | None = None
         self._last_ns = 0
-        self._goal = _publisher(session, f"{robot}/{keys.NAVIGATION_GOAL}")
-        self._active = _publisher(session, f"{robot}/{keys.NAVIGATION_ACTIVE}")
+        self._goal = command_publisher(session, f"{robot}/{keys.NAVIGATION_GOAL}")
+        self._active = command_publisher(session, f"{robot}/{keys.NAVIGATION_ACTIVE}")
         subscribe(session, f"{robot}/{keys.NAVIGATION_STATUS}", self._receive)
 
     def send(self, goal: NavigationGoal | None, T_map_base: Float64Array, stamp_ns: int) -> None:
@@ -106,7 +106,8 @@ class GoalOutput:
             self._report(number, outcome)
 
 
-def _publisher(session: zenoh.Session, key: str) -> zenoh.Publisher:
+def command_publisher(session: zenoh.Session, key: str) -> zenoh.Publisher:
+    """Return a publisher of what moves the robot: before all else, and none is dropped."""
     return session.declare_publisher(
         key,
         priority=zenoh.Priority.REAL_TIME,

@@ -121,7 +121,7 @@ class Alignment:
         return register(points, floor_z_m, surface, self._map.floor_z_m)
 
     def _check_progress(self, spent_s: float, patience_s: float) -> None:
-        turned = math.degrees(self._turned_rad)
+        turned = max(0.0, math.degrees(self._turned_rad))
         if self._blocked_s > _BLOCKED_S:
             raise RegistrationError(
                 f"the robot has no space to turn: it turned by {turned:.0f} degrees; move it to "
@@ -166,7 +166,8 @@ class Alignment:
             tilt_rad=min(max(0.0, profile.min_tilt_rad), profile.max_tilt_rad),
         )
         eased = self._motion.accelerate(wanted, max(dt_s, 1e-3), brakes_at_once=False)
-        command, _ = self._motion.avoid_collision(eased, frame, dt_s)
+        age_s = time.perf_counter() - self._intake.arrived_at
+        command, _ = self._motion.avoid_collision(eased, frame, dt_s, age_s)
         self._blocked_s = 0.0 if moves_base(command) else self._blocked_s + dt_s
         self._stream.give(command, frame.stamp_ns)
         self._last = frame
@@ -175,7 +176,8 @@ class Alignment:
         """Add the turn since the last frame, and the points in view at intervals of it."""
         if self._last is not None:
             before = yaw_of(self._last.T_world_base)
-            turn = abs(wrap_angle(yaw_of(frame.T_world_base) - before))
+            # With its sign: the noise of the pose adds up to nothing.
+            turn = wrap_angle(yaw_of(frame.T_world_base) - before)
             self._turned_rad += turn
             self._since_view_rad += turn
         if self._last is None or self._since_view_rad >= _EVERY_RAD:

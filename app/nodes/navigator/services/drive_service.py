@@ -2,10 +2,10 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Protocol
 
 import msgspec
 
+from app.links.network.latched_topic import Topic
 from app.links.network.requests import RequestRefusedError
 from app.messages.control import Accepted, encode
 from app.messages.driving import (
@@ -29,14 +29,6 @@ from ippon.robot import RobotProfile
 MAX_STROKES = 200
 
 
-class Topic(Protocol):
-    """A topic that messages are published on."""
-
-    def put(self, payload: bytes) -> None:
-        """Publish a message."""
-        ...
-
-
 class DriveService:
     """Handles requests in threads of their own; the mission's thread runs the operations."""
 
@@ -56,34 +48,41 @@ class DriveService:
         """Returns the room of points of the floor; the navigator sets it."""
 
     def drive(self, request: DriveRequest) -> Accepted:
-        """Set the drive mode and speed limit.
+        """Set the drive mode and speed limit; what the request does not name stays.
 
         A mode cancels the point that the robot drives to, also the present one; another limit alone
         does not.
         """
-        mode = DriveMode(request.mode)
-        problem = drive_refusal(self._profile, mode, request.speed_limit)
+        now = self._mux.status()
+        mode = DriveMode(request.mode or now.mode)
+        limit = now.speed_limit if request.speed_limit is None else request.speed_limit
+        problem = drive_refusal(self._profile, mode, limit)
         if problem:
             raise RequestRefusedError(problem)
-        now = self._mux.status()
-        if request.mode != now.mode or request.speed_limit == now.speed_limit:
+        names_mode = request.mode is not None
+        if names_mode and (mode.value != now.mode or limit == now.speed_limit):
             self._operations.enqueue(lambda mission: mission.operator.drive(mode))
-        self._mux.set_mode(mode, request.speed_limit)
-        return Accepted(detail=f"{request.mode}, at most {request.speed_limit:.0%} of the speed")
+        self._mux.set_mode(mode, limit)
+        return Accepted(detail=f"{mode.value}, at most {limit:.0%} of the speed")
 
     def go_to(self, request: GotoRequest) -> Accepted:
         """Send the robot to a point that a known path leads to."""
         if request.cancel:
             self._operations.enqueue(lambda mission: mission.operator.cancel_go_to())
             return Accepted(detail="waypoint cancelled")
-        way_m = self._operations.ask(
-            lambda mission: mission.operator.go_to((request.x_m, request.y_m))
+        way_m, is_held = self._operations.ask(
+            lambda mission: (
+                mission.operator.go_to((request.x_m, request.y_m)),
+                mission.operator.held is not None,
+            )
         )
         if way_m is None:
             raise RequestRefusedError(
                 f"no path is known to ({request.x_m:.1f}, {request.y_m:.1f}); choose a point on "
                 "floor that the robot has seen"
             )
+        if is_held:
+            return Accepted(detail=f"the robot drives there after Resume, {way_m:.1f} m")
         return Accepted(detail=f"driving there, {way_m:.1f} m")
 
     def paint(self, request: PaintRequest) -> Accepted:

@@ -2,10 +2,11 @@
 
 import threading
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
 
 import msgspec
 
+from app.links.network.latched_topic import Topic
 from app.links.network.requests import RequestRefusedError
 from app.messages.control import (
     Accepted,
@@ -21,14 +22,6 @@ from app.nodes.navigator.services.queue_service import told
 from ippon.atomic_file import replace_file, set_aside
 
 MAX_SAVED: Final = 50
-
-
-class Topic(Protocol):
-    """A topic that messages are published on."""
-
-    def put(self, payload: bytes) -> None:
-        """Publish a message."""
-        ...
 
 
 class SavedSearchService:

@@ -29,7 +29,6 @@ def state_of(report, mission, *, lost=(), notes=(), frames=0, refused="", ended=
         refused=refused,
         ended=ended,
         monitors={},
-        lost=lambda _: [("depth", 2.0)],
         assembler=SimpleNamespace(missing=lambda: "camera info"),
     )
     return report.status(
@@ -54,14 +53,25 @@ def test_stopped_is_shown_before_the_first_frame_too(report, mission):
     assert state_of(report, mission).state == "starting"
     assert state_of(report, mission).why == "waiting for the robot's camera info"
     mission.operator.stop()
-    assert state_of(report, mission, lost=("depth",), refused="depth").state == "stopped"
+    assert state_of(report, mission, lost=[("depth", 2.0)], refused="depth").state == "stopped"
     mission.operator.resume()
     assert state_of(report, mission).state == "starting"
 
 
+@pytest.mark.parametrize(
+    ("lost", "why"),
+    [
+        ([("colour", 1.23), ("depth", 0.9)], "waiting for colour (1.2 s), depth (0.9 s)"),
+        ([("camera info", 2.0)], "waiting for camera info (2.0 s)"),
+    ],
+)
+def test_what_is_silent_or_lacking_is_named(report, mission, lost, why):
+    assert state_of(report, mission, lost=lost, frames=3).why == why
+
+
 def test_a_replay_that_has_ended_is_not_lost(report, mission):
     ended = "the replay of kitchen has ended: 200 images"
-    status = state_of(report, mission, lost=("depth",), frames=3, ended=ended)
+    status = state_of(report, mission, lost=[("depth", 2.0)], frames=3, ended=ended)
     assert (status.state, status.why) == ("ended", ended)
     assert state_of(report, mission, frames=3, ended=ended).state == "starting"
 

@@ -29,3 +29,24 @@ def test_a_segmentation_that_never_speaks_is_reported_once(monkeypatch):
         ("stream_lost", f"no heatmap has come: {stream_watch.NO_HEATMAP}"),
         ("stream_back", "heatmap is back"),
     ]
+
+
+def test_what_frames_lack_is_told_with_its_age():
+    lost = []
+    intake = SimpleNamespace(frames=1, ended="", lost=lambda _: list(lost))
+    events, drops = [], []
+    config = NavigatorConfig(robot="r", lost_s=1.0)
+    watch = StreamWatch(config, intake, lambda *e: events.append(e), lambda: drops.append(1))
+    # All streams arrive: what lacks is none of them.
+    for age_s in (1.5, 2.0):
+        lost[:] = [("camera info", age_s)]
+        watch.check_required()
+        assert watch.lost == [("camera info", age_s)]
+    lost.clear()
+    watch.check_required()
+    assert not watch.lost
+    assert len(drops) == 1
+    assert events == [
+        ("stream_lost", "no camera info for 1 s: waiting"),
+        ("stream_back", "camera info is back"),
+    ]

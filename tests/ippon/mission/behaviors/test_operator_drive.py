@@ -1,5 +1,6 @@
 """The operator sends the robot to a point, or drives it, while the search waits."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -145,6 +146,20 @@ def test_driving_by_hand_ends_the_way_to_a_point_and_never_counts_as_stuck(world
         world.step(None, STEP_S)
         kinds += [event.kind for event in result.snapshot.events]
     assert "contact" not in kinds
+
+
+@pytest.mark.parametrize(
+    ("mode", "text"),
+    [
+        (DriveMode.MANUAL, "blocked: marking what is ahead"),
+        (DriveMode.AUTO, "blocked: marking what is ahead and backing off"),
+    ],
+)
+def test_a_robot_that_is_driven_by_hand_is_not_said_to_back_off(world, mission, mode, text):
+    mission.operator.drive(mode)
+    result = mission.step(dataclasses.replace(world.observe(), contact=True))
+    assert [e.text for e in result.snapshot.events if e.kind == "contact"] == [text]
+    assert (result.command.linear_m_s < 0.0) is text.endswith("backing off")
 
 
 def test_a_preview_changes_nothing(world, mission):

@@ -2,6 +2,7 @@ from msgspec.structs import replace
 
 from app.messages.status import CountedFind, GoalStatus
 from app.nodes.console.calls.call import KINDS, Occasion
+from app.nodes.console.calls.call_detection import LASTS_S, CallDetection
 from app.nodes.console.calls.call_log import EVERY_S, KEPT, CallLog
 from tests.app.nodes.console.drawn_home import status_of
 
@@ -32,6 +33,25 @@ def test_one_call_of_a_kind_in_a_minute_and_none_is_lost():
     assert [call.number for call in sent] == [1, 2, 3]
     log.step([], 10 * EVERY_S, 6)
     assert len(sent) == 3
+
+
+def test_a_state_that_was_held_back_and_is_over_is_only_counted():
+    log, silent, detection = CallLog(), LASTS_S + 1.0, CallDetection()
+
+    def after(now_s, silence_s):
+        occasions = detection.step(status_of(), [], silence_s, now_s)
+        log.step(occasions, now_s, 1, detection.holding)
+        return [(one.occasion.kind, one.count) for one in log.shown().calls]
+
+    assert after(0.0, silent) == [("contact", 1)]
+    after(10.0, 0.0)
+    after(20.0, silent)
+    after(27.0, 0.0)
+    assert after(EVERY_S, 0.0) == [("contact", 1)], "it is heard again"
+    assert after(2 * EVERY_S, silent) == [("contact", 2), ("contact", 1)]
+    after(2 * EVERY_S + 1.0, 0.0)
+    after(2 * EVERY_S + 2.0, silent)
+    assert after(3 * EVERY_S, silent)[0] == ("contact", 1), "it lasts"
 
 
 def test_what_became_of_a_call_is_noted_and_old_calls_are_dropped():

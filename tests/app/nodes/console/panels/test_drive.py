@@ -32,7 +32,13 @@ def test_another_mode_keeps_the_limit_that_the_navigator_has(panel):
     _show(panel, speed_limit=0.4)
     assert panel._limit.value == 40
     panel._set_mode("manual")
-    panel._actions.set_drive.assert_called_once_with("manual", 0.4)
+    panel._actions.set_drive.assert_called_once_with(mode="manual")
+
+
+def test_another_limit_keeps_the_mode_that_the_navigator_has(panel):
+    panel._limit.value = 40
+    panel._move_limit(OPERATOR)
+    panel._actions.set_drive.assert_called_once_with(speed_limit=0.4)
 
 
 def test_a_limit_from_the_navigator_is_not_sent_back(panel):

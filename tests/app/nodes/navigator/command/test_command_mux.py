@@ -66,7 +66,7 @@ class Bench:
     def _took_over(self) -> None:
         self.takeovers += 1
 
-    def frame(self, going=None, *, ahead_m=0.0, age_s=0.0) -> Command:
+    def frame(self, going=None, *, ahead_m=0.0, age_s=0.0, contact=False) -> Command:
         """Let the mission answer a frame, which shows a wall that far ahead of the camera."""
         frame = Frame(
             stamp_ns=time.monotonic_ns(),
@@ -76,6 +76,7 @@ class Bench:
             T_world_camera=LOOKS_AHEAD,
             T_world_base=base_pose(0.0, 0.0, 0.0, 0.0),
             tilt_rad=0.1,
+            contact=contact,
         )
         return self.mux.follow(PLANNED, frame, self.arrays, going, age_s)
 
@@ -234,6 +235,15 @@ def test_without_pictures_there_is_no_driving(guarded):
         time.sleep(0.05)
     assert STALE_S <= float(told[1]) <= time.monotonic() - framed_at + 0.1
     assert stands(guarded.sent_so_far()[-1])
+
+
+def test_a_picture_that_was_old_when_it_was_in_the_map_does_not_drive(guarded):
+    mux = guarded.mux
+    late = "stopped: the newest picture was 1.6 s old when it was in the map: this machine is slow"
+    with mux._lock:  # No tick without a key comes between.
+        assert _filtered(guarded, age_s=0.6) == 0.8
+        assert _filtered(guarded, age_s=1.6) == 0.0
+        assert mux.status().intervention == f"{late} or busy"
 
 
 def test_the_reason_stays_while_slow_commands_pass_the_filter(bench, monkeypatch):
@@ -435,6 +445,33 @@ def _filtered(bench, wanted=0.8, mode=DriveMode.MANUAL, **frame) -> float:
     bench.frame(**frame)
     mux, command = bench.mux, Command(linear_m_s=wanted)
     return mux._filtered(command, mux._framed_at, as_planned=False).linear_m_s
+
+
+@pytest.mark.parametrize("drove", [0.5, -0.5])
+def test_what_the_robot_touches_stops_the_hand_and_lets_it_back_away(bench, drove):
+    mux, touched = bench.mux, "stopped: the bumper is pressed"
+    mux.set_mode(DriveMode.MANUAL, 1.0)
+    bench.frame()
+    bench.hold_until(lambda t: t.linear_m_s == pytest.approx(drove), linear=drove)
+    bench.hold(linear=drove)
+    assert bench.frame(contact=True).linear_m_s == 0.0
+    assert mux.status().intervention == touched
+    for hand, left in ((drove, 0.0), (-drove, -drove)):
+        command = Command(linear_m_s=hand, yaw_rate_rad_s=0.5)
+        safe = mux._filtered(command, mux._framed_at, as_planned=False)
+        assert safe == dataclasses.replace(command, linear_m_s=left)
+    assert _filtered(bench, drove) == drove, "nothing is touched any more"
+
+
+def test_who_turned_round_before_the_contact_was_known_may_back_away(bench):
+    bench.mux.set_mode(DriveMode.MANUAL, 1.0)
+    bench.frame()
+    for drove in (0.5, -0.2):
+        bench.hold_until(lambda t, v=drove: t.linear_m_s == pytest.approx(v), linear=drove)
+    # Its image is older than the motion backwards.
+    assert _filtered(bench, -0.2, contact=True, age_s=PATIENCE_S / 2) == -0.2
+    bench.frame()
+    assert _filtered(bench, -0.2, contact=True) == 0.0, "backwards into something"
 
 
 @pytest.mark.parametrize("mode", [DriveMode.MANUAL, DriveMode.ASSISTED])

@@ -162,6 +162,19 @@ def test_a_release_that_was_asked_for_before_a_halt_does_not_undo_it(stream, hea
     assert stream.release(if_count=stream.halts)
 
 
+def test_a_release_does_not_undo_a_hold_whose_halt_is_still_to_come(stream, heard):
+    stream.halt()
+    asked_at = stream.halts
+    stream.hold()
+    assert not stream.release(if_count=asked_at)
+    stream.give(DRIVE, stamp_ns=1)
+    assert not any(t.linear_m_s for t in heard.twists())
+    stream.halt()
+    assert stream.release(if_count=stream.halts), "each hold ends with its halt"
+    stream.give(DRIVE, stamp_ns=2)
+    assert any(t.linear_m_s for t in heard.twists())
+
+
 def test_nothing_moves_by_itself_after_a_release(stream, heard):
     stream.give(DRIVE, stamp_ns=1)
     stream.halt()

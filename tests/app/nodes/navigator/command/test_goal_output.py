@@ -8,6 +8,7 @@ import pytest
 
 from app.links.network.subscription import subscribe
 from app.messages import keys
+from app.messages.motion import decode_twist
 from app.messages.navigation import decode_pose, encode_goal_status
 from app.nodes.navigator.command import command_stream
 from app.nodes.navigator.command.command_stream import CommandStream
@@ -107,6 +108,22 @@ def test_what_the_robot_says_comes_back_with_the_number_of_the_goal(bench):
     bench.say(stamp_ns, GoalOutcome.REACHED)
     assert bench.reports.get(timeout=PATIENCE_S) == (7, GoalOutcome.ACCEPTED)
     assert bench.reports.get(timeout=PATIENCE_S) == (7, GoalOutcome.REACHED)
+
+
+def test_what_the_hand_commanded_ends_before_the_robot_navigates_by_itself(sessions):
+    told = queue.SimpleQueue()
+    navigator, robot = sessions
+    subscribe(robot, f"r/{keys.NAVIGATION_GOAL}", lambda _: told.put("goal"))
+    subscribe(robot, f"r/{keys.CMD_VEL}", lambda p: told.put(decode_twist(p).linear_m_s))
+    output = GoalOutput(navigator, "r", lambda *_: None)
+    stream = CommandStream(navigator, "r", 50.0, PATIENCE_S, output)
+    while told.empty():  # The subscriptions have come through.
+        stream.give(Command(linear_m_s=0.5), 1, HERE)
+        time.sleep(0.02)
+    stream.give(command(1), 2, HERE)
+    last = list(iter(lambda: told.get(timeout=PATIENCE_S), "goal"))[-1]
+    stream.close()
+    assert last == 0.0
 
 
 def test_a_robot_without_velocities_gets_none(bench):

@@ -4,6 +4,7 @@ import dataclasses
 import functools
 import math
 import threading
+import time
 from types import SimpleNamespace
 
 import numpy as np
@@ -70,8 +71,10 @@ class Robot:
 
     def __init__(self, world, sent):
         self._world, self._sent = world, sent
+        self.arrived_at = 0.0
 
     def take(self, _):
+        self.arrived_at = time.perf_counter()
         self._world.step(self._sent(), 0.2)
         return in_map_frame(self._world.observe(), invert_transform(T_MAP_WORLD))
 
@@ -133,7 +136,8 @@ class NoSpace:
     def accelerate(self, command, dt_s, *, brakes_at_once):
         return command
 
-    def avoid_collision(self, command, frame, dt_s):
+    def avoid_collision(self, command, frame, dt_s, age_s):
+        self.age_s = age_s
         return Command(tilt_rad=command.tilt_rad), "no space"
 
 
@@ -142,6 +146,34 @@ def test_a_robot_without_space_to_turn_says_so(align):
     alignment._motion = NoSpace()
     with pytest.raises(RegistrationError, match="no space to turn: it turned by 0 degrees"):
         alignment.run(threading.Event())
+
+
+def test_the_noise_of_the_pose_is_no_turn(align):
+    alignment, frame = align(world_at(2.2, 1.6, 0.4)), world_at(2.2, 1.6, 0.4).observe()
+
+    def turned_after(*headings_deg):
+        for heading_deg in headings_deg:
+            turn = make_transform(rotation_z(math.radians(heading_deg)), (0.0, 0.0, 0.0))
+            seen = dataclasses.replace(frame, T_world_base=frame.T_world_base @ turn)
+            alignment._note_turn(seen)
+            alignment._last = seen
+        return math.degrees(alignment._turned_rad)
+
+    assert abs(turned_after(*[0.2, -0.2] * 60)) < 1.0
+    assert len(alignment._views) == 1
+    assert turned_after(10.0, 21.0) == pytest.approx(20.8)
+    assert len(alignment._views) == 2
+    alignment._stream.close()
+
+
+def test_the_age_of_an_image_counts_in_the_turn(align):
+    alignment, motion = align(world_at(2.2, 1.6, 0.4)), NoSpace()
+    alignment._motion = motion
+    frame = alignment._intake.take(0.0)
+    alignment._intake.arrived_at -= 0.4
+    alignment._step(frame)
+    assert motion.age_s >= 0.4
+    alignment._stream.close()
 
 
 def test_at_the_end_of_the_process_it_ends(align):
@@ -248,7 +280,7 @@ def test_a_stop_during_the_alignment_holds_the_search_of_a_killed_run(monkeypatc
     ran = RunState(held=False, mode="auto", speed_limit=1.0)
     saved = SavedState(voxel_map=VoxelMap(MAP, ("wall",)), requests=(), interrupted=ran)
     left, _, _ = navigator_run._align(None, CONFIG, saved, threading.Event())
-    assert left.interrupted == (None if is_stopped else ran)
+    assert left.interrupted == RunState(held=is_stopped, mode="auto", speed_limit=1.0)
 
 
 def test_without_a_certain_place_the_map_keeps_its_memory_and_its_room_names(monkeypatch, tmp_path):

@@ -28,6 +28,7 @@ from app.nodes.navigator.services.request_services import declare_endpoints
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from ippon.control.drive_mode import DriveMode
 from ippon.mapping.voxel_map import MapConfig, VoxelMap
+from ippon.mission.snapshot import MissionState
 from ippon.robot import ZED
 
 ROBOT = "ippon"
@@ -43,6 +44,7 @@ class Missionary:
         self.voxel_map = VoxelMap(MapConfig(), ["wall"])
         self.floor_z_m = 0.0
         self.operator = self.goals = self
+        self.held: MissionState | None = None
 
     def drive(self, mode) -> None:
         self.modes.append(mode)
@@ -119,6 +121,16 @@ def test_the_mode_reaches_mux_and_mission(service):
     assert service.mux.now == SimpleNamespace(mode="manual", speed_limit=0.5)
 
 
+def test_a_limit_keeps_the_mode_and_a_mode_the_limit(service):
+    service.request(keys.DRIVE, DriveRequest(mode="manual"))
+    reply = service.request(keys.DRIVE, DriveRequest(speed_limit=0.2))
+    assert reply.detail == "manual, at most 20% of the speed"
+    service.request(keys.DRIVE, DriveRequest(mode="assisted"))
+    assert service.mux.now == SimpleNamespace(mode="assisted", speed_limit=0.2)
+    _await(lambda: len(service.mission.modes) == 2)
+    assert set(service.mission.modes) == {DriveMode.MANUAL, DriveMode.ASSISTED}
+
+
 def test_another_limit_alone_leaves_the_point_that_the_robot_drives_to(service):
     # The mission forgets that point with each mode.
     for mode, limit in (("auto", 0.5), ("auto", 0.8), ("auto", 0.8), ("manual", 0.8)):
@@ -158,6 +170,13 @@ def test_goes_where_there_is_a_way_and_says_so_where_there_is_none(service):
         service.request(keys.GOTO, GotoRequest(x_m=50.0, y_m=2.0))
     with pytest.raises(RequestRefusedError, match="not a GotoRequest"):
         service.request(keys.GOTO, GotoRequest(x_m=1e9))
+
+
+@pytest.mark.parametrize("held", [MissionState.STOPPED, MissionState.PAUSED])
+def test_a_robot_that_is_held_is_said_to_go_there_after_resume(service, held):
+    service.mission.held = held
+    reply = service.request(keys.GOTO, GotoRequest(x_m=1.0, y_m=2.0))
+    assert reply.detail == "the robot drives there after Resume, 2.5 m"
 
 
 def test_what_is_painted_counts_is_kept_for_late_joiners_and_can_be_undone(service):

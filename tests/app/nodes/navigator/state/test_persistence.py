@@ -29,6 +29,7 @@ from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.persistence import (
     RECENT_S,
     RunState,
+    SavedState,
     StatePersistence,
     read_saved_state,
 )
@@ -419,6 +420,19 @@ def test_a_stop_and_a_goal_are_kept_while_no_frame_comes(tmp_path, sessions):
     finally:
         stop.set()
         thread.join()
+        navigator.close()
+
+
+@pytest.mark.parametrize(
+    ("held", "state"), [(True, MissionState.STOPPED), (False, MissionState.STARTING)]
+)
+def test_a_stop_holds_over_a_crash_also_without_a_goal(sessions, held, state):
+    ran = RunState(held=held, mode="auto", speed_limit=1.0)
+    saved = SavedState(voxel_map=None, requests=(), interrupted=ran)
+    navigator = Navigator(NavigatorConfig(robot="r"), sessions[0], saved=saved)
+    try:
+        assert navigator._mission.state is state
+    finally:
         navigator.close()
 
 
