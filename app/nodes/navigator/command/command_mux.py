@@ -99,7 +99,8 @@ class CommandMux:
         self._obstacles: Float64Array | None = None
         self._voxel_m = 0.05
         self._stamp_ns = 0
-        self._framed_at = self._pictured_at = -math.inf
+        self._framed_at = -math.inf
+        self._age_s = 0.0
         self._touch = Touch()
         self._horizon_s = HORIZON_S
         self._by_hand = False
@@ -177,8 +178,8 @@ class CommandMux:
             self._voxel_m = arrays.voxel_size
             self._stamp_ns = frame.stamp_ns
             self._framed_at = time.monotonic()
-            self._pictured_at = self._framed_at - age_s
-            self._touch.saw(self._pictured_at, contact=frame.contact)
+            self._age_s = age_s
+            self._touch.saw(self._framed_at - age_s, contact=frame.contact)
             if self._mode is DriveMode.AUTO:
                 self._tilt_rad = frame.tilt_rad
             return self._tick(self._framed_at)
@@ -296,13 +297,13 @@ class CommandMux:
 
     def _filtered(self, wanted: Command, now: float, *, as_planned: bool) -> Command:
         still = dataclasses.replace(wanted, linear_m_s=0.0, yaw_rate_rad_s=0.0)
-        silent_s, late_s = now - self._framed_at, self._framed_at - self._pictured_at
+        silent_s = now - self._framed_at
         if self._pose is None or self._obstacles is None or silent_s > self._stale_s:
             self._intervention = f"stopped: no picture for {silent_s:.1f} s"
             return still
-        if late_s > MAX_AGE_S:  # The filter does not look so far ahead.
+        if self._age_s > MAX_AGE_S:  # The filter does not look so far ahead.
             self._intervention = (
-                f"stopped: the newest picture was {late_s:.1f} s old when it was in the map: "
+                f"stopped: the newest picture was {self._age_s:.1f} s old when it was in the map: "
                 "this machine is slow or busy"
             )
             return still
