@@ -79,7 +79,12 @@ class LanguageModelInterface(Protocol):
         ...
 
     def second_opinion(self, jpeg: bytes, display: str) -> Opinion:
-        """Judge whether an image shows an object; needs a model that takes images."""
+        """Judge whether an image shows an object; needs a model that takes images.
+
+        Args:
+            jpeg: The image.
+            display: The object with what tells it from others: "mug, with a dinosaur on it".
+        """
         ...
 
     def close(self) -> None:

@@ -189,15 +189,15 @@ class LanguageModel:
             return ObjectNames((), str(error))
         return ObjectNames(parse_scene_reply(reply, vocabulary))
 
-    def second_opinion(self, jpeg: bytes, described: str) -> Opinion:
+    def second_opinion(self, jpeg: bytes, display: str) -> Opinion:
         """Judge whether the middle of an image shows an object; asked once, never raises.
 
         Args:
             jpeg: The image.
-            described: The object with what tells it from others, in the operator's words.
+            display: The object with what tells it from others, in the operator's words.
         """
         try:
-            reply = self._ask_of_image(jpeg, build_opinion_prompt(described), OPINION_SCHEMA)
+            reply = self._ask_of_image(jpeg, build_opinion_prompt(display), OPINION_SCHEMA)
         except ChatError as error:
             return Opinion(verdict="none", text=f"{self.name}: {error}")
         read = parse_opinion_reply(reply)
