@@ -19,6 +19,11 @@ from ippon.vocabulary import in_words
 
 MAX_CLAIMS = 12
 _BREAK = re.compile(r"[.!?;:\n…]|\s[-–—]+\s")
+_GONE = re.compile(
+    r"(?:\bwasn't|\b(?:it|they|that) weren't)$|"
+    r"\b(?:it|they|that) (?:wasn't|weren't) (?:this|last|yesterday|today|tonight|when|any)\b"
+)
+"""What says that a thing was not where it was said to be."""
 _REACH = 4
 """Most words between a preposition and the place."""
 _UNCLEAR = frozenset({"floor", "wall", "ceiling"})
@@ -92,11 +97,13 @@ def read_context(
     """
     knowledge = load_knowledge()
     claims: list[Claim] = []
+    last = 0
     notes: list[str] = []
     for clause in _clauses(context):
         found = _read_clause(context, clause, knowledge, ooi, rooms)
-        if not found and claims and _retracts(clause):
-            claims = [replace(claim, negated=True) for claim in claims]
+        if not found and _retracts(clause):
+            claims[last:] = [replace(claim, negated=True) for claim in claims[last:]]
+        last = len(claims) if found else last
         claims += found
         notes += _not_understood(clause, found, knowledge, ooi)
     kept: list[Claim] = []
@@ -117,7 +124,7 @@ def read_context(
 
 def _retracts(clause: _Clause) -> bool:
     """Tell whether a clause without a place denies what was said before: "but it wasn't"."""
-    return clause.says(*lexicon.ABSENT_PHRASES) or clause.words[-1] == "wasn't"
+    return clause.says(*lexicon.ABSENT_PHRASES) or bool(_GONE.search(" ".join(clause.words)))
 
 
 def _same(one: Claim, other: Claim) -> bool:
@@ -135,12 +142,10 @@ def _clauses(context: str) -> list[_Clause]:
     for index, token in enumerate(tokens):
         gap = context[tokens[index - 1].end : token.start] if index else ""
         after_but = index and tokens[index - 1].word in {"anywhere", "everywhere"}
-        following = tokens[index + 1].word if index + 1 < len(tokens) else ""
         if (
             _BREAK.search(gap)
             or ("," in gap and token.word in lexicon.CLAUSE_STARTS)
             or (token.word in lexicon.CLAUSE_WORDS and not after_but)
-            or (token.word in lexicon.JOINING_WORDS and following in lexicon.SUBJECTS)
         ):
             clauses.append([])
         clauses[-1].append(token)
@@ -167,8 +172,7 @@ def _read_clause(
     context: str, clause: _Clause, knowledge: Knowledge, ooi: str | None, rooms: Collection[str]
 ) -> list[Claim]:
     words = clause.words
-    begun = words[words[0] in lexicon.JOINING_WORDS :]
-    here = begun[:2] in (["i", "am"], ["we", "are"]) or begun[:1] in (["i'm"], ["we're"])
+    here = words[:2] in (["i", "am"], ["we", "are"]) or words[0] in {"i'm", "we're"}
     if here and not {"it", "left", "leave", "leaving", "sure", "certain"} & set(words):
         # The present position of the speaker is irrelevant.
         return []

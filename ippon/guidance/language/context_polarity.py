@@ -23,10 +23,13 @@ _FORBIDDEN = re.compile(
 )
 """What says that a place need not be searched: "you don't need to look in the kitchen"."""
 
-_DONE_TO = word_set("checked tried inspected combed")
-"""Of these, a noun that is no place is what was used there: "I combed my hair in"."""
-_SPOTS = (
-    lexicon.PARTS | lexicon.ABSTRACT | word_set("places spots corners surfaces floor furniture")
+_USED = word_set(
+    "hair beard face teeth email emails mail mails inbox message messages text texts phone watch "
+    "time clock weather news recipe homework blood temperature ticket tickets"
+)
+"""What is checked, tried or combed where it is used: "I combed my hair in the bathroom"."""
+_PLACING = word_set(
+    "leave leaves left put puts keep keeps kept take takes store stores lay lie lies"
 )
 
 
@@ -53,15 +56,20 @@ def polarity(
     whole = _DEGREES.sub(r"\1 ", f" {' '.join(words)} ")
     doubtful = any(f" {phrase} " in whole for phrase in lexicon.DOUBT_PHRASES)
     conditional = " if " in before and bool(lexicon.NEGATIONS & set(before.split()))
-    for phrase in lexicon.NEUTRAL:
-        before = before.replace(f" {phrase} ", " ")
-    scope = before.split()
-    denied = bool(lexicon.NEGATIONS & set(scope)) and not conditional
+    # A denial reaches as far as the statement that it is in.
+    stated = max(first, _statement_start(words, begin, places))
+    scope = _without_neutral(_DEGREES.sub(r"\1 ", f" {' '.join(words[stated:begin])} "))
+    rarely = _is_rarely(words, stated, begin)
+    denied = (bool(lexicon.NEGATIONS & set(scope)) or rarely) and not conditional
     asked = " have you " in before or " did you " in before or " could you " in before
     aside = relation in lexicon.NEGATIVE_RELATIONS
     if relation == "from" and not lexicon.MOVED & set(words):
         aside = False  # "The bottle from the fridge" is in the fridge, unless it was moved.
-    searched = _is_searched(words, first, begin, places) and not asked
+    said = _without_neutral(before)
+    anew = {"it", "it's", "they", "they're"} & set(words[stated + 1 : stated + 2])
+    anew = stated > first and (anew or lexicon.BELIEFS & set(scope))
+    searched = _is_searched(words, stated if anew else first, begin) and not asked
+    searched = searched and bool(lexicon.SEARCHED & set(said))
     if denied and not aside and _is_forbidden(scope):
         return True, "sure"
     if denied and not aside and lexicon.SEARCHES & set(scope) and not activity:
@@ -69,7 +77,37 @@ def polarity(
     negated = not aside if searched else denied != aside
     if activity:
         return denied, "maybe"
-    return negated, _strength(whole, doubtful or conditional)
+    strength = _strength(whole, doubtful or conditional)
+    return negated, "habit" if rarely and strength in ("sure", "likely") else strength
+
+
+def _statement_start(words: list[str], begin: int, places: Container[int]) -> int:
+    """Return the index of the joining word after which a place is stated anew, else 0.
+
+    "It isn't on the sofa and I think it's on the bed"; not "I don't think Tom and I left it there".
+    """
+    for index in range(begin - 2, 0, -1):
+        if words[index] not in ("and", "so", "since") or words[index + 1] not in lexicon.SUBJECTS:
+            continue
+        if words[index] == "since" or any(before in places for before in range(index)):
+            return index
+    return 0
+
+
+def _without_neutral(text: str) -> list[str]:
+    for phrase in lexicon.NEUTRAL:
+        text = text.replace(f" {phrase} ", " ")
+    return text.split()
+
+
+def _is_rarely(words: list[str], first: int, begin: int) -> bool:
+    """Tell whether a thing is said to be seldom there: "I hardly ever leave it in"."""
+    for index in range(first, begin):
+        if words[index] in lexicon.RARELY:
+            after = index + 1 + (words[index + 1 : index + 2] == ["ever"])
+            if after >= begin or words[after] in _PLACING:
+                return True
+    return False
 
 
 def _is_forbidden(scope: list[str]) -> bool:
@@ -81,7 +119,7 @@ def _is_forbidden(scope: list[str]) -> bool:
     return _FORBIDDEN.search(" ".join(words)) is not None
 
 
-def _is_searched(words: list[str], first: int, begin: int, places: Container[int]) -> bool:
+def _is_searched(words: list[str], first: int, begin: int) -> bool:
     """Tell whether the words before a place say that somebody looked there without success.
 
     "I tried it on in the bedroom" and "I checked my email in the kitchen" do not.
@@ -89,15 +127,12 @@ def _is_searched(words: list[str], first: int, begin: int, places: Container[int
     for index in range(first, begin):
         if words[index] not in lexicon.SEARCHED:
             continue
-        if words[index] not in _DONE_TO or index + 1 == begin:
-            return True
         if words[index] == "tried" and words[begin - 1] == "on":
             continue
         noun = index + 1
         while noun < begin and (words[noun] in DETERMINERS or words[noun] in ADJECTIVES):
             noun += 1
-        own = noun > index + 1 and noun < begin and noun not in places
-        if not own or words[noun] in _SPOTS or "of" in words[noun:begin]:
+        if words[index] in ("looked", "searched") or noun == begin or words[noun] not in _USED:
             return True
     return False
 

@@ -101,8 +101,10 @@ NEGATIONS = word_set(
     "not no never nor neither nowhere without cannot isn't wasn't aren't weren't don't "
     "doesn't didn't can't couldn't won't wouldn't haven't hasn't hadn't isnt wasnt dont "
     "doesnt didnt cant couldnt wont havent hasnt hadnt unlikely impossible ain't nobody doubt "
-    "shouldn't mustn't needn't mightn't rarely seldom hardly barely"
+    "shouldn't mustn't needn't mightn't"
 )
+RARELY = word_set("rarely seldom hardly barely")
+"""They deny where a thing is left or is, and nothing else: "barely visible under the bed"."""
 SEARCHED = word_set("looked checked searched tried inspected combed")
 """Past tense: the object is not where somebody has looked."""
 
@@ -143,6 +145,14 @@ NEUTRAL = (
     "a doubt",
     "nobody knows",
     "nobody remembers",
+    "shouldn't have trouble",
+    "shouldn't have any trouble",
+    "shouldn't be hard",
+    "shouldn't be too hard",
+    "shouldn't be difficult",
+    "shouldn't be a problem",
+    "shouldn't it",
+    "shouldn't they",
 )
 """Phrases that contain a negation or "looked" but deny no place."""
 
@@ -155,9 +165,7 @@ BELIEFS = word_set(
     "apparently should shouldn't must reckon bet imagine thinks believes guesses supposes assumes "
     "suspects reckons bets imagines"
 )
-HABITS = word_set(
-    "usually normally often typically generally mostly regularly habitually commonly rarely seldom"
-)
+HABITS = word_set("usually normally often typically generally mostly regularly habitually commonly")
 HABIT_PHRASES = ("tend to", "tends to", "used to", "most of the time", "as a rule", "as usual")
 STALE_PHRASES = (
     "last week",
@@ -177,9 +185,8 @@ STALE_PHRASES = (
 )
 
 CLAUSE_WORDS = word_set("but however although though because")
-JOINING_WORDS = word_set("since so and")
 SUBJECTS = word_set("i i'm i've it it's its he he's she she's they they're we we've")
-"""After one of the joining words these begin a clause: "and I think it's on the bed"."""
+"""After "and", "so" and "since" these begin a statement: "and I think it's on the bed"."""
 
 CLAUSE_STARTS = word_set(
     "don't i i'm i've it it's he she we they you my his her our their this that there but so "

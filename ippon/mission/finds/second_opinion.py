@@ -65,7 +65,7 @@ class OpinionRequest:
 
     number: int
     object: str
-    """The object, in the operator's words."""
+    """The object, with all that an image may show of it."""
     crop: NDArray[np.uint8]
     """(h, w, 3) RGB image around the find."""
 

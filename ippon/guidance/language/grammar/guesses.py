@@ -3,8 +3,13 @@
 from itertools import pairwise
 
 from ippon.guidance.language.context_words import BELIEFS, DOUBTS, HABITS, NEGATIONS
-from ippon.guidance.language.grammar.phrases import PREPOSITIONS, TIME
-from ippon.guidance.language.grammar.relation_phrase import SOFT, RelationPhrase, read_relation
+from ippon.guidance.language.grammar.phrases import TIME
+from ippon.guidance.language.grammar.relation_phrase import (
+    SOFT,
+    RelationPhrase,
+    prepositions_at,
+    read_relation,
+)
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.words import DETERMINERS, word_set
 
@@ -74,10 +79,12 @@ def as_guessed(said: Utterance, begin: int, end: int) -> str:
 
     "Perhaps the keys are in my coat" tells "maybe in my coat".
     """
-    words = set(said.words(_sentence_start(said, begin), begin))
-    held = said.words(begin, end)
-    if not NEGATIONS & set(held):
-        begin += next((n for n, word in enumerate(held) if word in PREPOSITIONS), 0)
+    last = end
+    while not said.ends(last):
+        last += 1
+    words = set(said.words(_sentence_start(said, begin), last))
+    if not NEGATIONS & set(said.words(begin, end)):
+        begin = next((n for n in range(begin, end) if prepositions_at(said, n)[0]), begin)
     guess = "maybe"
     if not DOUBTS & words:
         guess = "probably" if BELIEFS & words else "usually" if HABITS & words else guess

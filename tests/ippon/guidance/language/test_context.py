@@ -101,7 +101,25 @@ def claims_of(context: str, ooi: str = "hat") -> list[str]:
         ("it was on the shelf but now it wasn't", ["not on shelving"]),
         ("I checked every corner of the bedroom", ["not at bedroom"]),
         ("it is not, I think, on the sofa", ["not on sofa"]),
+        ("it's hardly ever on the table", ["not on table ?"]),
+        ("I checked the gap behind the sofa", ["not behind sofa"]),
+        ("I don't think my wife and I left it in the kitchen", ["not in kitchen"]),
+        (
+            "I looked in the bedroom and I went through the closet",
+            ["not in bedroom", "not in wardrobe"],
+        ),
+        (
+            "it's on the table, I looked in the kitchen and it wasn't there",
+            ["on table", "not in kitchen"],
+        ),
+        ("it's usually on the shelf, but it wasn't this morning", ["not on shelving ?"]),
         # not denied
+        ("I checked the bedroom and it's on the shelf", ["not at bedroom", "on shelving"]),
+        ("it's barely visible under the bed", ["under bed"]),
+        ("you can hardly see it behind the curtain", ["behind curtain"]),
+        ("it is rarely used and kept in the basement", ["in storage"]),
+        ("you shouldn't have trouble finding it on the desk", ["on desk"]),
+        ("he was reading, so I'm guessing it's on the nightstand", ["on nightstand"]),
         ("I left it on the sofa, I wasn't paying attention", ["on sofa"]),
         ("It's on the shelf. It wasn't expensive", ["on shelving"]),
         ("I haven't seen it since I was on the sofa", ["on sofa"]),
@@ -111,6 +129,16 @@ def claims_of(context: str, ooi: str = "hat") -> list[str]:
         ("I can't be sure, I think it's on the sofa", ["on sofa"]),
         # softened
         ("I'm not really sure, I think I left it on the sofa", ["on sofa ?"]),
+        ("Maybe John and I left it in the garage", ["in garage ?"]),
+        ("I don't think Tom and I looked in the garage", ["in garage ?"]),
+        (
+            "if it's not on the desk and it's not in the bathroom, try the car",
+            ["on desk ?", "in bathroom ?", "at car"],
+        ),
+        (
+            "I left it in the kitchen or the bedroom and I'm not sure which",
+            ["in kitchen ?", "in bedroom ?"],
+        ),
         ("I'm not exactly sure it's on the sofa", ["on sofa ?"]),
         ("I don't really know, maybe the sofa", ["at sofa ?"]),
         ("haven't checked the bedroom yet", ["at bedroom ?"]),

@@ -128,6 +128,8 @@ def test_what_is_told_of_the_place_is_the_context(
         ("I might have left my keys in the drawer", "maybe in the drawer"),
         ("I usually leave my keys on the table", "usually on the table"),
         ("I think I left my keys on the table", "probably on the table"),
+        ("My keys are on the table, I think", "probably on the table"),
+        ("I think my keys are next to the sofa", "probably next to the sofa"),
         ("Maybe I left them on the sofa. Find my keys", "Maybe I left them on the sofa"),
         ("Perhaps my wife left them in the hall. Find my keys",
          "Perhaps my wife left them in the hall"),
@@ -158,6 +160,17 @@ def test_what_somebody_says_of_it_is_not_an_object(sentence: str, place: str) ->
     assert [goal.object for goal in request.goals] == ["hat"]
     assert [one.text for one in request.goals[0].relations] == [place]
     assert not request.unused
+
+
+@pytest.mark.parametrize(
+    ("sentence", "object_"), [("find my barely worn boots", "boots"),
+                              ("find a hardly worn jacket", "jacket")],
+)  # fmt: skip
+def test_an_adverb_before_what_describes_an_object_denies_nothing(
+    sentence: str, object_: str
+) -> None:
+    (goal,) = read_request(sentence).goals
+    assert (goal.object, goal.relations) == (object_, ())
 
 
 def test_a_place_said_once_for_a_list_is_the_context_of_each_search() -> None:
