@@ -108,6 +108,12 @@ export class Goals {
         if (section === "waiting") row.number.textContent = `${place + 1}.`;
         return row.node;
       });
+      // What somebody is typing stays until it is saved or closed, also when its goal has moved on.
+      for (const [id, row] of before) {
+        if (!row.isEdited || this.rows.has(id) || !id.startsWith(`${section} `)) continue;
+        this.rows.set(id, row);
+        nodes.push(row.node);
+      }
       replaceRows(at(`goals-${section}`), nodes);
       at(`goals-${section}`).parentElement.hidden = nodes.length === 0;
     }

@@ -58,7 +58,12 @@ function told(state, shown, notDelivered, mayJudge) {
     const text = say("notice.silent.text", { n: Math.round(state.silent_s) });
     return { title: say("notice.silent"), text, counts: true };
   }
-  if (state.warning) return { title: say("notice.versions"), text: state.warning };
+  const notice = toldOfRobot(state, shown, mayJudge);
+  if (notice.title || !state.warning) return notice;
+  return { key: `versions ${state.warning}`, title: say("notice.versions"), text: state.warning };
+}
+
+function toldOfRobot(state, shown, mayJudge) {
   switch (shown) {
     case "stopped":
       return { title: say("notice.stopped"), text: say("notice.stopped.text") };

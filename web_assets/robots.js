@@ -36,11 +36,11 @@ export class Robots {
 
   // Gives the goal that was typed; a doubtful reading is given when the same text is sent again.
   async give() {
-    const [field, send] = [at("robots-goal"), at("robots-send")];
-    const sentence = field.value;
+    const send = at("robots-send");
+    const sentence = at("robots-goal").value;
     if (send.disabled || !sentence.trim()) return;
     const sure = sentence === this.doubtful;
-    send.disabled = field.readOnly = true;
+    send.disabled = true;
     this.forget();
     this.answer(say("robots.give.asking"));
     try {
@@ -54,7 +54,7 @@ export class Robots {
     } catch {
       this.answer(say("robots.give.failed"), false);
     } finally {
-      send.disabled = field.readOnly = false;
+      send.disabled = false;
     }
   }
 
@@ -62,7 +62,8 @@ export class Robots {
     this.reasons = new Map(given.others.map((one) => [one.name, one.why]));
     this.answer(given.text, given.ok);
     this.doubtful = given.doubtful ? sentence : "";
-    if (given.ok) at("robots-goal").value = "";
+    // Who types the next one meanwhile goes on.
+    if (given.ok && at("robots-goal").value === sentence) at("robots-goal").value = "";
     if (given.robot) this.reasons.set(given.robot, say("robots.give.got"));
     for (const [name, row] of this.rows) row.why.textContent = this.reasons.get(name) ?? "";
     this.rows.get(given.robot)?.node.scrollIntoView({ block: "nearest" });

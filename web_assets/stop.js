@@ -59,18 +59,28 @@ export class Stop {
   // the operator is told after three tries, and it may get through a little later.
   async stop() {
     button.dataset.pending = "";
+    this.refused = null;
     let reply = null;
     for (let tries = 0; reply === null && tries < TRIES; tries += 1) {
-      if (tries === TOLD_AFTER) this.tell(null);
+      if (tries === TOLD_AFTER) this.tell(this.refused);
       reply = await this.send();
     }
     delete button.dataset.pending;
-    this.tell(reply);
+    this.tell(reply ?? this.refused);
+  }
+
+  // The console itself tries for seconds, and then says why the navigator does not answer.
+  hear(answer) {
+    if (answer === null || answer.ok) return;
+    this.refused = answer;
+    this.tell(answer);
   }
 
   async send() {
     const late = new Promise((settle) => setTimeout(() => settle(null), PATIENCE_MS));
-    const reply = await Promise.race([this.command(), late]);
+    const asked = this.command();
+    asked.then((answer) => this.hear(answer));
+    const reply = await Promise.race([asked, late]);
     if (reply?.ok) return reply;
     try {
       const signal = AbortSignal.timeout(LIMIT_MS);

@@ -276,7 +276,7 @@ def run_review(config: ReviewConfig) -> None:
         has_room=lambda: all(inbox.has_room() for inbox in inboxes),
     )  # fmt: skip
     scene_thread = SceneThread(viser_server, link, inboxes[0], shell, fail)
-    second = SideBySideScene(viser_server, inboxes[1], scene_thread.follow, fail)
+    second = SideBySideScene(viser_server, inboxes[1], scene_thread.follow, fail, say)
     pages = ReviewPages(config, playback, timeline, second, say)
     app = gateway.app()
     app.router.routes[:0] = pages.routes()

@@ -15,6 +15,7 @@ from app.view.drawing.viser_scene import ViserScene
 from app.view.model.scene_model import SceneModel
 from app.view.model.scene_reader import SceneReader
 from app.view.view_options import ViewOptions
+from app.view.words import Words
 
 ROOT: Final = "/second"
 
@@ -28,6 +29,7 @@ class SideBySideScene:
         inbox: Inbox,
         follow: CameraFollow,
         on_failure: OnFailure,
+        say: Words,
     ) -> None:
         """Create the scene of the second session.
 
@@ -36,14 +38,15 @@ class SideBySideScene:
             inbox: Messages of the second session.
             follow: Keeps both sessions in view.
             on_failure: Called when a thread has failed.
+            say: The words of the page.
         """
         self.model = SceneModel()
         self._inbox = inbox
         self._follow = follow
-        self._reader = SceneReader(self.model)
+        self._reader = SceneReader(self.model, say)
         self._root = viser_server.server.scene.add_frame(ROOT, show_axes=False)
         self._root.visible = False
-        self._scene = ViserScene(Subtree(viser_server.server, ROOT))
+        self._scene = ViserScene(Subtree(viser_server.server, ROOT), say)
         self._options = ViewOptions()
         self._stop = threading.Event()
         self._thread = critical_thread("second", self._run, on_failure)

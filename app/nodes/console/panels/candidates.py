@@ -3,6 +3,7 @@
 from typing import Any
 
 from app.messages.control import QueueRequest
+from app.messages.plain_text import as_sentence
 from app.nodes.console.link.commands import Actions, CommandError
 from app.nodes.console.panels.find_markup import candidate, not_found
 from app.nodes.console.panels.markup import Try
@@ -83,5 +84,10 @@ class CandidatesPanel:
         if word == self._words("panel.places.go"):
             return self._actions.go_to(x, y)
         again = QueueRequest(goal_id=self._shown.goal.goal_id, action="repeat")
-        asked, going = self._actions.change_queue(again), self._actions.go_to(x, y)
+        asked = self._actions.change_queue(again)
+        try:
+            going = self._actions.go_to(x, y)
+        except CommandError as error:
+            # The search has begun all the same.
+            return f"{asked} {as_sentence(str(error))}"
         return self._words("panel.places.first", asked=asked, n=n + 1, going=going)

@@ -5,11 +5,13 @@ What is typed is each browser's own (`QueryForm`); answers are common to all.
 
 import threading
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any, Final, Literal
 
 import numpy as np
 
+from app.messages.cdr import MessageError
 from app.messages.plain_text import as_sentence
 from app.messages.status import FindReport, MissionState, Status, awaited_find
 from app.nodes.console.link.commands import Actions, CommandError
@@ -21,6 +23,8 @@ from app.nodes.console.panels.last_question import LastQuestion, Question
 from app.nodes.console.panels.proximity import ProximityPanel
 from app.nodes.console.panels.query_form import QueryForm
 from app.nodes.console.scene.find_picture import FindPictures
+from app.view.camera.picture_encoding import encoded_picture
+from app.view.camera.stream_budget import Rung
 from app.view.drawing.viser_private import show_jpeg_in_panel
 from app.view.model.scene_model import Part, SceneModel
 from app.view.words import Words
@@ -30,6 +34,7 @@ from ippon.guidance.language.requests.sentence import MAX_OBJECT_CHARS, is_name,
 MAX_CONTEXT: Final = 2000
 MAX_SCENARIO: Final = 200
 MAX_TYPED: Final = 2100
+_PICTURE: Final = Rung(longest_px=400, quality=60)
 _OUTDATES: Final = ("found", "exhausted", "stopped", "manual")
 """States in which the answer to what was pressed before is no news."""
 _GOING: Final = ("pause", "end")
@@ -302,9 +307,9 @@ class SearchPanel:
         if forms:
             self._understood.content = ""
 
-    def _show_camera(self, jpeg: bytes) -> None:
-        if jpeg.startswith(b"\xff\xd8"):
-            show_jpeg_in_panel(self._camera, jpeg)
+    def _show_camera(self, encoded: bytes) -> None:
+        with suppress(MessageError):
+            show_jpeg_in_panel(self._camera, encoded_picture(encoded, _PICTURE, turns=0))
 
 
 def _steering(state: MissionState) -> tuple[str, ...]:

@@ -218,16 +218,17 @@ class SceneThread:
     def _draw(self) -> None:
         changed = self.model.take_changes() | self._changed
         self._changed.clear()
-        if changed:
-            self._tabs.update(self.model, changed)
-        self._browser_views.draw(self.model, self._limit_image_rate(changed))
+        limited = self._limit_image_rate(changed)
+        if limited:
+            self._tabs.update(self.model, limited)
+        self._browser_views.draw(self.model, limited)
         if changed & CAMERA_PARTS:
             self._state_feed.camera.show_scene(camera_scene(self.model, self._link.say))
         bounds = self._browser_views.bounds() if "voxels" in changed else None
         self.follow.step(bounds, self.model.floor_z_m)
 
     def _limit_image_rate(self, changed: frozenset[Part]) -> frozenset[Part]:
-        """Delay the camera image while the last one is recent.
+        """Delay the camera image of scene and panel while the last one is recent.
 
         viser's client drops a texture that is not decoded before the next one arrives: a slow
         browser would never show one.

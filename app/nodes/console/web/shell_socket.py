@@ -208,7 +208,9 @@ class _Standing:
         """Carry out a command of a button."""
         try:
             answer = await self._controller.lease(message.action, message.requester)
-            reply = ShellReply(id=message.id, ok=True, text=answer.detail)
+            # A request beside that of somebody else is no error, and changes nothing.
+            ok = message.action != "request" or answer.standing in ("holds", "waits")
+            reply = ShellReply(id=message.id, ok=ok, text=answer.detail)
         except CommandError as error:
             reply = ShellReply(id=message.id, ok=False, text=str(error))
         await self._put(msgspec.json.encode(reply))

@@ -3,6 +3,8 @@
 from unittest.mock import MagicMock
 
 import msgspec
+import numpy as np
+import simplejpeg
 
 from app.messages.images import CompressedColor
 from app.messages.status import GoalStatus
@@ -68,3 +70,15 @@ def test_a_verdict_names_the_find_that_is_shown(monkeypatch, stage):
         (press,), _ = button.on_click.call_args
         press(None)
     assert [call.args for call in actions.confirm_find.call_args_list] == [(1, 2), (1, 3)]
+
+
+def test_the_panel_gets_small_pictures(monkeypatch):
+    shown = []
+    monkeypatch.setattr(search, "show_jpeg_in_panel", lambda _, jpeg: shown.append(jpeg))
+    panel = search.SearchPanel(MagicMock(), MagicMock(say=ENGLISH, recorded=False))
+    model = SceneModel()
+    for encoded in (simplejpeg.encode_jpeg(np.zeros((720, 1280, 3), np.uint8)), b"damaged"):
+        model.on_image(CompressedColor(stamp_ns=1, frame_id="camera", encoded=encoded))
+        panel.update(model, model.take_changes())
+    (jpeg,) = shown
+    assert simplejpeg.decode_jpeg(jpeg).shape == (225, 400, 3)

@@ -643,6 +643,15 @@ def test_goals_are_ordered_edited_repeated_and_saved_by_keyboard(page, parts, sh
     noted.wait_for_request(page, before, (keys.QUEUE, encode(edited)))
     expect(goals.locator("form")).to_have_count(0)
     expect(goals.locator("#goals-waiting li").first).to_contain_text("changed by somebody else")
+    goals.get_by_role("button", name="Edit the goal plant").press("Enter")
+    page.keyboard.type("mug")
+    noted.home.status_changes = {"queue": waiting[1:], "history": ended}
+    expect(page.locator(".scene-tools .goals-waiting").first).to_have_text("2")
+    page.keyboard.type(" on")
+    expect(goals.locator("form input").first).to_have_value("mug on")
+    page.keyboard.press("Escape")
+    expect(goals.locator("form")).to_have_count(0)
+    expect(goals.locator("#goals-waiting li")).to_have_count(2)
     page.set_viewport_size({"width": 390, "height": 844})
     for one in goals.get_by_role("button").all():
         box = one.bounding_box()

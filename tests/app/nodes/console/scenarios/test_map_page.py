@@ -198,7 +198,7 @@ def test_the_page_comes_back_by_itself_when_the_console_does(growing, stage, tmp
     expect_state(page, "Disconnected")
     expect(page.locator("#veil")).to_contain_text("The console does not respond")
     page.locator("#stop").click()
-    expect(page.locator("#notice")).to_contain_text("Command not delivered")
+    expect(page.locator("#notice")).to_contain_text("Not carried out")
     parts.console = stage.ConsoleProcess(parts.zenoh_port, parts.port)
     expect_state(page, "Searching")
     _drawn(page, tmp_path)

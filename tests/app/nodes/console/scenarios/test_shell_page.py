@@ -14,6 +14,7 @@ from starlette.responses import StreamingResponse
 from app.messages.driving import DriveStatus
 from app.messages.lease import LeaseStatus
 from app.messages.memory import MemoryReply
+from app.nodes.console.link.commands import CommandError
 from app.nodes.console.scene.click_explanation import ClickExplanation
 from app.nodes.console.scene.shell_state import ShellState, ShownFind, ShownUnfound
 from app.nodes.console.web import assets, gateway
@@ -34,6 +35,11 @@ SEARCHING = ShellState(
     instance="one", robot="ippon", link="live", state="searching", object="hat", has_map=True
 )
 MANUAL = msgspec.structs.replace(SEARCHING, state="manual", drive=DriveStatus(mode="manual"))
+HAT = ShownFind(
+    goal_id=7, number=2, name="hat", position=(1.0, 2.0, 0.5), size=(0.2, 0.2, 0.2),
+    perhaps=False, out_of_reach_m=None,
+)  # fmt: skip
+WARNING = "console 0.1.0, navigator 0.1.1"
 FORWARD = "[data-hold='1 0 0']"
 HANG = """() => { new (document.getElementById('view').contentWindow.WebSocket)(
     `ws://${location.host}/view/`) }"""
@@ -231,6 +237,31 @@ def _drop_lines(page, console):
     console.http.post("/api/stop?silent_s=0", headers=headers)
 
 
+def test_a_stop_that_the_console_cannot_deliver_says_why(page, navigator, monkeypatch):
+    async def control(_):
+        # Longer than the page waits for an answer over HTTP.
+        await asyncio.sleep(4.0)
+        raise CommandError("no navigator at tcp/127.0.0.1:7447")
+
+    monkeypatch.setattr(navigator, "control", control)
+    page.keyboard.press("Space")
+    expect(page.locator("#notice-text")).to_have_text("no navigator at tcp/127.0.0.1:7447")
+
+
+def test_another_version_hides_no_find_and_can_be_closed(page, post):
+    notice = page.locator("#notice")
+    post(warning=WARNING, find=HAT)
+    expect(notice).to_contain_text("Found")
+    post(find=None)
+    expect(notice).to_contain_text("navigator 0.1.1")
+    page.locator("#notice-close").click()
+    expect(notice).to_be_hidden()
+    post(msgspec.structs.replace(SEARCHING, state="paused", warning=WARNING))
+    expect(notice).to_contain_text("Paused")
+    post(msgspec.structs.replace(SEARCHING, warning=WARNING))
+    expect(notice).to_be_hidden()
+
+
 def test_an_explanation_from_before_stays_closed_and_one_that_was_closed_too(page, alone, post):
     card = page.locator("#explanation")
     post(explanation=ClickExplanation(number=4, title="Sofa"))
@@ -397,11 +428,7 @@ def test_stop_is_pressed_also_while_a_dialog_is_open(page, navigator, dialog):
 
 
 def test_a_verdict_is_for_the_find_that_the_notice_shows(page, post, navigator):
-    find = ShownFind(
-        goal_id=7, number=2, name="hat", position=(1.0, 2.0, 0.5), size=(0.2, 0.2, 0.2),
-        perhaps=False, out_of_reach_m=None,
-    )  # fmt: skip
-    post(msgspec.structs.replace(SEARCHING, state="found", find=find))
+    post(msgspec.structs.replace(SEARCHING, state="found", find=HAT))
     page.locator("#notice").get_by_role("button", name="Confirm", exact=True).click()
     _until(lambda: page.wait_for_timeout(50) or navigator.actions)
     assert navigator.actions == [("confirm", 7, 2)]

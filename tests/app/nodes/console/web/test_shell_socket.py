@@ -8,6 +8,7 @@ import msgspec
 import pytest
 
 from app.messages.control import ControlRequest, QueueRequest, SavedSearchRequest
+from app.messages.lease import LeaseReply
 from app.messages.memory import MemoryNoteRequest
 from app.nodes.console.scene.scene_requests import ClickChoice
 from app.nodes.console.web import shell_socket
@@ -203,6 +204,20 @@ def test_control_is_taken_renewed_and_lost_as_the_page_is_told(client, navigator
     with client.socket("/api/ws") as shell:
         shell.send('{"type":"lease","id":3,"action":"take"}')
         assert hear(shell, "reply")["text"] == "Anna has control"
+
+
+def test_who_asks_for_control_after_somebody_else_is_told(client, navigator, monkeypatch):
+    asked = "Anna has control, and Bert asks for it already."
+
+    async def lease(action, requester=""):
+        return LeaseReply(standing="watches", epoch=3, detail=asked)
+
+    monkeypatch.setattr(navigator, "lease", lease)
+    with client.socket("/api/ws") as shell:
+        shell.send('{"type":"lease","id":1,"action":"request"}')
+        assert hear(shell, "reply") == {"type": "reply", "id": 1, "ok": False, "text": asked}
+        shell.send('{"type":"lease","id":2,"action":"release"}')
+        assert hear(shell, "reply")["ok"]
 
 
 def test_a_page_that_sleeps_keeps_no_lease(client, navigator, monkeypatch):
