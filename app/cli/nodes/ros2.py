@@ -52,7 +52,6 @@ def _is_free(project: Path) -> bool:
     if not project.exists():
         return True
     try:
-        described = tomllib.loads(project.read_text("utf-8")).get("project")
-    except ValueError:
+        return tomllib.loads(project.read_text("utf-8"))["project"]["name"] == "ippon-ros2"
+    except (ValueError, KeyError, TypeError):
         return False
-    return isinstance(described, dict) and described.get("name") == "ippon-ros2"
