@@ -157,3 +157,10 @@ def test_options_and_commands_within_sentences_exist(document, capsys):
             unknown = re.search("unrecognized|invalid choice", said, re.IGNORECASE)
             wrong += [(command, said)] if ended.code and unknown else []
     assert wrong == []
+
+
+@pytest.mark.parametrize("document", SPEAKING, ids=name)
+def test_evaluations_within_sentences_say_where_their_rows_go(document):
+    text = FENCE.sub("", document.read_text("utf-8"))
+    options = re.findall(r"`ippon eval run (--[^`]*)`", text)
+    assert [one for one in options if "--out" not in one] == []

@@ -149,3 +149,25 @@ def test_ros2_has_an_environment_of_its_own_and_is_installed_once(checkout, setu
     assert setup(checkout, 1000, "--ros2")[1] == ["pip install"]
     assert setup(checkout, 1000, "--ros2")[1] == []
     assert not (checkout / ".venv/.installed").exists()
+
+
+def test_ros2_is_for_the_python_of_its_wheels_and_says_where_there_is_none(checkout, setup):
+    made_by = """#!/bin/sh
+case "$*" in
+    *sys.version_info*) {is_it} ;;
+    *"-m venv"*) echo "{name} $1 $2" >>"$MADE/log" ;;
+    *--version*) echo "Python 3.13.1" ;;
+esac
+"""
+    # Of version 3.13, however it is asked for it.
+    newer = """case "$*" in *"3, 13"* | *3.13*) exit 0 ;; esac; exit 1"""
+    program(checkout / ".venv-ros2/bin/python", PYTHON)
+    folder = checkout.parent / "bin"
+    program(folder / "python3", made_by.format(name="python3", is_it=newer))
+    program(folder / "python3.11", made_by.format(name="python3.11", is_it="exit 0"))
+    assert setup(checkout, 1000, "--ros2")[1] == ["python3.11 -m venv", "pip install"]
+    (checkout / ".venv-ros2/.installed").unlink()
+    program(folder / "python3.11", made_by.format(name="python3.11", is_it="exit 1"))
+    done, asked = setup(checkout, 1000, "--ros2")
+    assert (done.returncode, asked) == (1, [])
+    assert "Python 3.11 is needed; found: Python 3.13.1" in done.stderr

@@ -2,6 +2,7 @@
 
 import importlib.util
 import re
+import shutil
 import subprocess
 import sys
 
@@ -10,6 +11,7 @@ import pytest
 
 from app.cli.main import run
 from app.messages import keys, status
+from scripts.documentation.__main__ import main
 from scripts.documentation.command_options import option_rows
 from scripts.documentation.pages import Pages, with_whole_words
 from scripts.documentation.python_source import as_markdown
@@ -132,6 +134,56 @@ def test_a_link_that_leads_nowhere_is_named(tmp_path):
 def test_what_the_site_adds_is_added_to_documents(site):
     for page, text in ADDED.items():
         assert (site / page).read_text("utf-8").endswith(f"{text}\n")
+
+
+def test_a_folder_of_other_files_is_left_as_it_is(tmp_path, capsys):
+    kept = tmp_path / "keep.txt"
+    kept.write_text("mine")
+    assert main(["--pages-only", str(tmp_path)]) == 1
+    assert "not of the site" in capsys.readouterr().err
+    assert [*tmp_path.iterdir()] == [kept]
+
+
+@pytest.mark.parametrize("above", [0, 1])
+def test_a_folder_that_holds_the_checkout_is_no_place_for_the_site(
+    above, tmp_path, capsys, monkeypatch
+):
+    root = tmp_path / "checkout"
+    root.mkdir()
+    (root / "zensical.toml").touch()
+    (tmp_path / "zensical.toml").touch()
+    monkeypatch.setattr("scripts.documentation.__main__.ROOT", root)
+    assert main(["--pages-only", str([root, tmp_path][above])]) == 1
+    assert "holds the checkout" in capsys.readouterr().err
+    assert root.is_dir()
+
+
+def test_pages_replace_those_of_an_earlier_run_and_nothing_else(tmp_path):
+    out = tmp_path / "docs"
+    assert main(["--pages-only", str(out)]) == 0
+    kept = out / "keep.txt"
+    kept.write_text("mine")
+    (out / "pages" / "old.md").write_text("of a document that is gone")
+    assert main(["--pages-only", str(out)]) == 0
+    assert kept.read_text() == "mine"
+    assert not (out / "pages" / "old.md").exists()
+    assert (out / "pages" / "index.md").exists()
+
+
+def test_a_relative_folder_is_one_of_where_it_was_typed(tmp_path):
+    root, here = tmp_path / "checkout", tmp_path / "here"
+    (root / "scripts").mkdir(parents=True)
+    (root / ".venv" / "bin").mkdir(parents=True)
+    here.mkdir()
+    shutil.copy(ROOT / "scripts" / "docs", root / "scripts")
+    for name, text in (("scripts/setup", ""), (".venv/bin/python", 'echo "$@"')):
+        (root / name).write_text(f"#!/bin/sh\n{text}\n")
+        (root / name).chmod(0o755)
+    done = subprocess.run(
+        [root / "scripts" / "docs", "--pages-only", "out"],
+        cwd=here, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert done.stdout.splitlines()[-1] == (f"-m scripts.documentation --pages-only {here / 'out'}")
 
 
 @pytest.mark.slow

@@ -18,6 +18,7 @@ from app.certificates.authority import (
     open_authority,
     write_private,
 )
+from app.links.loopback import HOSTS
 from app.messages.keys import check_prefix
 
 NAVIGATOR: Final = "navigator"
@@ -79,7 +80,9 @@ def write_roles(
         certificate, key = folder / f"{role}.pem", folder / f"{role}.key"
         new = not (certificate.exists() and key.exists())
         if new:
-            reached = hosts if role == NAVIGATOR else ("localhost",)
+            # Processes beside the navigator reach it here, whatever others call its machine.
+            here = (*hosts, *HOSTS) if role == NAVIGATOR else ("localhost",)
+            reached = tuple(dict.fromkeys(here))
             pem, private = issue(authority, role, reached, days, now)
             write_private(key, private)
             certificate.write_bytes(pem)

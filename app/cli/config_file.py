@@ -129,7 +129,7 @@ def _without(tree: Mapping[str, Any], names: set[str], above: str = "") -> dict[
     for name, value in tree.items():
         if f"{above}{name}" in names:
             continue
-        kept[name] = (
-            _without(value, names, f"{above}{name}.") if isinstance(value, Mapping) else value
-        )
+        left = _without(value, names, f"{above}{name}.") if isinstance(value, Mapping) else value
+        if left != {}:
+            kept[name] = left
     return kept

@@ -66,7 +66,7 @@ def check_segmentation(config: SegmentationConfig, models: Path) -> Finding:
     """
     try:
         speed = measure_network(config, models)
-    except SegmentationError as error:
+    except (SegmentationError, ValueError) as error:
         return Finding(what="segmentation", verdict="missing", detail=str(error))
     verdict = "ok" if speed.image_s < SLOW_SEGMENTATION_S else "warning"
     return Finding(what="segmentation", verdict=verdict, detail=str(speed))

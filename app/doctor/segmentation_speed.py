@@ -50,6 +50,7 @@ def measure_network(config: SegmentationConfig, models: Path) -> Speed:
 
     Raises:
         SegmentationError: The network cannot be loaded, or fails.
+        ExtensionError: No installed package adds the network.
     """
     segmenter, source = _load(config, models)
     return measure(segmenter, f"{source} on {_where(config)}")
@@ -102,6 +103,9 @@ def _where(config: SegmentationConfig) -> str:
     if config.backend == "detector":
         cores = config.threads or os.cpu_count()
         return f"{config.device}, {cores} CPU threads at most"
+    if config.backend == "installed":
+        # Of a package of its own, which may do without torch.
+        return config.device
     import torch
 
     from ippon.segmentation.device import choose_device, choose_dtype

@@ -16,7 +16,7 @@ from app.evaluation.setup import (
     settings_of,
     trial_of,
 )
-from app.evaluation.version import code_of, version_text
+from app.evaluation.version import code_of, program_of, version_text
 from app.evaluation.workers.process_workers import ProcessWorkers, Workers
 from app.evaluation.workers.ray_workers import RayWorkers
 from app.evaluation.workers.worker import Job, WorkerSetup, list_home, run_job
@@ -70,6 +70,7 @@ def run_evaluation(
     folder = EvaluationFolder(config.out)
     folder.check_homes(homes)
     _check_code(folder, methods)
+    _tell_other_program(folder, version, observer)
     folder.open_for(settings_of(config, trial, methods, version, mission_changes))
     workers = _workers(config, WorkerSetup(trial=trial, catalogue=catalogue, version=version))
     try:
@@ -110,6 +111,21 @@ def _check_code(folder: EvaluationFolder, methods: Sequence[str]) -> None:
                 f"the code of {row.method} has changed since the rows in {folder.path} were made; "
                 "take another --out, or give the changed method another name"
             )
+
+
+def _tell_other_program(
+    folder: EvaluationFolder, version: str, observer: EvaluationObserver
+) -> None:
+    """Say that the folder keeps rows that another version of the program has made."""
+    if not folder.has_rows():
+        return
+    now = program_of(version)
+    others = [made for row in folder.rows() if (made := program_of(row.version)) != now]
+    if others:
+        observer.tell(
+            f"{len(others)} rows in {folder.path} were made by another version of the program and "
+            f"are kept ({others[0]}; this is {now}); take another --out for rows of one version"
+        )
 
 
 def _workers(config: EvaluationConfig, setup: WorkerSetup) -> Workers:

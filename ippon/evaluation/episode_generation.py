@@ -3,6 +3,7 @@
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final, Literal
 
 import numpy as np
@@ -25,6 +26,10 @@ SMALL_GOALS: Final[tuple[str, ...]] = (
 """Small objects that are not among the 40 common ones."""
 
 ContextMode = Literal["none", "support", "both", "room"]
+Reason = Literal[
+    "absent", "one colour", "starts too near", "no way", "another floor", "no start left"
+]
+"""Why a search is excluded."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,9 +123,7 @@ class ExcludedEpisode:
     home: str
     goal: str
     start_index: int | None
-    reason: Literal[
-        "absent", "one colour", "starts too near", "no way", "another floor", "no start left"
-    ]
+    reason: Reason
 
 
 def list_episodes(
@@ -149,36 +152,33 @@ def list_episodes(
         then = _next_goal(home, goal, goals, config) if config.second_object else ""
         judge = Judge(scene, robot, goal, colour=colour, grid=grid, sight=sight)
         rng = _rng(config.seed, home_name(home), *filter(None, (colour, goal)))
+        drop = partial(_drop, dropped, home, goal)
         taken = 0
         for index in rng.permutation(len(scene.start_poses)).tolist():
             if taken == config.starts_per_goal:
                 break
             if abs(scene.start_poses[index].z - scene.start_poses[0].z) > robot.max_step_m:
-                dropped.append(
-                    ExcludedEpisode(home=home, goal=goal, start_index=index, reason="another floor")
-                )
+                drop("another floor", index)
                 continue
             d0 = judge.shortest_path_m(scene.start_poses[index])
             if not np.isfinite(d0):
-                dropped.append(
-                    ExcludedEpisode(home=home, goal=goal, start_index=index, reason="no way")
-                )
+                drop("no way", index)
                 continue
             if d0 < config.min_shortest_path_m:
-                dropped.append(
-                    ExcludedEpisode(
-                        home=home, goal=goal, start_index=index, reason="starts too near"
-                    )
-                )
+                drop("starts too near", index)
                 continue
             taken += 1
             specs = _specs(scene, home, judge, goal, index, d0, config)
             episodes += [replace(spec, then=then) for spec in specs]
         if taken < config.starts_per_goal:
-            dropped.append(
-                ExcludedEpisode(home=home, goal=goal, start_index=None, reason="no start left")
-            )
+            drop("no start left", None)
     return tuple(episodes), tuple(dropped)
+
+
+def _drop(
+    dropped: list[ExcludedEpisode], home: str, goal: str, reason: Reason, start_index: int | None
+) -> None:
+    dropped.append(ExcludedEpisode(home=home, goal=goal, start_index=start_index, reason=reason))
 
 
 def _with_colours(
@@ -196,9 +196,7 @@ def _with_colours(
         colours = telling_colours(scene, matching_instances(scene, goal))
         pairs += [(goal, colour) for colour in colours]
         if not colours:
-            dropped.append(
-                ExcludedEpisode(home=home, goal=goal, start_index=None, reason="one colour")
-            )
+            _drop(dropped, home, goal, "one colour", None)
     return pairs
 
 
@@ -211,7 +209,7 @@ def _drawn_goals(
         if matching_instances(scene, goal):
             present.append(goal)
         else:
-            dropped.append(ExcludedEpisode(home=home, goal=goal, start_index=None, reason="absent"))
+            _drop(dropped, home, goal, "absent", None)
     common = [g for g in present if g in HABITAT_GOALS]
     # Each goal has its own random number, so that adding a goal does not change the others.
     lots = {

@@ -17,7 +17,7 @@ from ippon.mapping.arrays import MapArrays
 from ippon.mapping.far_evidence.joint_evidence import EvidenceAhead
 from ippon.mission.mission import Mission
 from ippon.mission.operator_control import WeighingPlanner, path_to
-from ippon.mission.snapshot import Snapshot, StepResult
+from ippon.mission.snapshot import MissionState, Snapshot, StepResult
 from ippon.planning.interface import Planner
 from ippon.planning.plan import Plan
 from ippon.planning.visibility.region_weights import Stroke, WeightGrid
@@ -135,7 +135,7 @@ class SearchRecord:
     wrong_instance: bool
     """Whether the find is of the goal's kind and has another colour."""
     rule_steps: int
-    """Planner steps in which the method's rule was asked."""
+    """Planner steps in which the method's rule was asked, and the robot searched by the plan."""
     unruled_steps: int
     """Those in which it gave no target within reach."""
     planner_s: tuple[float, ...]
@@ -148,6 +148,8 @@ class _Notes:
     positions: list[tuple[float, float]] = field(default_factory=list[tuple[float, float]])
     contacts: list[bool] = field(default_factory=list[bool])
     step_s: list[float] = field(default_factory=list[float])
+    by_rule: list[bool] = field(default_factory=list[bool])
+    """Whether the rule gave the target, where it was asked and the plan was followed."""
     first_seen_s: float = -1.0
     seen_point: int = -1
     mapped_point: int = -1
@@ -184,17 +186,19 @@ def search(
     )
     # The generator runs observe, watch and the mission's step; the step alone is timed by
     # taking the clock when the frame is handed over.
-    handed: list[tuple[float, Frame]] = []
+    handed: list[tuple[int, float, Frame]] = []
 
     def watch(frame: Frame) -> None:
         if setup.planner_setup.observe is not None:
             setup.planner_setup.observe(frame)
-        handed[:] = [(cpu(), frame)]
+        handed[:] = [(len(planner.by_rule), cpu(), frame)]
 
     for result in run_episode(world, setup.mission, limits, watch):
-        began, frame = handed[0]
+        planned, began, frame = handed[0]
         notes.step_s.append(cpu() - began)
         notes.last = result.snapshot
+        if result.snapshot.state is MissionState.SEARCHING:
+            notes.by_rule += [by for by in planner.by_rule[planned:] if by is not None]
         notes.positions.append((base.x_m, base.y_m))
         # A contact may begin and end between two frames.
         notes.contacts.append(base.contact or world.collisions > hits)
@@ -224,8 +228,8 @@ def search(
         ending=last.outcome or "time",
         recognised=any(is_at_instance(c, instances) for c in last.candidates),
         wrong_instance=last.find is not None and is_wrong_instance(last.find, instances, wrong),
-        rule_steps=sum(by is not None for by in planner.by_rule[began_plans:]),
-        unruled_steps=planner.by_rule[began_plans:].count(False),
+        rule_steps=len(notes.by_rule),
+        unruled_steps=notes.by_rule.count(False),
         planner_s=tuple(planner.seconds[began_plans:]),
         step_s=tuple(notes.step_s),
     )

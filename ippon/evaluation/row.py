@@ -77,8 +77,8 @@ class EpisodeRow:
     reached_spl: float = -1.0
     """The same from the first place after that where a stop would have been a success."""
     rule_steps: int = -1
-    """Planner steps in which the method's rule was asked, 0 for a method without one; -1 in a row
-    of an earlier version."""
+    """Planner steps in which the method's rule was asked and the robot searched by the plan, 0 for
+    a method without a rule; -1 in a row of an earlier version."""
     unruled_steps: int = -1
     """Those in which the rule gave no target within reach, so that the planner of `ippon` chose."""
 

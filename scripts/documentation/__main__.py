@@ -4,6 +4,7 @@ import argparse
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from scripts.documentation.pages import Pages
@@ -14,16 +15,23 @@ CONFIG = Path(__file__).with_name("zensical.toml")
 STYLES = Path(__file__).with_name("tables.css")
 
 
-def main() -> int:
-    """Write the pages, and build the site from them; broken links fail."""
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write the pages, and build the site from them; broken links fail.
+
+    Args:
+        arguments: Of the command line; those of the process without any.
+    """
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("out", nargs="?", type=Path, default=ROOT / "build" / "docs")
     parser.add_argument("--pages-only", action="store_true", help="write the pages as Markdown")
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
     out = options.out.resolve()
-    shutil.rmtree(out, ignore_errors=True)
+    try:
+        _make_way(out)
+    except OSError as error:
+        print(f"docs: {error}", file=sys.stderr)
+        return 1
     pages = Pages(ROOT, out / "pages", ADDED)
-    (out / "pages").mkdir(parents=True)
     shutil.copy(STYLES, out / "pages" / STYLES.name)
     for page, text in write_reference(ROOT).items():
         pages.write(page, text)
@@ -34,7 +42,6 @@ def main() -> int:
         return 1
     if options.pages_only:
         return 0
-    shutil.copy(CONFIG, out / CONFIG.name)
     done = subprocess.run(
         [sys.executable, "-m", "zensical", "build", "--clean", "--strict"], cwd=out, check=False
     )
@@ -42,6 +49,22 @@ def main() -> int:
         print(f"{out / 'site' / 'index.html'}")
         print(f"python3 -m http.server --directory {out / 'site'}    # serves it, with search")
     return done.returncode
+
+
+def _make_way(out: Path) -> None:
+    """Remove what an earlier run wrote, and nothing else; leave the file that says so.
+
+    Raises:
+        OSError: The folder holds the checkout or what no run wrote, or cannot be written.
+    """
+    if out == ROOT or out in ROOT.parents:
+        raise FileExistsError(f"{out} holds the checkout; name another folder")
+    if out.is_dir() and any(out.iterdir()) and not (out / CONFIG.name).exists():
+        raise FileExistsError(f"{out} holds files that are not of the site; name another folder")
+    for name in ("pages", "site"):
+        shutil.rmtree(out / name, ignore_errors=True)
+    (out / "pages").mkdir(parents=True)
+    shutil.copy(CONFIG, out / CONFIG.name)
 
 
 if __name__ == "__main__":

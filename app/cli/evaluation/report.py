@@ -12,9 +12,8 @@ from rich.table import Table
 from app.cli.options.evaluation import EvalReport
 from app.evaluation.report.report_data import ReportData
 from app.evaluation.report.report_files import read_report_data, write_report
-from app.evaluation.report.report_page import ENOUGH_HOMES
 from app.evaluation.report.report_tables import losses_in_order
-from ippon.evaluation.methods.rule_share import MOSTLY, rule_note
+from app.evaluation.report.report_warnings import warnings_of
 from ippon.evaluation.statistics import PairedDifference, Ratio
 from ippon.evaluation.summary import Effect, MethodSummary
 
@@ -31,11 +30,9 @@ def run_eval_report(command: EvalReport) -> int:
             _print_detail(screen, data)
         _print_effects(screen, "a correct sentence (with, without)", data.contexts)
         _print_effects(screen, "a known home (second object with and without map)", data.seconds)
-    for difference in data.other_settings:
-        print(f"ippon: other settings: {difference}", file=sys.stderr)
-    for method, share in data.unruled.items():
-        if share > MOSTLY:
-            print(f"ippon: {rule_note(method, share)}", file=sys.stderr)
+    for text, minor in warnings_of(data):
+        if not minor:
+            print(f"ippon: {text}", file=sys.stderr)
     for name in data.errors:
         print(f"ippon: {name} ended with an error and is not counted", file=sys.stderr)
     # Last, so that the figures are shown of a folder that cannot be written.
@@ -83,14 +80,9 @@ def _print_tables(screen: Console, data: ReportData) -> None:
         "percentile; ×: simulated over processor time",
         style="dim",
     )
-    for method, share in data.unruled.items():
-        if 0.0 < share <= MOSTLY:
-            screen.print(rule_note(method, share), style="dim", highlight=False)
-    fewest = min(s.homes for s in summaries)
-    if fewest < ENOUGH_HOMES:
-        screen.print(
-            f"intervals over fewer than {ENOUGH_HOMES} homes are too narrow; a method has {fewest}"
-        )
+    for text, minor in warnings_of(data):
+        if minor:
+            screen.print(text, style="dim", highlight=False)
     if not comparisons:
         if len(summaries) > 1:
             screen.print(f"no method shares episodes with {data.reference}: see --reference")

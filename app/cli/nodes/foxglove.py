@@ -22,22 +22,24 @@ def run_foxglove_command(command: Foxglove) -> int:
             raise
         raise UsageError('Foxglove needs foxglove-sdk: pip install "ippon[foxglove]"') from error
 
+    if command.layout is not None:
+        try:
+            command.layout.write_text(layout_json() + "\n", "utf-8")
+        except OSError as error:
+            raise UsageError(f"{command.layout} cannot be written: {error.strerror}") from error
+        print(f"{command.layout}: in Foxglove, Layouts, Import from file")
+        return 0
     connect, robot = resolve_address(command.connect, command.robot)
     try:
-        config = FoxgloveConfig(
-            connect=connect,
-            robot=robot,
-            host=command.host,
-            port=command.port,
-            ceiling_m=command.ceiling_m,
+        run_foxglove(
+            FoxgloveConfig(
+                connect=connect,
+                robot=robot,
+                host=command.host,
+                port=command.port,
+                ceiling_m=command.ceiling_m,
+            )
         )
-        if command.layout is not None:
-            command.layout.write_text(layout_json() + "\n", "utf-8")
-            print(f"{command.layout}: in Foxglove, Layouts, Import from file")
-            return 0
-        run_foxglove(config)
-    except OSError as error:
-        raise UsageError(f"{command.layout} cannot be written: {error.strerror}") from error
     except (ValueError, ViewerError) as error:
         raise UsageError(str(error)) from error
     return 0

@@ -20,6 +20,7 @@ from app.cli.tools.language_model import make_model
 from app.configuration import changed
 from app.errors import UsageError
 from app.links.language_model.interface import LanguageModelInterface
+from app.links.loopback import reachable
 from app.links.network.session import LinkError
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.localization.alignment import NoFrameError
@@ -172,7 +173,7 @@ def _start_segmentation(command: Navigate) -> Child | None:
     """Start the segmentation process if it runs on this machine."""
     if command.segmentation.where != "here":
         return None
-    arguments = ["segment", "--connect", command.listen, "--robot", command.robot]
+    arguments = ["segment", "--connect", reachable(command.listen), "--robot", command.robot]
     child = Child("segmentation", [*arguments, *arguments_of(command.segmentation)])
     threading.Thread(target=_report_end, args=(child,), name="segmentation", daemon=True).start()
     return child

@@ -24,6 +24,8 @@ logger = logging.getLogger(__name__)
 def run_review_command(command: Review) -> int:
     """Serve the pages until the process is stopped."""
     end_with_parent(command.parent_pid)
+    if command.out is not None and not (command.recompute or command.set):
+        raise UsageError("--out is the folder of a recomputed session: add --recompute")
     paths = command.paths or (sessions_folder(),)
     try:
         if command.recompute or command.set:

@@ -1,11 +1,15 @@
 """`ippon ros2`: the bridge to ROS 2, run here or written for the robot."""
 
 import shutil
+import tomllib
 from pathlib import Path
+from typing import Final
 
 from app import ros2
 from app.cli.options.ros2 import Ros2
 from app.errors import UsageError
+
+PROJECT: Final = "pyproject.toml"
 
 
 def run_ros2(command: Ros2) -> int:
@@ -25,13 +29,15 @@ def write_package(folder: Path) -> Path:
     """Copy the bridge's package, with what pip installs it by; return its folder.
 
     Raises:
-        UsageError: It cannot be written.
+        UsageError: It cannot be written, or the folder is that of another package.
     """
     source = Path(ros2.__file__).parent
     target = folder / "ippon_ros2"
     try:
+        if not _is_free(folder / PROJECT):
+            raise UsageError(f"{folder / PROJECT} is of another package; name another folder")
         folder.mkdir(parents=True, exist_ok=True)
-        shutil.copy(source / "pyproject.toml", folder)
+        shutil.copy(source / PROJECT, folder)
         shutil.copytree(
             source / "ippon_ros2", target, dirs_exist_ok=True,
             ignore=shutil.ignore_patterns("__pycache__"),
@@ -39,3 +45,13 @@ def write_package(folder: Path) -> Path:
     except OSError as error:
         raise UsageError(f"cannot write the package to {folder}: {error}") from error
     return target
+
+
+def _is_free(project: Path) -> bool:
+    """Return whether there is no such file, or that of an earlier copy."""
+    if not project.exists():
+        return True
+    try:
+        return tomllib.loads(project.read_text("utf-8"))["project"]["name"] == "ippon-ros2"
+    except (ValueError, KeyError, TypeError):
+        return False

@@ -15,6 +15,8 @@ PIXELS_PER_METRE = 80.0
 
 def run_sim(command: Sim) -> int:
     """Draw or export the home, or drive a robot in it until it is stopped."""
+    if command.picture is not None and command.export is not None:
+        raise UsageError("a home is drawn or exported: give --picture or --export, not both")
     if command.picture is not None:
         draw_home(command.home, command.picture)
         return 0

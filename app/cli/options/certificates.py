@@ -23,7 +23,8 @@ class Certificates:
     """Where they lie. Copy to another machine ca.pem and the three files of one role, never
     ca.key; profiles name this folder, so it must have the same path there, or edit them."""
     hosts: tuple[str, ...] = ("localhost", "127.0.0.1")
-    """Names and addresses under which the navigator's machine is reached."""
+    """Names and addresses under which the navigator's machine is reached; localhost and 127.0.0.1
+    are always among them."""
     robot: tuple[str, ...] = ("ippon",)
     """Key prefixes of the robots that the access rules are about: of several robots on joined
     routers all, and in --hosts the machines of all their navigators."""

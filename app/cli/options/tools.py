@@ -100,7 +100,8 @@ class Ask:
     """With --confirm or --reject: number of the goal; in a tour of several each has its finds."""
     follow: bool = False
     """Print what happens until the search ends. Exit status 0: object found; 4: object found, but
-    no path leads close to it; 1: otherwise."""
+    no path leads close to it; 1: ended without a find; 2: not followed to its end, as where the
+    navigator is gone."""
     json: bool = False
     """Print one JSON object per line instead of text."""
     connect: str | None = None

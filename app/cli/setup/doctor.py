@@ -41,6 +41,7 @@ EXIT_UNWELL: Final = 1
 
 def run_doctor(command: Doctor) -> int:
     """Run the checks and print their results; exit status 1 when something is missing."""
+    _check_options(command)
     if command.recording is not None:
         return _run_file_doctor(command)
     if command.robot is not None or command.connect is not None:
@@ -55,6 +56,27 @@ def run_doctor(command: Doctor) -> int:
             raise UsageError(str(error)) from error
         findings.append(check_segmentation(config, network.models or models_folder()))
     return _report(findings, as_json=command.json)
+
+
+def _check_options(command: Doctor) -> None:
+    """Refuse options that would have no effect.
+
+    Raises:
+        UsageError: There is one.
+    """
+    is_robot = command.robot is not None or command.connect is not None
+    if is_robot and command.recording is not None:
+        raise UsageError("a recording and a robot are checked one at a time")
+    is_machine = not is_robot and command.recording is None
+    if command.segmentation and not is_machine:
+        raise UsageError(
+            "--segmentation measures this machine: check the robot or the recording in another "
+            "command"
+        )
+    if command.profile is not None and is_machine:
+        raise UsageError(
+            "--profile is of a robot or of a recording: name one, for example with --robot ippon"
+        )
 
 
 def _tell(what: str) -> None:

@@ -16,6 +16,11 @@ if TYPE_CHECKING:
 def run_profile(command: Profile) -> int:
     """Print a built-in profile as YAML, a robot's own, or a summary of the user's profile."""
     if command.from_robot is not None:
+        if command.picture is not None:
+            raise UsageError(
+                "--picture draws a profile that is there: write that of the robot to a file first, "
+                "then `ippon profile scout.yaml --picture scout.png`"
+            )
         from app.cli.setup.profile_from_robot import profile_from_robot
 
         print(profile_from_robot(command.from_robot, command.connect), end="")

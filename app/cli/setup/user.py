@@ -22,7 +22,12 @@ def run_user(command: User) -> int:
 def _password() -> str:
     if not sys.stdin.isatty():
         return sys.stdin.readline().rstrip("\n")
-    password = getpass.getpass("Password: ")
-    if getpass.getpass("Again: ") != password:
+    try:
+        password = getpass.getpass("Password: ")
+        again = getpass.getpass("Again: ")
+    except EOFError:
+        print(file=sys.stderr)
+        raise UsageError("no password; nothing was changed") from None
+    if again != password:
         raise UsageError("the two passwords differ; nothing was changed")
     return password

@@ -62,6 +62,12 @@ def run_ask(command: Ask) -> int:
             "--picture stands in place of the object; what you know of its place goes to --context"
         )
     feedback = feedback_of(command)
+    searches = command.context or command.explain or command.follow
+    if command.add_label is not None and not command.object and searches:
+        raise UsageError(
+            "--context, --explain and --follow are about a search: name an object, too, or leave "
+            "them out"
+        )
     asks = feedback is None and command.picture is None
     if asks and (command.add_label is None or command.object):
         check_query(command.object[:80], command.context)

@@ -4,6 +4,7 @@ import math
 
 from app.errors import UsageError
 from app.links.network.registry import resolve_address, running_navigators
+from app.messages.keys import check_prefix
 
 
 def check_timeout(timeout_s: float) -> None:
@@ -22,8 +23,14 @@ def find_navigator(
     """Return endpoint and key prefix of the navigator; with `any_of` the first of several.
 
     Raises:
-        UsageError: No navigator runs on this machine, or several do and none is named.
+        UsageError: The prefix is none, no navigator runs on this machine, or several do and none
+            is named.
     """
+    if robot is not None:
+        try:
+            check_prefix(robot)
+        except ValueError as error:
+            raise UsageError(str(error)) from error
     if connect is not None:
         return resolve_address(connect, robot)
     on_machine = running_navigators()

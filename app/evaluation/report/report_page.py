@@ -19,21 +19,16 @@ from app.evaluation.report.report_tables import (
     pairs_table,
     parts_table,
 )
+from app.evaluation.report.report_warnings import warnings_of
 from app.evaluation.results_folder import SESSIONS
-from app.evaluation.version import program_of
 from app.report_style import REPORT_STYLE
 from ippon.evaluation.episode_generation import home_name
-from ippon.evaluation.methods.rule_share import MOSTLY, rule_note
 from ippon.evaluation.outcome import FAILURES, Failure
 from ippon.evaluation.row import EpisodeRow
 from ippon.evaluation.summary import by_method, spl_by_goal
 
 _RECORDING: Final = "*/metadata.yaml"
 """Pattern of an episode's recordings, each in a folder named by its time."""
-ENOUGH_HOMES: Final = 10
-"""Number of homes below which a bootstrap over homes is too narrow."""
-ENOUGH_EPISODES: Final = 200
-"""Number of episodes below which the page warns about a small sample."""
 
 _STYLE: Final = """
 .legend span{margin-right:16px;white-space:nowrap}.legend i{display:inline-block;width:12px;
@@ -122,30 +117,8 @@ def _warnings(data: ReportData) -> Iterable[str]:
             f'<p class="warn">{len(data.errors)} episodes failed with an error and are not '
             f"included below: {escape(listed)}.</p>"
         )
-    for method, share in data.unruled.items():
-        if share > 0.0:
-            style = "warn" if share > MOSTLY else "dim"
-            yield f'<p class="{style}">{escape(rule_note(method, share))}.</p>'
-    if min(s.episodes for s in data.summaries) < ENOUGH_EPISODES:
-        yield (
-            f'<p class="warn">Small sample: fewer than {ENOUGH_EPISODES} episodes for some '
-            "method. Read the intervals, not the means.</p>"
-        )
-    if min(s.homes for s in data.summaries) < ENOUGH_HOMES:
-        yield (
-            f'<p class="warn">Fewer than {ENOUGH_HOMES} homes for some method: its intervals over '
-            "homes are too narrow.</p>"
-        )
-    if len({s.episodes for s in data.summaries}) > 1:
-        yield (
-            '<p class="warn">Methods ran different numbers of episodes; only the paired table '
-            "compares the same ones.</p>"
-        )
-    if data.other_settings:
-        listed = "; ".join(data.other_settings)
-        yield f'<p class="warn">Folders with other settings: {escape(listed)}.</p>'
-    if len({program_of(row.version) for row in data.rows}) > 1:
-        yield '<p class="warn">Rows were made by different versions of the program.</p>'
+    for text, minor in warnings_of(data):
+        yield f'<p class="{"dim" if minor else "warn"}">{escape(text)}.</p>'
 
 
 def _causes() -> str:

@@ -10,6 +10,7 @@ from pathlib import Path
 import zenoh
 
 from app.links.language_model.interface import LanguageModelInterface
+from app.links.loopback import reachable
 from app.links.network.registry import RunningNavigator, register
 from app.links.network.session import is_open_to_all, open_router
 from app.links.rmw_zenoh.robot_link import RobotLink
@@ -104,9 +105,8 @@ def _serve(
     """List the navigator among those of this machine, and run it until it is stopped."""
     entry = None
     try:
-        entry = register(
-            RunningNavigator(pid=os.getpid(), robot=config.robot, endpoint=config.listen)
-        )
+        endpoint = reachable(config.listen)
+        entry = register(RunningNavigator(pid=os.getpid(), robot=config.robot, endpoint=endpoint))
         progress(1.0)
         logger.info("navigator ready at %s, prefix %s", config.listen, config.robot)
         if is_open_to_all(config.listen):

@@ -1,4 +1,7 @@
-"""A search method for `ippon eval run --methods farthest_frontier,farthest_frontier@same_m=1`."""
+"""A search method.
+
+Try it: `ippon eval run --out FOLDER --methods farthest_frontier,farthest_frontier@same_m=1`.
+"""
 
 import math
 

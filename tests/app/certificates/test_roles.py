@@ -81,7 +81,7 @@ def test_names_and_addresses_of_both_kinds_are_taken(tmp_path):
     write(tmp_path, hosts=hosts)
     certificate = x509.load_pem_x509_certificate((tmp_path / "navigator.pem").read_bytes())
     names = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
-    assert [str(one.value) for one in names] == list(hosts)
+    assert [str(one.value) for one in names] == [*hosts, "127.0.0.1"]
 
 
 def test_a_certificate_that_is_none_is_named(tmp_path):

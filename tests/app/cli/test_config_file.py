@@ -2,6 +2,7 @@ import pytest
 
 from app.cli.config_file import beyond_flags, read_config
 from app.cli.main import _with_config_file, parse, run
+from app.cli.options.evaluation import EvalRun
 from app.cli.options.nodes import Navigate
 from app.errors import UsageError
 
@@ -42,7 +43,11 @@ def test_a_robot_goes_on_after_a_crash_where_flag_or_file_say_so(tmp_path):
 
 def test_what_has_no_flag_is_left_for_the_command(file):
     rest = beyond_flags(Navigate, read_config(file))
-    assert rest == {"mission": {"map": {"max_range_m": 3}, "planner": {}}, "hold_find_s": 2}
+    assert rest == {"mission": {"map": {"max_range_m": 3}}, "hold_find_s": 2}
+
+
+def test_a_file_with_nothing_but_flags_leaves_nothing():
+    assert beyond_flags(EvalRun, {"mission": {"map": {"voxel_size_m": 0.05}}}) == {}
 
 
 def test_a_field_that_is_set_elsewhere_names_its_flag(tmp_path):

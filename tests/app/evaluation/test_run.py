@@ -36,6 +36,18 @@ def test_rows_of_changed_code_are_not_mixed_with_those_before(tmp_path, monkeypa
         run._check_code(folder, ["ippon", "mine"])
 
 
+def test_rows_of_another_version_of_the_program_are_said_and_kept(tmp_path, observer):
+    versions = ["ippon 0.1.0 1a2b, numpy 2.1", "ippon 0.1.0 3c4d, numpy 2.1, mine code 11111111"]
+    rows = [SimpleNamespace(version=text) for text in versions]
+    folder = SimpleNamespace(path=tmp_path, has_rows=lambda: True, rows=lambda: rows)
+    run._tell_other_program(folder, "ippon 0.1.0 3c4d, numpy 2.1", observer)
+    (told,) = observer.told
+    assert told.startswith(f"1 rows in {tmp_path} were made by another version of the program")
+    assert "(ippon 0.1.0 1a2b, numpy 2.1; this is ippon 0.1.0 3c4d, numpy 2.1)" in told
+    run._tell_other_program(SimpleNamespace(has_rows=lambda: False), versions[0], observer)
+    assert observer.told == [told]
+
+
 def test_a_rule_that_gave_no_targets_is_said_at_the_end(
     room, tmp_path, observer, make_row, monkeypatch
 ):

@@ -8,10 +8,12 @@ from ippon.command import Command
 from ippon.evaluation.episode import EpisodeLimits, run_episode
 from ippon.evaluation.episode_generation import EpisodeGenerationConfig, goals_of, list_episodes
 from ippon.evaluation.episode_record import Clocks
-from ippon.evaluation.methods.method_table import METHODS
+from ippon.evaluation.methods.baselines import Aim, BaselinePlanner, NearestFrontier
+from ippon.evaluation.methods.method_table import METHODS, Method, PlannerSetup
 from ippon.evaluation.row import TIMING_COLUMNS, row_from
 from ippon.evaluation.trial import Trial, TrialConfig, config_hash, habitat_trial
 from ippon.guidance.prior import EmbeddedPrior
+from ippon.mission.behaviors.config import LookAroundConfig
 from ippon.mission.config import MissionConfig
 from ippon.mission.mission import Mission
 from ippon.mission.snapshot import MissionState
@@ -250,3 +252,37 @@ def test_a_method_that_cannot_go_on_says_so(config, scene):
     spec = dataclasses.replace(_episode(scene, config, "hat"), then="chair")
     with pytest.raises(ValueError, match="oracle searches for one object only"):
         _trial(config, scene).run_all(spec, METHODS["oracle"])
+
+
+@pytest.mark.slow
+def test_steps_in_which_nobody_follows_the_plan_are_no_steps_of_a_rule(config, scene):
+    """A rule that gives targets only while the robot looks around has decided nothing."""
+    states, given = [], []
+
+    class AtFirst(NearestFrontier):
+        def choose(self, plan, routes, last, untried):
+            if len(states) >= 3:
+                return None
+            return Aim(stand=(1.0, 1.0), yaw_rad=0.0, tilt_rad=0.0, worth=1.0, about=(2.0, 2.0))
+
+    class Noting(BaselinePlanner):
+        def step(self, *arguments):
+            plan = super().step(*arguments)
+            given.append(plan.by_rule)
+            return plan
+
+    def make_planner(inputs):
+        planner = Noting(inputs.config.planner, inputs.robot, inputs.seed, AtFirst())
+        return PlannerSetup(planner=planner, observe=planner.observe)
+
+    limits = EpisodeLimits(time_step_s=0.2, max_time_s=4.0)
+    mission = MissionConfig(look_around=LookAroundConfig(turn=False))
+    trial = _trial(
+        dataclasses.replace(config, limits=limits, mission=mission), scene,
+        observer=lambda _, result, __: states.append(result.snapshot.state),
+    )  # fmt: skip
+    method = Method(name="at_first", summary="gives up", make_planner=make_planner)
+    row = trial.run(_episode(scene, config, "hat"), method)
+    assert True in given
+    assert set(states[:3]) == {MissionState.LOOKING_AROUND}
+    assert row.unruled_steps == row.rule_steps > 0

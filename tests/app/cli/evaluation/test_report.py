@@ -80,15 +80,14 @@ def test_a_single_search_has_a_dash_for_an_interval(tmp_path, make_row, capsys):
     for method, spl in (("ippon", 0.5), ("oracle", 0.9)):
         folder.write(make_row(method=method, spl=spl, soft_spl=spl))
     run_eval_report(EvalReport(folder=folder.path))
-    out = capsys.readouterr().out
+    out, err = capsys.readouterr()
     assert re.search(r"ippon\s+1\s+\S+\s+0\.500\s+-\s", out)
     assert re.search(r"oracle\s+1\s+-0\.400\s+-\s", out)
-    assert "intervals over fewer than 10 homes are too narrow; a method has 1" in " ".join(
-        out.split()
-    )
+    said = "intervals over fewer than 10 homes are too narrow; a method has 1"
+    assert f"ippon: {said}\n" in err
     page = (folder.path / "report.html").read_text()
     assert "<td>0.500</td>" in page
-    assert "Fewer than 10 homes" in page
+    assert said in page
     run_eval_report(EvalReport(folder=folder.path, json=True))
     assert json.loads(capsys.readouterr().out)[0]["spl_ci95"] is None
 
@@ -130,6 +129,22 @@ def test_methods_of_ones_own_are_no_other_version_of_the_program(results, make_r
     results.write(make_row(episode_id="3.bed.0.untold", version="ippon 0.0.1"))
     run_eval_report(EvalReport(folder=results.path))
     assert "different versions" in (results.path / "report.html").read_text()
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_the_terminal_says_what_the_page_warns_of(results, make_row, capsys, as_json):
+    results.write(make_row(episode_id="3.bed.0.untold", home="3", version="ippon 0.0.1"))
+    run_eval_report(EvalReport(folder=results.path, json=as_json))
+    told = capsys.readouterr().err.splitlines()
+    page = (results.path / "report.html").read_text()
+    warned = re.findall(r'<p class="warn">(.*?)\.</p>', page)
+    assert told == [f"ippon: {text}" for text in warned]
+    assert [re.match(r"\w+ \w+ ?\w*", text)[0] for text in warned] == [
+        "small sample",
+        "intervals over fewer",
+        "methods ran different",
+        "rows were made",
+    ]
 
 
 def test_the_table_fits_a_narrow_terminal(results, make_row, capsys, monkeypatch):
@@ -174,7 +189,7 @@ def test_the_page_is_whole_and_needs_nothing_from_elsewhere(results, capsys):
     page = (results.path / "report.html").read_text()
     assert page.count("<svg") == page.count("</svg>") == 4
     assert not re.search(r'(src|href)="', page)
-    assert "Small sample" in page
+    assert "small sample" in page
     assert "0.500 [0.40, 0.60]" in page
     assert "s.e." in page
     assert "oracle, stuck: 1" in page

@@ -6,6 +6,7 @@ import sys
 import pytest
 
 from app.cli.main import run
+from app.cli.nodes import foxglove
 from tests.app.nodes.viewers.foxglove_client import FoxgloveClient
 
 
@@ -17,8 +18,10 @@ def test_without_the_package_it_says_what_to_install(monkeypatch, capsys):
     assert 'pip install "ippon[foxglove]"' in capsys.readouterr().err
 
 
-def test_the_layout_is_written(tmp_path, capsys):
+def test_the_layout_is_written_whether_or_not_a_robot_is_there(tmp_path, capsys, monkeypatch):
     pytest.importorskip("foxglove", reason="needs the extra foxglove")
+    asked = []
+    monkeypatch.setattr(foxglove, "resolve_address", lambda *where: asked.append(where))
     path = tmp_path / "layout.json"
     assert run(["foxglove", "--layout", str(path)]) == 0
     assert "/status" in path.read_text("utf-8")
@@ -26,6 +29,7 @@ def test_the_layout_is_written(tmp_path, capsys):
     assert "Import from file" in capsys.readouterr().out
     assert run(["foxglove", "--robot", "r", "--layout", str(tmp_path)]) == 2
     assert "cannot be written" in capsys.readouterr().err
+    assert asked == []
 
 
 def test_a_port_that_is_none_is_refused(capsys):

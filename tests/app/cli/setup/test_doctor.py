@@ -1,4 +1,5 @@
 import json
+import sys
 from types import SimpleNamespace
 
 import pytest
@@ -7,12 +8,15 @@ from mcap.writer import Writer
 from app.cli.main import run
 from app.cli.options.tools import Doctor
 from app.cli.setup import doctor, profile_from_robot
+from app.doctor.checks import check_segmentation
 from app.doctor.robot import ros_graph
 from app.doctor.robot.samples import Samples
 from app.errors import UsageError
 from app.links.network.session import LinkError
 from app.robot_file import template
+from ippon import extensions
 from ippon.robot import ZED
+from ippon.segmentation.config import SegmentationConfig
 
 
 @pytest.fixture
@@ -63,6 +67,21 @@ def test_a_navigator_that_does_not_answer_is_told_in_one_line(monkeypatch, capsy
     for words in (["doctor"], ["profile", "--from-robot", "scout"]):
         assert run([*words, "--connect", "tcp/127.0.0.1:1"]) == 2
         assert capsys.readouterr().err == "ippon: no navigator answers at tcp/127.0.0.1:1\n"
+
+
+def test_an_installed_network_needs_no_torch_and_one_that_is_not_there_is_missing(
+    tmp_path, monkeypatch
+):
+    config = SegmentationConfig(backend="installed", model="fast-one", device="npu")
+    missing = check_segmentation(config, tmp_path)
+    assert missing.verdict == "missing"
+    assert "'fast-one'" in missing.detail
+    network = SimpleNamespace(segment=lambda *_: None)
+    monkeypatch.setattr(extensions, "load", lambda *_: lambda *_: network)
+    monkeypatch.setitem(sys.modules, "torch", None)
+    measured = check_segmentation(config, tmp_path)
+    assert measured.verdict == "ok"
+    assert measured.detail.endswith("; fast-one on npu")
 
 
 def test_a_robot_with_rmw_zenoh_has_a_line_for_its_graph(listened, capsys, tmp_path, monkeypatch):

@@ -40,3 +40,18 @@ def test_another_name_is_answered_with_those_that_run(running):
 def test_a_time_that_is_none_is_refused_before_anything_is_asked(command, seconds, capsys):
     assert run([*command, "--connect", "tcp/127.0.0.1:1", f"--timeout-s={seconds}"]) == 2
     assert "--timeout-s is a positive number of seconds; got" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("ask", "hat", "--robot"),
+        ("control", "--robot"),
+        ("memory", "--robot"),
+        ("doctor", "--robot"),
+        ("profile", "--from-robot"),
+    ],
+)
+def test_a_prefix_that_is_none_is_refused_before_anything_is_asked(command, capsys):
+    assert run([*command, "ippon/", "--connect", "tcp/127.0.0.1:1"]) == 2
+    assert "a robot's key prefix is letters, digits" in capsys.readouterr().err

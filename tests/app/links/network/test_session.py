@@ -1,5 +1,9 @@
+import datetime as dt
+
 import pytest
 
+from app.certificates.roles import write_roles
+from app.links.loopback import reachable
 from app.links.network.session import (
     PROFILE,
     LinkError,
@@ -52,6 +56,39 @@ def test_the_robots_own_network_has_a_configuration_of_its_own(free_endpoint, mo
     monkeypatch.setenv("IPPON_ZENOH_ROBOT_PROFILE", "/nowhere/robot.json5")
     with pytest.raises(LinkError, match="IPPON_ZENOH_ROBOT_PROFILE names"):
         open_robot_client(free_endpoint, 0.3)
+
+
+@pytest.mark.parametrize(
+    ("listen", "connect"),
+    [
+        ("tls/0.0.0.0:7447", "tls/127.0.0.1:7447"),
+        ("tcp/[::]:7447", "tcp/127.0.0.1:7447"),
+        ("tcp/0.0.0.0:7447#iface=lo", "tcp/127.0.0.1:7447#iface=lo"),
+        ("tcp/10.0.0.0:7447", "tcp/10.0.0.0:7447"),
+        ("tls/robot.local:7447", "tls/robot.local:7447"),
+        ("unixsock-stream/tmp/x", "unixsock-stream/tmp/x"),
+    ],
+)
+def test_where_an_endpoint_is_reached_from_the_same_machine(listen, connect):
+    assert reachable(listen) == connect
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "[::]"])
+def test_a_process_beside_the_router_reaches_it_with_certificates_for_other_hosts(
+    host, free_endpoint, tmp_path, monkeypatch
+):
+    listen = f"tls/{host}:{free_endpoint.rpartition(':')[2]}"
+    now = dt.datetime.now(dt.UTC)
+    write_roles(tmp_path, robots=("ippon",), hosts=("robot.local",), days=1, now=now)
+    monkeypatch.setenv(PROFILE, str(tmp_path / "navigator.json5"))
+    router = open_router(listen)
+    try:
+        # What the navigator starts has the navigator's profile; `ippon ask` has one of its own.
+        open_client(reachable(listen)).close()
+        monkeypatch.setenv(PROFILE, str(tmp_path / "requester.json5"))
+        open_client(reachable(listen)).close()
+    finally:
+        router.close()
 
 
 @pytest.mark.parametrize(
