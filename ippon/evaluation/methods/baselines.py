@@ -32,7 +32,9 @@ _NEAR_M: Final = 0.3
 _SETTLED_STEPS: Final = 8
 """Steps at a target that remains, after which it is abandoned."""
 _PATIENCE_STEPS: Final = 200
-"""Steps on the path to one target, after which it is abandoned."""
+"""Steps without coming nearer to a target, after which it is abandoned."""
+_NEARER_S: Final = 0.1
+"""Travel time by which the robot has come nearer."""
 _GIVEN_UP_M: Final = 0.5
 _DISCOUNT_PER_S: Final = 0.1
 """Discount rate of a view by its travel time: a factor of e in 10 s."""
@@ -110,6 +112,8 @@ class BaselinePlanner:
         self._floor = Traversability(config.traversability, robot)
         self._aim: Aim | None = None
         self._age = 0
+        self._left_s = math.inf
+        """Least travel time to the target that was left so far."""
         self._settled = 0
         self._given_up: list[tuple[float, float]] = []
 
@@ -173,11 +177,17 @@ class BaselinePlanner:
         routes = FloorRoutes(self._floor, float(T_world_base[0, 3]), float(T_world_base[1, 3]))
         self._watch(T_world_base)
         aim = self._rule.choose(plan, routes, self._aim, self._is_untried)
-        self._age = self._age + 1 if _is_same(aim, self._aim) else 0
+        if _is_same(aim, self._aim):
+            self._age += 1
+        else:
+            self._age, self._left_s = 0, math.inf
         self._aim = aim
         cell = None if aim is None else routes.nearest_cell(*aim.stand, _NEAR_M)
         if aim is None or cell is None:
             return replace(plan, by_rule=False)
+        left_s = float(routes.time_s[cell])
+        if left_s < self._left_s - _NEARER_S:
+            self._age, self._left_s = 0, left_s
         return self._plan_to(aim, cell, plan, routes)
 
     def _is_untried(self, about: tuple[float, float]) -> bool:

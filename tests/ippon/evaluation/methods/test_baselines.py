@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from ippon.evaluation.episode_record import TimedPlanner
+from ippon.evaluation.methods import baselines
 from ippon.evaluation.methods.baselines import (
     Aim,
     BaselinePlanner,
@@ -202,6 +203,23 @@ def test_an_aim_that_stays_although_the_robot_is_there_is_given_up(map_arrays, r
     planner.set_goal(probabilities=np.array([0.02, 0.1, 0.25, 0.6], np.float32), termination_min=2)
     planner.step(map_arrays, here, 0.0)
     assert planner._aim == aim
+
+
+def test_an_aim_is_given_up_where_the_robot_comes_no_nearer_however_far_it_is(
+    map_arrays, robot, monkeypatch
+):
+    monkeypatch.setattr(baselines, "_PATIENCE_STEPS", 4)
+    aim = Aim(stand=(2.0, 3.5), yaw_rad=1.0, tilt_rad=-0.3, worth=0.7, about=(2.0, 4.0))
+    planner = _planner(robot, aim)
+    for step in range(10):
+        planner.step(map_arrays, base_pose(2.0, 2.0 + 0.1 * step, 0.0, 0.0), 0.0)
+        assert planner._aim == aim
+    held = [
+        planner.step(map_arrays, base_pose(2.0, 2.9, 0.0, 0.0), 0.0) and planner._aim
+        for _ in range(6)
+    ]
+    assert held[0] == aim
+    assert held[-1] is None
 
 
 def test_an_aim_out_of_reach_is_left_to_the_paper_s_planner(map_arrays, robot):
