@@ -28,6 +28,7 @@ _USED = word_set(
     "time clock weather news recipe homework blood temperature ticket tickets"
 )
 """What is checked, tried or combed where it is used: "I combed my hair in the bathroom"."""
+_THINGS = word_set("it it's they they're")
 _PLACING = word_set(
     "leave leaves left put puts keep keeps kept take takes store stores lay lie lies"
 )
@@ -52,24 +53,21 @@ def polarity(
         places: Indices of the words that name places.
         activity: Whether the place is where something is done: "while cooking".
     """
-    before = _DEGREES.sub(r"\1 ", f" {' '.join(words[first:begin])} ")
-    whole = _DEGREES.sub(r"\1 ", f" {' '.join(words)} ")
+    before, whole = _text(words[first:begin]), _text(words)
     doubtful = any(f" {phrase} " in whole for phrase in lexicon.DOUBT_PHRASES)
     conditional = " if " in before and bool(lexicon.NEGATIONS & set(before.split()))
     # A denial reaches as far as the statement that it is in.
     stated = max(first, _statement_start(words, begin, places))
-    scope = _without_neutral(_DEGREES.sub(r"\1 ", f" {' '.join(words[stated:begin])} "))
+    scope = _without_neutral(_text(words[stated:begin]))
     rarely = _is_rarely(words, stated, begin)
     denied = (bool(lexicon.NEGATIONS & set(scope)) or rarely) and not conditional
     asked = " have you " in before or " did you " in before or " could you " in before
     aside = relation in lexicon.NEGATIVE_RELATIONS
     if relation == "from" and not lexicon.MOVED & set(words):
         aside = False  # "The bottle from the fridge" is in the fridge, unless it was moved.
-    said = _without_neutral(before)
-    anew = {"it", "it's", "they", "they're"} & set(words[stated + 1 : stated + 2])
-    anew = stated > first and (anew or lexicon.BELIEFS & set(scope))
-    searched = _is_searched(words, stated if anew else first, begin) and not asked
-    searched = searched and bool(lexicon.SEARCHED & set(said))
+    subject = words[stated + 1] if stated > first else ""
+    anew = subject in _THINGS or (subject and lexicon.BELIEFS & set(scope))
+    searched = _is_searched(scope if anew else _without_neutral(before)) and not asked
     if denied and not aside and _is_forbidden(scope):
         return True, "sure"
     if denied and not aside and lexicon.SEARCHES & set(scope) and not activity:
@@ -92,6 +90,11 @@ def _statement_start(words: list[str], begin: int, places: Container[int]) -> in
         if words[index] == "since" or any(before in places for before in range(index)):
             return index
     return 0
+
+
+def _text(words: list[str]) -> str:
+    """Return words as a text with a space at both ends, without "really" in "not really sure"."""
+    return _DEGREES.sub(r"\1 ", f" {' '.join(words)} ")
 
 
 def _without_neutral(text: str) -> list[str]:
@@ -119,20 +122,16 @@ def _is_forbidden(scope: list[str]) -> bool:
     return _FORBIDDEN.search(" ".join(words)) is not None
 
 
-def _is_searched(words: list[str], first: int, begin: int) -> bool:
+def _is_searched(scope: list[str]) -> bool:
     """Tell whether the words before a place say that somebody looked there without success.
 
     "I tried it on in the bedroom" and "I checked my email in the kitchen" do not.
     """
-    for index in range(first, begin):
-        if words[index] not in lexicon.SEARCHED:
+    for index, verb in enumerate(scope):
+        if verb not in lexicon.SEARCHED or (verb == "tried" and scope[-1] == "on"):
             continue
-        if words[index] == "tried" and words[begin - 1] == "on":
-            continue
-        noun = index + 1
-        while noun < begin and (words[noun] in DETERMINERS or words[noun] in ADJECTIVES):
-            noun += 1
-        if words[index] in ("looked", "searched") or noun == begin or words[noun] not in _USED:
+        after = (word for word in scope[index + 1 :] if word not in DETERMINERS | ADJECTIVES)
+        if verb in ("looked", "searched") or next(after, "") not in _USED:
             return True
     return False
 
