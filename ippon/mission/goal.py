@@ -48,6 +48,5 @@ class Goal:
         Neither its name ("Rosie") nor whose it is can be seen.
         """
         kind = self.display if self.thing_id is None else in_words(self.object)
-        seen = (one for one in self.attributes if one.kind != "owner")
-        texts = (f"not {one.value}" if one.negated else one.value for one in seen)
+        texts = (one.text for one in self.attributes if one.kind != "owner")
         return ", ".join([kind, *(text for text in texts if text.lower() not in kind.lower())])

@@ -14,7 +14,7 @@ from app.errors import UsageError
 from app.links.language_model.interface import RULES, SentenceAnswer
 from app.links.language_model.sentence_reading import as_reading
 from app.messages.control import SentenceReading, encode
-from ippon.guidance.language.goals.goal import Attribute, Goal
+from ippon.guidance.language.goals.goal import Goal
 from ippon.guidance.language.requests.sentence import read_request
 
 EXIT_NOTHING = 1
@@ -74,7 +74,7 @@ def print_reading(reading: SentenceReading, screen: Console) -> None:
 
 def described(goal: Goal) -> str:
     """Return the attributes of a goal in one line."""
-    words = ", ".join(_attribute(one) for one in goal.attributes)
+    words = ", ".join(one.text for one in goal.attributes)
     if goal.refers_to:
         words = ", ".join(part for part in (words, goal.refers_to) if part)
     return words
@@ -83,7 +83,3 @@ def described(goal: Goal) -> str:
 def where(goal: Goal) -> str:
     """Return the relations of a goal in one line."""
     return ", ".join(one.text for one in goal.relations)
-
-
-def _attribute(one: Attribute) -> str:
-    return f"not {one.value}" if one.negated else one.value

@@ -88,7 +88,7 @@ UNSAID = {
     "of with without for in on at from that which who by near under next made",
     "toy plush stuffed", "camera jumped", "rigid transform", "camera at",
     # Pieces of templates, which join names.
-    "“not {}”", "the {}", " or the ", " and it is ", "(named by you)",
+    "the {}", " or the ", " and it is ", "(named by you)",
     # Names of threads, of a search that is repeated, of a model and of what is noted of a stream.
     "memory writer", "map writer", "state writer", "stream conversion", "command mux",
     "command stream", "pose tracking", "clock comparison", "robot link",

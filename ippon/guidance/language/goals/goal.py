@@ -39,6 +39,11 @@ class Attribute:
     """In the operator's words."""
     negated: bool = False
 
+    @property
+    def text(self) -> str:
+        """In words: "not red"."""
+        return f"not {self.value}" if self.negated else self.value
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Relation:
@@ -58,7 +63,7 @@ class Relation:
         denied = "not " if self.negated else ""
         if self.relation == "at" and self.place in _STOREYS:
             return denied + self.place
-        described = [f"not {one.value}" if one.negated else one.value for one in self.attributes]
+        described = [one.text for one in self.attributes]
         return denied + " ".join([self.relation, *described, self.place])
 
 
@@ -118,7 +123,7 @@ def unchecked(goal: Goal, rooms: Collection[str] = ()) -> tuple[str, ...]:
     ]
     others = [one for one in goal.attributes if one.kind not in ("colour", "size", "owner")]
     if others:
-        said = ", ".join(f"“{'not ' if one.negated else ''}{one.value}”" for one in others)
+        said = ", ".join(f"“{one.text}”" for one in others)
         notes.append(
             f"{said} {'is' if len(others) == 1 else 'are'} checked only by a model that takes "
             f"images (--llm.second-opinion): without one, any {goal.object} counts"
