@@ -4,12 +4,13 @@ import secrets
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from http.cookies import CookieError, SimpleCookie
 from typing import Final, Protocol
+from urllib.parse import urlsplit
 
 import msgspec
 from itsdangerous import BadData, URLSafeSerializer
 from starlette.datastructures import Headers
+from starlette.requests import cookie_parser
 
 from app.messages.lease import SessionText
 from app.nodes.console.web.browsers import Browser, Browsers, Role, new_session
@@ -129,8 +130,13 @@ class LoginAccess:
 
 def cookie_of(headers: Headers, name: str) -> str:
     """Return the value of a request's cookie, "" if it is missing."""
+    return cookie_parser(headers.get("cookie", "")).get(name_here(name, headers), "")
+
+
+def name_here(cookie: str, headers: Headers) -> str:
+    """Return a cookie's name at the port of a request: browsers share cookies of all ports."""
     try:
-        morsel = SimpleCookie(headers.get("cookie", "")[:4096]).get(name)
-    except CookieError:
-        return ""
-    return morsel.value if morsel is not None else ""
+        port = urlsplit(f"//{headers.get('host', '')}").port
+    except ValueError:
+        port = None
+    return cookie if port is None else f"{cookie}-{port}"

@@ -13,7 +13,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.nodes.console.config import LOOPBACK
 from app.nodes.console.fleet.robot_paths import page_path
-from app.nodes.console.web.access import COOKIE, Access, OpenAccess
+from app.nodes.console.web.access import COOKIE, Access, OpenAccess, name_here
 from app.nodes.console.web.browsers import Browser
 
 SHELL_POLICY: Final = (
@@ -122,7 +122,7 @@ class Guard:
         if browser is None and isinstance(self._access, OpenAccess):
             if scope["type"] == "websocket" or page_path(scope["path"]) == "/":
                 browser = self._access.new_browser()
-                send = _with_cookie(browser, send)
+                send = _with_cookie(browser, headers, send)
             else:
                 browser = self._access.one_request_browser()
         scope["browser"] = browser
@@ -171,8 +171,8 @@ async def read_body(request: Request, most: int) -> bytes | None:
     return body
 
 
-def _with_cookie(browser: Browser, send: Send) -> Send:
-    cookie = f"{COOKIE}={browser.session}; HttpOnly; Path=/; SameSite=Strict"
+def _with_cookie(browser: Browser, headers: Headers, send: Send) -> Send:
+    cookie = f"{name_here(COOKIE, headers)}={browser.session}; HttpOnly; Path=/; SameSite=Strict"
 
     async def send_with_cookie(message: Message) -> None:
         if message["type"] == "http.response.start":

@@ -16,7 +16,7 @@ from starlette.responses import RedirectResponse, Response
 from starlette.routing import Route
 
 from app.nodes.console.fleet.robot_paths import page_path, split_path
-from app.nodes.console.web.access import LoginAccess, cookie_of
+from app.nodes.console.web.access import LoginAccess, cookie_of, name_here
 from app.nodes.console.web.accounts import Accounts
 from app.nodes.console.web.browsers import Browser
 from app.nodes.console.web.guard import login_path, read_body
@@ -84,9 +84,9 @@ class LoginPages:
         logger.info("%s (%s) logged in from %s", name, role, address)
         granted = self._access.issue(name, role)
         answer = RedirectResponse(_page_after(request), status_code=303)
-        answer.delete_cookie(FORM_COOKIE)
+        answer.delete_cookie(name_here(FORM_COOKIE, request.headers))
         answer.set_cookie(
-            granted.cookie,
+            name_here(granted.cookie, request.headers),
             granted.value,
             max_age=granted.max_age_s,
             secure=granted.is_secure,
@@ -101,7 +101,7 @@ class LoginPages:
             logger.info("%s logged out", browser.name)
             self._access.revoke(browser)
         answer = RedirectResponse("/login", status_code=303)
-        answer.delete_cookie(self._access.cookie)
+        answer.delete_cookie(name_here(self._access.cookie, request.headers))
         return answer
 
     def _form(self, request: Request, problem: str, status: int) -> Response:
@@ -113,7 +113,7 @@ class LoginPages:
         answer = Response(page.replace("{hidden}", hidden), status, media_type="text/html")
         answer.headers["Cache-Control"] = "no-store"
         answer.set_cookie(
-            FORM_COOKIE,
+            name_here(FORM_COOKIE, request.headers),
             token,
             max_age=3600,
             secure=self._access.is_secure,

@@ -57,7 +57,7 @@ def test_each_robot_has_a_page_with_its_own_state(fleet):
     page = served.get("/robot/site~b/")
     assert page.status_code == 200
     assert 'src="/robot/site~b/view/?darkMode"' in page.text
-    assert "ippon=" in page.headers["set-cookie"], "a page makes a browser known"
+    assert "ippon-" in page.headers["set-cookie"], "a page makes a browser known"
     assert "script-src 'self';" in page.headers["content-security-policy"]
     view = served.get("/robot/site~b/view/")
     assert "wasm-unsafe-eval" in view.headers["content-security-policy"]

@@ -5,6 +5,7 @@ import itertools
 import re
 import threading
 import time
+from urllib.parse import urlsplit
 
 import msgspec
 import pytest
@@ -232,8 +233,9 @@ def test_a_scene_that_could_not_be_loaded_is_loaded_with_the_next_line(whole, cl
 def _drop_lines(page, console):
     """End the sockets of a page, as a console does at a logout."""
     cookies = page.context.cookies(console.origin)
-    value = next(one["value"] for one in cookies if one["name"] == "ippon")
-    headers = {"Cookie": f"ippon={value}"}
+    name = f"ippon-{urlsplit(console.origin).port}"
+    value = next(one["value"] for one in cookies if one["name"] == name)
+    headers = {"Cookie": f"{name}={value}"}
     console.http.post("/api/stop?silent_s=0", headers=headers)
 
 

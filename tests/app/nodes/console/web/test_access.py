@@ -95,6 +95,14 @@ def test_a_pass_of_another_console_is_worth_nothing(access, clock):
     assert access.browser_of(carrying(other.issue("anna", "operator").value)) is None
 
 
+def test_consoles_at_two_ports_of_a_host_keep_their_own_logins(access):
+    one = access.issue("anna", "operator").value
+    jar = "bad name=1; ippon-8080=of another console; ippon-8081=" + one + "; ippon=of a third"
+    assert access.browser_of(Headers({"host": "robots.lan:8081", "cookie": jar})).name == "anna"
+    for host in ("robots.lan:8080", "robots.lan", "[::1]:8080", "robots.lan:x"):
+        assert access.browser_of(Headers({"host": host, "cookie": jar})) is None
+
+
 def test_over_tls_the_cookie_is_bound_to_the_host(clock):
     access = LoginAccess(Browsers(), is_secure=True, clock=clock)
     granted = access.issue("anna", "operator")

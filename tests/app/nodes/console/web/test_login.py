@@ -4,7 +4,7 @@ import re
 import resource
 import socket
 import time
-from urllib.parse import quote
+from urllib.parse import quote, urlsplit
 
 import httpx
 import msgspec
@@ -70,7 +70,12 @@ def log_in(client, name):
     """Log in; return the cookie."""
     answer = post(client, name, PASSWORDS[name])
     assert (answer.status_code, answer.headers["location"]) == (303, "/")
-    return f"{COOKIE}={client.http.cookies[COOKIE]}"
+    return f"{name_of(client)}={client.http.cookies[name_of(client)]}"
+
+
+def name_of(client):
+    """Return the name of a login's cookie."""
+    return f"{COOKIE}-{urlsplit(client.origin).port}"
 
 
 @pytest.mark.parametrize(
@@ -117,9 +122,10 @@ def test_the_page_of_a_robot_asks_for_a_login_that_leads_back_to_it(client):
     assert (answer.status_code, answer.headers["location"]) == (303, "/login?to=/robot/site~b/")
 
 
-@pytest.mark.parametrize("cookie", [None, f"{COOKIE}=forged", f"{COOKIE}=" + "a" * 3000])
+@pytest.mark.parametrize("value", [None, "forged", "a" * 3000])
 @pytest.mark.parametrize("path", ["/api/ws", "/view"])
-def test_a_websocket_without_a_pass_is_refused(client, path, cookie):
+def test_a_websocket_without_a_pass_is_refused(client, path, value):
+    cookie = None if value is None else f"{name_of(client)}={value}"
     with pytest.raises(InvalidStatus) as refused:
         client.socket(path, cookie=cookie)
     assert refused.value.response.status_code == 403
@@ -128,7 +134,8 @@ def test_a_websocket_without_a_pass_is_refused(client, path, cookie):
 
 def test_the_password_opens_everything_and_the_cookie_is_hidden(client):
     answer = post(client, "anna", PASSWORDS["anna"])
-    cookie = next(c for c in answer.headers.get_list("set-cookie") if c.startswith(f"{COOKIE}="))
+    ours = f"{name_of(client)}="
+    cookie = next(c for c in answer.headers.get_list("set-cookie") if c.startswith(ours))
     for part in ("HttpOnly", "SameSite=strict", "Path=/", "Max-Age=43200"):
         assert part in cookie
     assert client.get("/").status_code == 200
@@ -149,7 +156,7 @@ def test_a_wrong_password_is_refused_and_says_nothing_more(client, name, passwor
     assert answer.status_code == 401
     assert ENGLISH("login.wrong") in answer.text
     assert "<b>" not in answer.text
-    assert COOKIE not in client.http.cookies
+    assert name_of(client) not in client.http.cookies
 
 
 @pytest.mark.slow
@@ -179,7 +186,7 @@ def test_a_form_of_another_site_is_refused(client):
     data = {"form": form, "name": "anna", "password": PASSWORDS["anna"]}
     answer = client.post("/login", data=data, headers={"Origin": "http://evil.example"})
     assert answer.status_code == 403
-    assert COOKIE not in client.http.cookies
+    assert name_of(client) not in client.http.cookies
 
 
 @pytest.mark.parametrize("body", [b"", b"\xff\xfe", b"x" * 10_000, b"name=anna", b"a=1&" * 20])

@@ -71,8 +71,7 @@ def test_a_camera_that_nothing_can_be_computed_with_is_dropped(change):
 
 
 def test_a_panels_click_is_answered_in_the_name_of_its_browser(client, viser_server):
-    client.get("/")
-    cookie = f"ippon={client.http.cookies['ippon']}"
+    cookie = client.get("/").headers["set-cookie"].split(";")[0]
     with client.socket("/api/ws", cookie=cookie) as shell:
         name = hear(shell, "you")["name"]
     button = viser_server.server.gui.add_button("press")
