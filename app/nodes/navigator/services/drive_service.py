@@ -55,7 +55,11 @@ class DriveService:
         """
         now = self._mux.status()
         mode = DriveMode(request.mode or now.mode)
-        limit = now.speed_limit if request.speed_limit is None else request.speed_limit
+        limit = request.speed_limit
+        if limit is None:
+            # A robot that navigates by itself chooses its own speed: the limit was the hand's.
+            is_own = self._profile.takes_goals and mode is DriveMode.AUTO
+            limit = 1.0 if is_own else now.speed_limit
         problem = drive_refusal(self._profile, mode, limit)
         if problem:
             raise RequestRefusedError(problem)

@@ -141,6 +141,17 @@ def test_another_limit_alone_leaves_the_point_that_the_robot_drives_to(service):
     assert set(service.mission.modes) == {DriveMode.AUTO, DriveMode.MANUAL}
 
 
+def test_a_robot_that_navigates_by_itself_returns_from_the_hand_at_its_own_speed():
+    mux: Any = Mux()
+    operations: Any = SimpleNamespace(enqueue=lambda _: None)
+    profile = dataclasses.replace(ZED, takes_goals=True, takes_velocities=True)
+    drive = DriveService(mux, operations, operations, profile)
+    drive.drive(DriveRequest(mode="manual", speed_limit=0.5))
+    assert drive.drive(DriveRequest(mode="auto")).detail == "auto, at most 100% of the speed"
+    with pytest.raises(RequestRefusedError, match="no limit can be set"):
+        drive.drive(DriveRequest(mode="auto", speed_limit=0.5))
+
+
 @pytest.mark.parametrize(
     ("takes", "mode", "limit", "text"),
     [
