@@ -5,6 +5,7 @@ import { BASE, get } from "./base.js";
 import { decimal, LANGUAGE, roomOf, say } from "./words.js";
 import { cellImage, COLORS, drawPlan, scaleBar } from "./plan_drawing.js";
 import { apart, freeArea } from "./plan_layout.js";
+import { followPointer } from "./plan_pointer.js";
 import { make, replaceRows } from "./side.js";
 
 const EVERY_MS = 500;
@@ -39,7 +40,8 @@ export class Plan {
     at("plan-measure").addEventListener("click", () => this.measure(!this.measures));
     at("room-cancel").addEventListener("click", () => at("room").close());
     at("room").addEventListener("close", () => this.saveName());
-    this.followPointer();
+    followPointer(this.canvas, this);
+    for (const type of ["focus", "blur"]) this.canvas.addEventListener(type, () => this.draw());
     new ResizeObserver(() => (this.isMoved ? this.draw() : this.fit())).observe(this.canvas);
     setInterval(() => this.fetch(), EVERY_MS);
   }
@@ -181,9 +183,14 @@ export class Plan {
     this.draw();
   }
 
-  zoom(factor) {
+  // A point of the world stays where it is on the page: the middle, or that under the pointer.
+  zoom(factor, point = this.center) {
+    if (this.center === null) return;
     this.isMoved = true;
-    this.scale = Math.min(400, Math.max(4, this.scale * factor));
+    const before = this.scale;
+    this.scale = Math.min(400, Math.max(4, before * factor));
+    const kept = before / this.scale;
+    this.center = this.center.map((value, k) => point[k] + (value - point[k]) * kept);
     this.draw();
   }
 
@@ -200,49 +207,6 @@ export class Plan {
     this.isMoved = true;
     this.scale = Math.max(this.scale, 70);
     this.draw();
-  }
-
-  followPointer() {
-    let from = null;
-    const end = (event) => {
-      if (!event.isPrimary) return;
-      from = null;
-      this.isDragged = false;
-    };
-    this.canvas.addEventListener("pointerdown", (event) => {
-      // A second finger would have the plan jump between the two; other buttons are for menus.
-      if (this.size !== "full" || !event.isPrimary || event.button !== 0) return;
-      from = [event.clientX, event.clientY, this.center];
-      this.canvas.setPointerCapture(event.pointerId);
-    });
-    this.canvas.addEventListener("pointermove", (event) => {
-      if (from === null || from[2] === null || !event.isPrimary) return;
-      // A menu may have swallowed the release.
-      if ((event.buttons & 1) === 0) {
-        end(event);
-        return;
-      }
-      const [dx, dy] = [event.clientX - from[0], event.clientY - from[1]];
-      if (Math.hypot(dx, dy) < 4 && !this.isDragged) return;
-      this.isDragged = this.isMoved = true;
-      this.center = [from[2][0] - dx / this.scale, from[2][1] + dy / this.scale];
-      this.draw();
-    });
-    this.canvas.addEventListener("pointerup", (event) => {
-      const isPress = from !== null && event.isPrimary && event.button === 0;
-      const isPoint = isPress && !this.isDragged && this.center !== null;
-      end(event);
-      if (!isPoint) return;
-      this.click(this.world(event));
-    });
-    for (const type of ["pointercancel", "lostpointercapture"]) this.canvas.addEventListener(type, end);
-    for (const type of ["focus", "blur"]) this.canvas.addEventListener(type, () => this.draw());
-    this.canvas.addEventListener("click", () => this.size === "corner" && this.resize("full"));
-    this.canvas.addEventListener("wheel", (event) => {
-      if (this.size !== "full") return;
-      event.preventDefault();
-      this.zoom(event.deltaY < 0 ? 1.15 : 0.87);
-    }, { passive: false });
   }
 
   world(event) {

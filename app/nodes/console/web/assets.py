@@ -19,9 +19,9 @@ _NAMES: Final = (
     "draw_rate.js", "drive.css", "drive.js", "explain.js", "fold.js", "goals.js", "help.js",
     "hover.js", "introduction.css", "introduction.js", "lease.css", "lease.js", "login.css",
     "map_first.js", "notice.js", "one_layout.js", "panel_names.js", "panel_tabs.js", "plan.css",
-    "plan.js", "plan_drawing.js", "plan_layout.js", "robots.js", "scene_area.js", "scene_frame.js",
-    "side.css", "side.js", "stop.js", "text.js", "theme.js", "things.js", "waiting.js", "walk.css",
-    "walk.js", "words.js",
+    "plan.js", "plan_drawing.js", "plan_layout.js", "plan_pointer.js", "robots.js", "scene_area.js",
+    "scene_frame.js", "side.css", "side.js", "stop.js", "text.js", "theme.js", "things.js",
+    "waiting.js", "walk.css", "walk.js", "words.js",
 )  # fmt: skip
 _TYPES: Final = {
     "css": "text/css",

@@ -575,6 +575,49 @@ def test_only_the_left_button_clicks_and_moves_the_plan(page):
     assert answer.inner_text() == "Now the second point."
 
 
+def test_two_fingers_zoom_the_plan_where_they_are_and_click_nothing(page):
+    _show_plan(page)
+    page.keyboard.press("p")
+    expect(page.locator("#plan-none")).to_be_hidden()
+    page.keyboard.press("m")
+    for _ in range(3):
+        page.keyboard.press("-")
+    x0, y0, x1, y1 = page.evaluate(FLOOR_BOX)
+    session = page.context.new_cdp_session(page)
+
+    def touch(kind, *fingers):
+        points = [{"x": x, "y": y, "id": n} for n, (x, y) in enumerate(fingers)]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    # Both fingers stay on the places of the plan that they took.
+    left, right, y = x0 + 60, x0 + 140, y0 + 60
+    touch("touchStart", (left, y))
+    touch("touchStart", (left, y), (right, y))
+    for step in range(1, 5):
+        touch("touchMove", (left - 5 * step, y), (right + 5 * step, y))
+    touch("touchMove", (left - 20, y + 10), (right + 20, y + 10))
+    touch("touchEnd")
+    expect(page.locator("#plan-answer")).to_contain_text("Click two points")
+    low_u, low_v = left - 20 - 1.5 * 60, y + 10 - 1.5 * 60
+    high_u, high_v = low_u + 1.5 * (x1 - x0), low_v + 1.5 * (y1 - y0)
+    assert page.evaluate(FLOOR_BOX) == pytest.approx([low_u, low_v, high_u, high_v], abs=6)
+
+
+def test_the_wheel_keeps_the_place_under_the_pointer(page):
+    _show_plan(page)
+    page.keyboard.press("p")
+    expect(page.locator("#plan-none")).to_be_hidden()
+    x0, y0, x1, _ = page.evaluate(FLOOR_BOX)
+    page.mouse.move(x0, y0)
+    page.mouse.wheel(0, -100)
+    page.wait_for_function(f"before => ({FLOOR_BOX})()[2] - before > 10", arg=x1)
+    assert page.evaluate(FLOOR_BOX)[:2] == pytest.approx([x0, y0], abs=3)
+    moved = page.evaluate(FLOOR_BOX)
+    page.mouse.wheel(100, 0)
+    page.wait_for_timeout(100)
+    assert page.evaluate(FLOOR_BOX) == moved, "sideways is no zoom"
+
+
 def test_the_plan_does_not_follow_a_mouse_whose_release_was_swallowed(page):
     _show_plan(page)
     page.keyboard.press("p")
@@ -584,11 +627,12 @@ def test_the_plan_does_not_follow_a_mouse_whose_release_was_swallowed(page):
     page.mouse.down()
     page.evaluate(
         """([clientX, clientY]) => {
-        const to = { isPrimary: true, pointerType: "mouse", buttons: 0, clientX, clientY };
+        const to = { pointerId: 1, pointerType: "mouse", buttons: 0, clientX, clientY };
         document.getElementById("plan-picture").dispatchEvent(new PointerEvent("pointermove", to));
         }""",
         [x0, y0],
     )
+    page.mouse.move(x0, y0)
     assert page.evaluate(FLOOR_BOX) == before
 
 
