@@ -14,7 +14,9 @@ from app.evaluation.workers.worker import WorkerSetup, start_worker
 from app.process.parent_watch import end_with_parent
 
 MOST_DEATHS: Final = 3
-"""Pieces of work in a row that end a process of their own, from which it is not their fault."""
+"""Pieces of work in a row that end a process of their own, from which it is not their fault.
+
+In a row: no other is done between them, alone or beside others."""
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
@@ -54,7 +56,8 @@ class ProcessWorkers:
         """See `Workers.each`.
 
         Where a process dies, what may have ended it is done again alone; what ends that process,
-        too, has an error, and the others go on.
+        too, has an error, and the others go on: from the other end, because work that fails for one
+        reason, such as the size of a home, stands together.
         """
         left, deaths = list(items), 0
         while left:
@@ -65,21 +68,23 @@ class ProcessWorkers:
                 if isinstance(error, BrokenProcessPool):
                     lost.add(id(waiting[done]))
                 else:
+                    deaths = 0
                     yield waiting[done], done.result() if error is None else error
             if not lost:
                 return
+            if deaths >= MOST_DEATHS:
+                raise EvaluationError(
+                    "worker processes are killed again and again, perhaps because memory ran "
+                    "out: finished episodes are kept; start again with more free memory"
+                )
             # Work is begun in its order.
             left = [item for item in left if id(item) in lost]
             begun, left = left[: self._count], left[self._count :]
             for item in begun:
                 outcome = self._alone(work, item)
                 deaths = deaths + 1 if isinstance(outcome, WorkerDiedError) else 0
-                if deaths == MOST_DEATHS:
-                    raise EvaluationError(
-                        "worker processes are killed again and again, perhaps because memory ran "
-                        "out: finished episodes are kept; start again with more free memory"
-                    )
                 yield item, outcome
+            left.reverse()
 
     def _alone(self, work: Callable[[Item], Result], item: Item) -> Result | BaseException:
         """Do one piece of work in new processes, of which it starts one."""

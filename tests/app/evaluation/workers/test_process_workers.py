@@ -43,11 +43,15 @@ def die(item, once=None):
     return "survived"
 
 
+def _two_workers():
+    setup = WorkerSetup(trial=TrialConfig(), catalogue=EpisodeGenerationConfig(), version="1")
+    return ProcessWorkers(2, setup)
+
+
 @pytest.fixture(scope="module")
 def workers():
-    """Serves all tests: each leaves processes that work."""
-    setup = WorkerSetup(trial=TrialConfig(), catalogue=EpisodeGenerationConfig(), version="1")
-    workers = ProcessWorkers(2, setup)
+    """Serves all tests but one: each leaves processes that work."""
+    workers = _two_workers()
     yield workers
     workers.close()
 
@@ -63,9 +67,22 @@ def test_work_that_ends_its_process_does_not_end_the_others(workers, tmp_path):
 
 @pytest.mark.process
 @pytest.mark.slow
-def test_processes_that_die_whatever_they_do_end_the_run(workers):
+def test_processes_that_die_whatever_they_do_end_the_run():
+    workers, found = _two_workers(), {}
     with pytest.raises(UsageError, match="killed again and again"):
-        dict(workers.each(die, [3, 13, 23, 33]))
+        found.update(workers.each(die, [3, 13, 23, 33, 43]))
+    workers._pool.shutdown()
+    # Each that has died alone has its error.
+    assert list(found) == [3, 13, 43, 33]
+
+
+@pytest.mark.process
+@pytest.mark.slow
+def test_work_that_dies_first_does_not_keep_the_others_from_their_turn(workers):
+    found = dict(workers.each(die, [3, 13, 23, 33, 43, 5, 4]))
+    assert [found.pop(5), found.pop(4)] == [5, 4]
+    assert sorted(found) == [3, 13, 23, 33, 43]
+    assert all(isinstance(error, WorkerDiedError) for error in found.values())
 
 
 @pytest.mark.process
