@@ -107,7 +107,7 @@ def exploring_rows(homes: int) -> Iterator[Row]:
                 name=f"efficiency of exploring, {name}",
                 data=data,
                 value=float(mean.mean()),
-                unit=f"in {seconds:.0f} s; {_difference(first - mean)}",
+                note=f"in {seconds:.0f} s; {_difference(first - mean)}",
             )
 
 

@@ -49,10 +49,13 @@ class Figure:
     median: float
     low: float
     high: float
+    note: str | None = None
+    """What else the last run measured."""
 
     @property
     def key(self) -> tuple[str, ...]:
-        """What tells it from all others; one row may have a time and a size."""
+        """What tells it from all others, whatever the runs measure; one row may have a time and
+        a size."""
         return self.part, self.name, self.data, self.unit
 
     def has_moved(self, kept: "Figure") -> bool:
@@ -78,14 +81,18 @@ def _arguments(part: str) -> tuple[str, ...]:
 def figures_of(part: str, runs: Sequence[Sequence[dict[str, Any]]]) -> list[Figure]:
     """Return the figures of a part, in the order of its rows."""
     values: dict[tuple[str, str, str], list[float]] = {}
+    notes: dict[tuple[str, str, str], str | None] = {}
     for rows in runs:
         for row in rows:
             for name, unit, value in _values(row):
-                values.setdefault((name, _data(row), unit), []).append(value)
+                key = name, _data(row), unit
+                values.setdefault(key, []).append(value)
+                notes[key] = row.get("note")
     return [
         Figure(
             part=part, name=name, data=data, unit=unit, runs=len(found),
             median=statistics.median(found), low=min(found), high=max(found),
+            note=notes[name, data, unit],
         )
         for (name, data, unit), found in values.items()
     ]  # fmt: skip
@@ -150,6 +157,11 @@ def _text(figure: Figure) -> str:
     return f"{figure.median:.4g} ({figure.low:.4g} to {figure.high:.4g})"
 
 
+def _shown(figure: Figure) -> str:
+    shown = f"{_text(figure)} {figure.unit}"
+    return f"{shown.rstrip()}; {figure.note}" if figure.note else shown
+
+
 def read_kept() -> list[Figure]:
     """Return the kept figures; none if there is no file."""
     if not KEPT.exists():
@@ -159,11 +171,17 @@ def read_kept() -> list[Figure]:
 
 def write_kept(figures: Sequence[Figure]) -> None:
     """Write the kept figures, and the page that shows them."""
-    order = [*TIMES, *SEARCHES]
-    ordered = sorted(figures, key=lambda figure: order.index(figure.part))
-    lines = ",\n".join(json.dumps(asdict(figure), ensure_ascii=False) for figure in ordered)
+    order = {part: n for n, part in enumerate((*TIMES, *SEARCHES))}
+    # Parts that are measured by name only come last.
+    ordered = sorted(figures, key=lambda figure: order.get(figure.part, len(order)))
+    lines = ",\n".join(_line(figure) for figure in ordered)
     KEPT.write_text(f"[\n{lines}\n]\n")
     PAGE.write_text(_page(ordered))
+
+
+def _line(figure: Figure) -> str:
+    entry = {name: value for name, value in asdict(figure).items() if value is not None}
+    return json.dumps(entry, ensure_ascii=False)
 
 
 def _page(figures: Sequence[Figure]) -> str:
@@ -185,9 +203,7 @@ def _page(figures: Sequence[Figure]) -> str:
         ]
         lines += ["| --- | --- | --- | --- |"]
         lines += [
-            f"| {f.name} | {f.data} | {_text(f)} {f.unit} | {f.runs} |"
-            for f in figures
-            if f.part == part
+            f"| {f.name} | {f.data} | {_shown(f)} | {f.runs} |" for f in figures if f.part == part
         ]
     return "\n".join(lines) + "\n"
 

@@ -102,8 +102,8 @@ def level_rows(homes: int) -> Iterator[Row]:
         if not len(gain):
             continue
         spread = gain.std(ddof=1) / math.sqrt(len(gain)) if len(gain) > 1 else math.nan
-        unit = f"nat (standard error {spread:.3f})"
-        yield Row(name=name, data=what, value=float(gain.mean()), unit=unit)
+        note = f"standard error {spread:.3f}"
+        yield Row(name=name, data=what, value=float(gain.mean()), unit="nat", note=note)
 
 
 def _scores(searches: list[list[Noted]], model: Model) -> NDArray[np.float64]:

@@ -18,6 +18,9 @@ class Row:
     value: float | None = None
     """What is not a time, in `unit`."""
     unit: str | None = None
+    note: str | None = None
+    """What else was measured, such as a standard error; it differs between runs, unlike the rest
+    of what is no figure."""
 
     @property
     def ratio(self) -> float | None:
@@ -50,6 +53,7 @@ def as_table(rows: Sequence[Row]) -> str:
         mine = f"{row.median_ms:.2f} ms" if row.median_ms is not None else ""
         if row.value is not None:
             mine = f"{row.value:.4g} {row.unit or ''}".strip()
+        mine += f" ({row.note})" if row.note else ""
         peer = "" if row.peer is None else f"{row.peer}: {row.peer_median_ms:.2f} ms"
         ratio = "" if row.ratio is None else f"{row.ratio:.1f}x"
         lines.append(f"| {row.name} | {row.data} | {size} | {mine} | {peer} | {ratio} |")

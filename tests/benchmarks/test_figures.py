@@ -61,6 +61,26 @@ def test_a_time_is_compared_with_a_time(kept):
     assert _regenerate(run) == []
 
 
+def test_what_else_was_measured_is_shown_and_does_not_tell_figures_apart(kept):
+    def run(value, spread):
+        row = {"name": "gain", "data": "40 searches", "value": value, "unit": "nat"}
+        return lambda _: [{**row, "note": f"standard error {spread}"}]
+
+    _regenerate(run(1.0, 0.1))
+    moved = _regenerate(run(2.0, 0.2))
+    assert moved == ["map: gain (40 searches): 1 before, 2 now, nat"]
+    page = (kept / "figures.md").read_text()
+    assert "| gain | 40 searches | 2 nat; standard error 0.2 | 3 |" in page
+
+
+def test_a_part_that_is_measured_by_name_only_is_kept_after_the_others(kept):
+    rows = [{"name": "san", "data": "640x640", "median_ms": 10.0}]
+    figures.regenerate(["segmentation"], 1, lambda _: None, lambda _: rows)
+    _regenerate(_measured(4.0), runs=1)
+    parts = [figure.part for figure in figures.read_kept()]
+    assert parts == ["map", "map", "map", "segmentation"]
+
+
 def test_other_parts_keep_their_figures(kept):
     _regenerate(_measured(4.0), runs=1)
     guidance = [{"name": "levels", "data": "40 labels", "median_ms": 0.25}]

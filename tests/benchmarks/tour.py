@@ -176,8 +176,9 @@ def _rows(name: str, part: list[Home]) -> Iterator[Row]:
         ratio = float(mine.sum() / theirs.sum())
         # Of a ratio of sums, by linearisation.
         error = float(np.std(mine - ratio * theirs) / theirs.mean() / math.sqrt(len(part)))
-        title = f"{what.split('_')[0]}, tour / sequence (standard error {error:.2f})"
-        yield Row(name=title, data=data, value=ratio, unit="")
+        title = f"{what.split('_')[0]}, tour / sequence"
+        note = f"standard error {error:.2f}"
+        yield Row(name=title, data=data, value=ratio, unit="", note=note)
 
 
 def _mean(values: list[float]) -> float:
