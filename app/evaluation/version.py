@@ -14,6 +14,8 @@ from ippon import extensions
 from ippon.evaluation.methods.method_table import METHODS, base_name
 
 _LIBRARIES: Final = ("numpy", "numba", "ompl", "scipy")
+_ROOT: Final = Path(__file__).resolve().parents[2]
+_CODE: Final = ("app", "ippon")
 
 
 def version_text(methods: Iterable[str]) -> str:
@@ -55,20 +57,30 @@ def code_of(method: str) -> str | None:
 
 
 def _commit() -> str:
-    """Return the commit of a checkout, marked when files differ from it; "installed" otherwise."""
-    root = Path(__file__).resolve().parents[2]
-    if not (root / ".git").exists():
+    """Return the commit of a checkout, with a digest of the code that differs from it.
+
+    "1a2b3c4", "1a2b3c4+changes.5d6e7f80"; "installed" without a checkout.
+    """
+    if not (_ROOT / ".git").exists():
         return "installed"
     try:
-        run = subprocess.run(  # noqa: S603 - fixed words, no shell
-            ["git", "-C", str(root), "describe", "--always", "--dirty=+changes", "--abbrev=12"],  # noqa: S607
-            capture_output=True,
-            check=True,
-            # Does not write to the index, which another process may be using.
-            env={**os.environ, "GIT_OPTIONAL_LOCKS": "0"},
-            text=True,
-            timeout=20,
-        )
+        commit = _git("describe", "--always", "--abbrev=12").decode().strip()
+        changes = _git("diff", "--no-ext-diff", "--no-textconv", "--binary", "HEAD", "--", *_CODE)
+        added = _git("ls-files", "--others", "--exclude-standard", "-z", "--", *_CODE)
+        for name in filter(None, added.split(b"\0")):
+            changes += name + (_ROOT / os.fsdecode(name)).read_bytes()
     except (OSError, subprocess.SubprocessError):
         return "unknown"
-    return run.stdout.strip()
+    return f"{commit}+changes.{hashlib.sha256(changes).hexdigest()[:8]}" if changes else commit
+
+
+def _git(*words: str) -> bytes:
+    """Return what git says of the checkout; raises OSError or subprocess.SubprocessError."""
+    return subprocess.run(  # noqa: S603 - fixed words, no shell
+        ["git", "-C", str(_ROOT), *words],  # noqa: S607
+        capture_output=True,
+        check=True,
+        # Does not write to the index, which another process may be using.
+        env={**os.environ, "GIT_OPTIONAL_LOCKS": "0"},
+        timeout=20,
+    ).stdout
