@@ -197,17 +197,56 @@ def _writers(command: Export, say: Words = ENGLISH) -> dict[str, Slow]:
             writers[file_name] = _at_once(partial(colored, mode=command.color))
         elif name == "report":
             writers[REPORT] = _at_once(partial(write_report, say=say))
-        else:
-            file_name, plain = PLAIN[name] if name in PLAIN else _added(name)
+        elif name in PLAIN:
+            file_name, plain = PLAIN[name]
             writers[file_name] = _at_once(plain)
+        else:
+            file_name, added = _added(name, asked=bool(command.what))
+            writers[file_name] = _at_once(added)
     return writers
 
 
-def _added(name: str) -> tuple[str, Write]:
+def _added(name: str, *, asked: bool) -> tuple[str, Write]:
+    """Return file and writer that an installed package adds.
+
+    Args:
+        name: Of the entry point.
+        asked: It was named by the command; else a damaged one is reported when it is its turn.
+
+    Raises:
+        UsageError: It was asked for, and is damaged.
+    """
     try:
-        return extensions.load(extensions.EXPORTERS, name)
+        match extensions.load(extensions.EXPORTERS, name):
+            case (str() as file_name, write) if callable(write):
+                return file_name, partial(_write_added, name, write)
+            case other:
+                why = f"{_title(name)} is no pair of a file's name and a callable: {other!r}"
     except extensions.ExtensionError as error:
-        raise UsageError(str(error)) from error
+        why = str(error)
+    if asked:
+        raise UsageError(why)
+    return name, partial(_refuse, why)
+
+
+def _write_added(
+    name: str, write: Callable[[SessionData, Path], object], session: SessionData, path: Path
+) -> None:
+    try:
+        write(session, path)
+    except RecordingError:
+        raise
+    except Exception as error:
+        what = f"{type(error).__name__}: {error}"
+        raise RecordingError(f"{_title(name)} has failed: {what}") from error
+
+
+def _refuse(why: str, _: SessionData, __: Path) -> None:
+    raise RecordingError(why)
+
+
+def _title(name: str) -> str:
+    return f"{name!r} of {extensions.EXPORTERS}"
 
 
 def _at_once(write: Write) -> Slow:

@@ -1,4 +1,5 @@
 import sys
+from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import numpy as np
@@ -7,8 +8,10 @@ from rich.progress import Progress
 
 from app.cli.options.tools import Export
 from app.cli.tools import export
+from app.errors import UsageError
 from app.export import video
 from app.recording.errors import RecordingError
+from ippon import extensions
 
 
 def test_without_a_video_encoder_the_rest_is_written(monkeypatch, capsys):
@@ -41,3 +44,40 @@ def test_a_file_that_is_cut_off_leaves_the_earlier_one(tmp_path, error):
     assert [(file.name, file.read_text("utf-8")) for file in tmp_path.iterdir()] == [
         ("map.ply", "whole")
     ]
+
+
+def fail(_, __):
+    return {}["no such field"]
+
+
+FAILS = ("fails.txt", fail)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        ("no_such_module:EXPORT", "mine: 'mine' of ippon.exporters (no_such_module:EXPORT) cannot"),
+        ("math:pi", "mine: 'mine' of ippon.exporters is no pair of a file's name and a callable"),
+        (f"{__name__}:FAILS", "fails.txt: 'mine' of ippon.exporters has failed: KeyError: 'no suc"),
+    ],
+)
+def test_an_added_export_that_fails_is_named_and_the_others_are_written(
+    tmp_path, monkeypatch, capsys, value, text
+):
+    point = EntryPoint("mine", value, extensions.EXPORTERS)
+    monkeypatch.setattr(extensions, "entry_points", lambda **_: [point])
+    writers = export._writers(Export(recording=Path("x")))
+    assert "trajectory.tum" in writers
+    (name,) = (name for name in writers if name in ("mine", "fails.txt"))
+    with Progress(disable=True) as bar:
+        assert not export._write(None, tmp_path / name, writers[name], bar)
+    assert text in capsys.readouterr().out.replace("\n", " ")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("value", ["no_such_module:EXPORT", "math:pi"])
+def test_an_added_export_that_is_asked_for_and_damaged_is_refused(monkeypatch, value):
+    point = EntryPoint("mine", value, extensions.EXPORTERS)
+    monkeypatch.setattr(extensions, "entry_points", lambda **_: [point])
+    with pytest.raises(UsageError, match=r"'mine' of ippon\.exporters"):
+        export._writers(Export(recording=Path("x"), what=("mine",)))
