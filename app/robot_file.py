@@ -174,8 +174,11 @@ def profile_names() -> tuple[str, ...]:
 
 def _read(text: str) -> _RobotFile:
     path = SHIPPED.get(text) or Path(text)
-    if text in extensions.names(extensions.PROFILES):
-        path = Path(extensions.load(extensions.PROFILES, text))
+    if text not in SHIPPED and text in extensions.names(extensions.PROFILES):
+        try:
+            path = Path(extensions.load(extensions.PROFILES, text))
+        except (extensions.ExtensionError, TypeError) as error:
+            raise RobotFileError(f"robot profile {text}: {error}") from error
     if not path.is_file():
         raise RobotFileError(
             f"no robot profile {text!r}: give {', '.join(profile_names())} or a YAML file; "

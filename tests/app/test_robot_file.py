@@ -2,6 +2,7 @@
 
 import math
 import re
+from importlib.metadata import EntryPoint
 
 import pytest
 
@@ -15,6 +16,7 @@ from app.robot_file import (
     read_robot,
     template,
 )
+from ippon import extensions
 from ippon.robot import ZED
 from tests.locations import ROOT
 
@@ -157,6 +159,18 @@ def test_a_file_that_is_none(tmp_path, written):
     (tmp_path / "bytes.yaml").write_bytes(b"\xff\xfe\x00\x01")
     with pytest.raises(RobotFileError, match=r"bytes\.yaml"):
         read_profile(str(tmp_path / "bytes.yaml"))
+
+
+def test_a_package_that_is_damaged_is_named_and_replaces_no_shipped_profile(monkeypatch):
+    added = {"mine": "no_such_module:PROFILE", "odd": "math:pi", "spot": "no_such_module:PROFILE"}
+    assert "spot" in SHIPPED
+    points = [EntryPoint(name, value, extensions.PROFILES) for name, value in added.items()]
+    monkeypatch.setattr(extensions, "entry_points", lambda **_: points)
+    with pytest.raises(RobotFileError, match=r"robot profile mine: .* cannot be loaded: No module"):
+        read_robot("mine")
+    with pytest.raises(RobotFileError, match="robot profile odd: "):
+        read_robot("odd")
+    assert read_robot("spot").profile.name == "spot"
 
 
 def test_how_to_read_a_detector_stands_in_the_profile(written):
