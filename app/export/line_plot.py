@@ -33,8 +33,8 @@ def line_plot(
         color: CSS colour of the line.
         decimal: Decimal mark of the language.
     """
-    every = 1 + len(x_s) // MOST_POINTS
-    x_s, y = x_s[::every], y[::every]
+    drawn = _drawn(y)
+    x_s, y = x_s[drawn], y[drawn]
     low, high = min(0.0, float(y.min())), max(float(y.max()), 1e-9)
     first, last = float(x_s[0]), max(float(x_s[-1]), float(x_s[0]) + 1e-9)
     u = LEFT + (x_s - first) / (last - first) * (WIDTH - LEFT - 8)
@@ -53,3 +53,13 @@ def line_plot(
         f'<text x="{WIDTH - 8}" y="{HEIGHT - 6}" text-anchor="end">{last:.0f} s</text>'
         f'<polyline points="{points}" fill="none" stroke="{color}" stroke-width="2"/></svg>'
     )
+
+
+def _drawn(y: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Return which values to draw: of many, the lowest and highest of each of some groups."""
+    every = np.arange(len(y))
+    if len(y) <= MOST_POINTS:
+        return every
+    groups = np.array_split(every, MOST_POINTS // 2)
+    extremes = [group[pick(y[group])] for group in groups for pick in (np.argmin, np.argmax)]
+    return np.unique([0, *extremes, len(y) - 1])
