@@ -173,7 +173,7 @@ def _read_sequence(folder: Path, poses: bool) -> Dataset:
         )
     k = content["intrinsics"]
     x, y, z = _up_world(content["gravity_world"])
-    rate_hz = float(content["rate_hz"])
+    rate_hz = _rate_hz(content["rate_hz"])
     frames = [
         DatasetFrame(
             time_s=n / rate_hz,
@@ -190,6 +190,15 @@ def _read_sequence(folder: Path, poses: bool) -> Dataset:
         up_world=(x, y, z),
         frames=tuple(frames),
     )
+
+
+def _rate_hz(rate: Any) -> float:
+    rate_hz = float(rate)
+    if not 0.0 < rate_hz < math.inf:
+        raise DatasetError(
+            f"rate_hz of sequence.json is {rate!r}; it takes images a second, such as 30"
+        )
+    return rate_hz
 
 
 def _up_world(gravity: Any) -> tuple[float, float, float]:
@@ -267,6 +276,13 @@ def _nearest(entries: list[tuple[float, Any]], at: float) -> Any:
     return near[1] if near is not None and abs(near[0] - at) <= TUM_APART_S else None
 
 
+def _read_pose(path: Path) -> Float64Array:
+    try:
+        return np.loadtxt(path)
+    except (OSError, ValueError) as error:
+        raise DatasetError(f"{path} is damaged: {error}") from error
+
+
 def _read_seven_scenes(folder: Path, poses: bool) -> Dataset:
     pose_files = sorted(folder.glob("frame-*.pose.txt"))
     frames = [
@@ -274,7 +290,7 @@ def _read_seven_scenes(folder: Path, poses: bool) -> Dataset:
             time_s=n / 30.0,
             color=path.with_name(path.name.replace(".pose.txt", ".color.png")),
             depth=path.with_name(path.name.replace(".pose.txt", ".depth.png")),
-            T_world_camera=np.loadtxt(path) if poses else NO_POSE,
+            T_world_camera=_read_pose(path) if poses else NO_POSE,
         )
         for n, path in enumerate(pose_files)
     ]
@@ -298,7 +314,7 @@ def _read_scannet(folder: Path, poses: bool) -> Dataset:
             time_s=int(path.stem) / 30.0,
             color=folder / "color" / f"{path.stem}.jpg",
             depth=folder / "depth" / f"{path.stem}.png",
-            T_world_camera=np.loadtxt(path) if poses else NO_POSE,
+            T_world_camera=_read_pose(path) if poses else NO_POSE,
         )
         for path in paths
     ]

@@ -63,3 +63,20 @@ def test_of_a_scannet_scene_without_poses_their_folder_is_named(tmp_path):
     np.savetxt(tmp_path / "intrinsic" / "intrinsic_depth.txt", np.eye(4))
     with pytest.raises(DatasetError, match=r"/pose holds no pose$"):
         open_dataset(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("marker", "name"),
+    [
+        ("frame-000000.pose.txt", "frame-000001.pose.txt"),
+        ("intrinsic/intrinsic_depth.txt", "pose/1.txt"),
+    ],
+)
+def test_a_pose_that_is_cut_off_is_named(tmp_path, marker, name):
+    for one in (marker, name):
+        (tmp_path / one).parent.mkdir(exist_ok=True)
+        np.savetxt(tmp_path / one, np.eye(4))
+    whole = (tmp_path / name).read_text()
+    (tmp_path / name).write_text(whole[: 2 * len(whole) // 3])
+    with pytest.raises(DatasetError, match=rf"{name} is damaged: "):
+        open_dataset(tmp_path)

@@ -109,6 +109,7 @@ def test_frames_whose_pose_was_lost_are_left_out_and_counted(recording, tmp_path
             ],
             "6 colour images have no depth image of their time, or no pose that is a rotation",
         ),
+        (lambda one: one.update(rate_hz=0), r"rate_hz of sequence\.json is 0; it takes images a s"),
         (lambda one: one["frames"].clear(), "has no frame with colour, depth and pose$"),
     ],
 )
