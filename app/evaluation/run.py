@@ -154,7 +154,7 @@ def _list(
         observer.advance()
     for home, error in failed.items():
         observer.tell(f"{home}: {error}", error=True)
-    left_out = [d for d in dropped if d.reason not in ("absent", "one colour")]
+    left_out = [d for d in dropped if d.start_index is not None]
     if left_out:
         observer.tell(
             f"{len(left_out)} start poses left out: too close to a viewpoint of the object, no "

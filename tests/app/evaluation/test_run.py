@@ -13,6 +13,7 @@ from app.evaluation import run
 from app.evaluation.config import EvaluationConfig
 from app.evaluation.results_folder import TABLE_FILE, EvaluationFolder
 from app.evaluation.run import run_evaluation
+from ippon.evaluation.episode_generation import ExcludedEpisode
 
 
 def test_homes_of_one_name_are_refused_before_anything_starts(room, tmp_path, observer):
@@ -67,6 +68,20 @@ def test_a_rule_that_gave_no_targets_is_said_at_the_end(
         "semantic_frontier: in 90 %",
     ]
     assert observer.errors == told[1:]
+
+
+def test_start_poses_that_are_left_out_are_counted_without_goals_that_have_too_few(
+    tmp_path, observer
+):
+    dropped = [
+        ExcludedEpisode(home="7", goal="hat", start_index=index, reason=reason)
+        for index, reason in ((0, "no way"), (2, "starts too near"), (None, "no start left"))
+    ]
+    workers = SimpleNamespace(each=lambda _, homes: [(home, (["spec"], dropped)) for home in homes])
+    folder = EvaluationFolder(tmp_path)
+    assert run._list(workers, ["7"], folder, observer) == (["spec"], 0)
+    (told,) = observer.told
+    assert told.startswith("2 start poses left out: too close to a viewpoint")
 
 
 def _arguments(out, room):
