@@ -135,15 +135,15 @@ class Trial:
         if not spec.then:
             return (row,)
         second_id, fresh_id = spec.row_ids[1:]
-        began = self._clocks.wall(), self._clocks.cpu()
         base = setup.world.base
         start = StartPose(x=base.x_m, y=base.y_m, z=base.z_m, yaw=base.yaw_rad)
         later = dataclasses.replace(
             spec, goal=spec.then, start=start, context="", colour="", then=""
         )
+        began = self._begin(later)
         setup.mission.goals.set_goal(*self._goal(later, method, goal_id=2))
         second = self._row(second_id, later, method, self._search(setup, later), began)
-        began = self._clocks.wall(), self._clocks.cpu()
+        began = self._begin(later)
         setup = self._setup(later, method)
         fresh = self._row(fresh_id, later, method, self._search(setup, later), began)
         return (
@@ -157,9 +157,15 @@ class Trial:
         return self._goal(spec, method)[1]
 
     def _run_first(self, spec: EpisodeSpec, method: Method) -> tuple[EpisodeRow, EpisodeSetup]:
-        began = self._clocks.wall(), self._clocks.cpu()
+        began = self._begin(spec)
         setup = self._setup(spec, method)
         return self._row(spec.episode_id, spec, method, self._search(setup, spec), began), setup
+
+    def _begin(self, spec: EpisodeSpec) -> tuple[float, float]:
+        """Return wall and processor time at the begin of a search."""
+        # All methods use one judge: the first would pay for it.
+        self._judge(spec)
+        return self._clocks.wall(), self._clocks.cpu()
 
     def _judge(self, spec: EpisodeSpec) -> Judge:
         key = spec.goal, spec.colour

@@ -10,6 +10,7 @@ from ippon.evaluation.episode_generation import EpisodeGenerationConfig, goals_o
 from ippon.evaluation.episode_record import Clocks
 from ippon.evaluation.methods.baselines import Aim, BaselinePlanner, NearestFrontier
 from ippon.evaluation.methods.method_table import METHODS, Method, PlannerSetup
+from ippon.evaluation.metrics import Judge
 from ippon.evaluation.row import TIMING_COLUMNS, row_from
 from ippon.evaluation.trial import Trial, TrialConfig, config_hash, habitat_trial
 from ippon.guidance.prior import EmbeddedPrior
@@ -156,6 +157,22 @@ def test_times_come_from_the_clocks_that_were_given(config, scene):
     # From hand-over to answer the planner asks twice, then the trial.
     assert row.step_ms_p50 == 750.0
     assert row.realtime_factor == pytest.approx(1.0 / row.cpu_s)
+
+
+def test_no_method_pays_for_what_all_of_them_use(config, scene, monkeypatch):
+    config = dataclasses.replace(config, limits=EpisodeLimits(max_time_s=1.0))
+    spent_s = [0.0]
+
+    class SlowJudge(Judge):
+        def __init__(self, *args, **options):
+            spent_s[0] += 10.0
+            super().__init__(*args, **options)
+
+    monkeypatch.setattr("ippon.evaluation.trial.Judge", SlowJudge)
+    clocks = Clocks(wall=lambda: spent_s[0], cpu=lambda: spent_s[0])
+    spec = _episode(scene, config, "hat")
+    row = _trial(config, scene, clocks).run(spec, METHODS["nearest_frontier"])
+    assert (row.wall_s, row.cpu_s, spent_s) == (0.0, 0.0, [10.0])
 
 
 def test_a_row_survives_plain_values(make_row):
