@@ -4,6 +4,7 @@ import logging
 import os
 import socket
 import ssl
+from functools import partial
 
 import uvicorn
 from starlette.types import ASGIApp
@@ -21,7 +22,7 @@ from app.nodes.console.fleet.robot_consoles import RobotConsoles
 from app.nodes.console.web.access import LoginAccess, OpenAccess
 from app.nodes.console.web.accounts import AccountError, Accounts, load_accounts, one_account
 from app.nodes.console.web.assets import Assets
-from app.nodes.console.web.connections import BoundedProtocol
+from app.nodes.console.web.connections import BoundedProtocol, TlsProtocol
 from app.nodes.console.web.gateway import Gateway
 from app.nodes.console.web.guard import Hosts
 from app.nodes.console.web.login import LoginPages
@@ -63,10 +64,7 @@ def run_console(config: ConsoleConfig, *, is_awaited: bool = False) -> None:
     robots = RobotConsoles(config.connect, config.robot, gateway, say)
     app = gateway.app()
     app.router.routes += robots.routes()
-    settings = server_settings(app)
-    settings.load()
-    settings.ssl = tls
-    server = uvicorn.Server(settings)
+    server = uvicorn.Server(server_settings(app, tls=tls))
     console.start()
     robots.start()
     if webhook is not None:
@@ -167,15 +165,18 @@ def listen_on(config: ConsoleConfig) -> socket.socket:
     return listener
 
 
-def server_settings(app: ASGIApp, port: int = 0) -> uvicorn.Config:
+def server_settings(
+    app: ASGIApp, port: int = 0, tls: ssl.SSLContext | None = None
+) -> uvicorn.Config:
     """Return the server's settings for an application; the socket gives the address."""
+    protocol = BoundedProtocol if tls is None else partial(TlsProtocol, tls)
     return uvicorn.Config(
         app,
         port=port,
         log_level="warning",
         access_log=False,
         server_header=False,
-        http=BoundedProtocol,
+        http=protocol,  # pyright: ignore[reportArgumentType] - called like the type
         proxy_headers=False,
         timeout_keep_alive=20,
         ws="websockets-sansio",
