@@ -51,8 +51,8 @@ class _Server(uvicorn.Server):
 class Served:
     """The gateway on a real socket, and a browser's requests to it."""
 
-    def __init__(self, gateway, tls=None):
-        self._server = _Server(server_settings(gateway.app(), port=0, tls=tls))
+    def __init__(self, gateway, tls=None, proxy=None):
+        self._server = _Server(server_settings(gateway.app(), port=0, tls=tls, proxy=proxy))
         self._thread = threading.Thread(target=self._server.run, daemon=True)
         self._thread.start()
         deadline = time.monotonic() + 20.0

@@ -176,6 +176,25 @@ def test_a_wrong_password_is_refused_and_says_nothing_more(client, name, passwor
     assert name_of(client) not in client.http.cookies
 
 
+@pytest.mark.parametrize(("proxy", "status"), [(None, 429), ("127.0.0.1", 303)])
+def test_behind_a_proxy_that_is_named_nobody_waits_for_the_guesses_of_others(
+    stage, gateway, monkeypatch, proxy, status
+):
+    monkeypatch.setattr(throttle, "FREE", 1)
+    monkeypatch.setattr(throttle, "FIRST_WAIT_S", 60.0)
+    client = stage.Served(gateway, proxy=proxy)
+    try:
+        # What a browser says of itself comes before what the proxy has added.
+        client.http.headers["X-Forwarded-For"] = "10.0.0.7, 10.0.0.6"
+        assert post(client, "anna", "wrong one").status_code == 401
+        client.http.headers["X-Forwarded-For"] = "10.0.0.8, 10.0.0.6"
+        assert post(client, "anna", PASSWORDS["anna"]).status_code == 429
+        client.http.headers["X-Forwarded-For"] = "10.0.0.7"
+        assert post(client, "anna", PASSWORDS["anna"]).status_code == status
+    finally:
+        client.close()
+
+
 @pytest.mark.slow
 def test_guessing_is_slowed_down(client, monkeypatch):
     monkeypatch.setattr(throttle, "FIRST_WAIT_S", 60.0)
