@@ -219,7 +219,8 @@ class Recorder:
         try:
             return reply.result(timeout=REPLY_S)
         except TimeoutError:
-            reply.cancel()
+            if not reply.cancel():
+                return reply.result()  # It is under way.
             raise RequestRefusedError("the recorder is busy writing; try again") from None
 
     def _answer(self, request: RecordRequest) -> RecordingStatus:

@@ -4,7 +4,7 @@ import random
 import shutil
 import threading
 import time
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 import msgspec
@@ -383,4 +383,26 @@ def test_what_was_refused_because_the_disk_was_slow_is_not_done_later(tmp_path, 
     slow._heard_at = time.monotonic()
     slow._step()
     assert [note.text for note in read_notes(slow._session.writer.path)] == ["there"]
+    slow._end("the test is over")
+
+
+def test_a_mark_that_the_slow_disk_took_is_not_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(recorder, "REPLY_S", 0.05)
+    slow = Recorder(RecorderConfig(robot=ROBOT, root=tmp_path))
+    slow._begin()
+    begun, add = threading.Event(), recorder.add_note
+
+    def add_late(path, note):
+        begun.set()
+        time.sleep(0.3)
+        add(path, note)
+
+    monkeypatch.setattr(recorder, "add_note", add_late)
+    slow._heard_at = time.monotonic()
+    with ThreadPoolExecutor() as pool:
+        # Taken before the wait for its reply begins, which ends before it is carried out.
+        monkeypatch.setattr(slow._queue, "wake", lambda: pool.submit(slow._step) and begun.wait(20))
+        status = slow._handle(RecordRequest(action="mark", text="here"))
+    assert status.state == "recording"
+    assert [note.text for note in read_notes(slow._session.writer.path)] == ["here"]
     slow._end("the test is over")
