@@ -4,7 +4,7 @@ import queue
 import re
 import shlex
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -17,6 +17,7 @@ from app.links.network.session import LinkError, open_client
 from app.messages import keys
 from app.messages.control import SearchAccepted, SearchRequest, decode
 from app.messages.recording import RecordingStatus
+from app.nodes.console.config import PASSWORD_VARIABLE
 from app.process.children import PROGRAM, Child, free_port, port_is_free, wait_for_end
 
 REQUESTER: Final = "ippon demo"
@@ -106,7 +107,8 @@ class DemoProcesses:
         """
         self.page_port = wanted or free_port(first)
         where = ["--connect", self.endpoint, *self._page(self.page_port)]
-        self._console = self._start("console", ["console", *where])
+        # A login would keep the demo from asking whose page it is.
+        self._console = self._start("console", ["console", *where], {PASSWORD_VARIABLE: ""})
 
     def start_console(self, wanted: int | None) -> str:
         """Start the console, if it was not begun, and return the address of its page.
@@ -215,8 +217,10 @@ class DemoProcesses:
     def _key(self, topic: str) -> str:
         return f"{self.robot}/{topic}"
 
-    def _start(self, name: str, arguments: Sequence[str]) -> Child:
-        child = Child(name, [*arguments, "--robot", self.robot])
+    def _start(
+        self, name: str, arguments: Sequence[str], environment: Mapping[str, str] | None = None
+    ) -> Child:
+        child = Child(name, [*arguments, "--robot", self.robot], environment)
         self.children.append(child)
         return child
 

@@ -71,6 +71,8 @@ class Recorder:
         )
         self._requests: deque[tuple[RecordRequest, Future[RecordingStatus]]] = deque()
         self._session: Session | None = None
+        self._began_s = 0.0
+        """Monotonic time at which the session began."""
         self._status = RecordingStatus(state="off", text="nothing is recorded")
         self._heard_at = 0.0
         self._last_status = b""
@@ -123,6 +125,7 @@ class Recorder:
 
     def _begin(self) -> None:
         config = self._config
+        self._began_s = time.monotonic()
         try:
             self._session = Session(
                 config.root, config.robot, config.limits, time.time_ns(), config.sensor_hz
@@ -144,7 +147,18 @@ class Recorder:
             self._write(one)
 
     def _write(self, one: QueuedMessage) -> None:
-        self._guarded(lambda session: session.add(one.key, one.payload, one.wall_ns, one.now_s))
+        self._guarded(
+            lambda session: session.add(
+                one.key, one.payload, self._time_ns(session, one.now_s), one.now_s
+            )
+        )
+
+    def _time_ns(self, session: Session, now_s: float) -> int:
+        """Return a moment as a time of the session, which goes on evenly when the clock is set.
+
+        A robot without a clock of its own has its time set once it finds a network.
+        """
+        return session.start_ns + round((now_s - self._began_s) * 1e9)
 
     def _guarded(self, work: Callable[[Session], T]) -> T | None:
         """Use the file; an error of the disk ends the recording, not the recorder."""
@@ -173,7 +187,7 @@ class Recorder:
         writer = session.writer
         self._status = msgspec.structs.replace(
             self._status,
-            seconds=(time.time_ns() - session.start_ns) * 1e-9,
+            seconds=time.monotonic() - self._began_s,
             written_bytes=self._status.written_bytes if verdict.stop else writer.written_bytes,
             messages=writer.messages,
             dropped=session.timeline.dropped,
@@ -197,7 +211,7 @@ class Recorder:
             state="off",
             text=f"not recording: {reason}",
             session=folder,
-            seconds=(time.time_ns() - session.start_ns) * 1e-9,
+            seconds=time.monotonic() - self._began_s,
             written_bytes=size,
             messages=count,
             dropped=session.timeline.dropped,
@@ -219,7 +233,8 @@ class Recorder:
         try:
             return reply.result(timeout=REPLY_S)
         except TimeoutError:
-            reply.cancel()
+            if not reply.cancel():
+                return reply.result()  # It is under way.
             raise RequestRefusedError("the recorder is busy writing; try again") from None
 
     def _answer(self, request: RecordRequest) -> RecordingStatus:
@@ -240,7 +255,7 @@ class Recorder:
         if request.action == "note" and not request.text.strip():
             raise RequestRefusedError("the note is empty")
         note = Note(
-            time_ns=time.time_ns(),
+            time_ns=self._time_ns(session, time.monotonic()),
             kind="note" if request.action == "note" else "mark",
             text=request.text.strip(),
             author=request.requester,

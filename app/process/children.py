@@ -7,7 +7,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 GRACE_S: Final = 5.0
@@ -19,7 +19,10 @@ it."""
 class Child:
     """One process of this program, in a process group of its own."""
 
-    def __init__(self, name: str, arguments: Sequence[str]) -> None:
+    def __init__(
+        self, name: str, arguments: Sequence[str], environment: Mapping[str, str] | None = None
+    ) -> None:
+        """Start the process, with variables that differ from those of this process."""
         self.name = name
         self.stopped = False
         """`stop` was called."""
@@ -28,6 +31,7 @@ class Child:
         self._process = subprocess.Popen(  # noqa: S603 (this program itself)
             [*PROGRAM, *arguments, "--parent-pid", str(os.getpid())],
             start_new_session=True,
+            env={**os.environ, **(environment or {})},
             stdin=subprocess.DEVNULL,
             stdout=sys.stderr,
         )

@@ -1,6 +1,7 @@
 """`ippon review`: the console on a recording, or a list of recordings to choose from."""
 
 import logging
+import signal
 import sys
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from app.nodes.review.node import ReviewConfig, run_review
 from app.nodes.review.recompute import recompute
 from app.nodes.review.settings import read_settings
 from app.process.parent_watch import end_with_parent
+from app.process.stop_signal import interrupt
 from app.recording.catalogue import is_folder_of_recordings
 from app.recording.errors import RecordingError
 from app.recording.reading.recording import Recording
@@ -23,6 +25,8 @@ logger = logging.getLogger(__name__)
 
 def run_review_command(command: Review) -> int:
     """Serve the pages until the process is stopped."""
+    # What was unpacked of a compressed bag is removed at the end.
+    signal.signal(signal.SIGTERM, interrupt)
     end_with_parent(command.parent_pid)
     if command.out is not None and not (command.recompute or command.set):
         raise UsageError("--out is the folder of a recomputed session: add --recompute")

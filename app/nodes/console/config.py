@@ -1,5 +1,6 @@
 """Configuration of the console."""
 
+import ipaddress
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,6 +41,9 @@ class ConsoleConfig:
     """PEM file with the TLS certificate and its intermediate certificates."""
     tls_key: Path | None = None
     """PEM file with the private key of the certificate."""
+    tls_proxy: str | None = None
+    """Address of a TLS proxy in front of the console, which is believed who connects to it
+    (X-Forwarded-For): without it all browsers count as one for wrong passwords."""
     names: tuple[str, ...] = ()
     """Further host names that the console answers to, for example robot.example.org."""
     language: str = "en"
@@ -61,6 +65,8 @@ class ConsoleConfig:
             )
         if (self.tls_cert is None) != (self.tls_key is None):
             raise ConsoleError("TLS needs both a certificate and its key: --tls-cert and --tls-key")
+        if self.tls_proxy is not None:
+            _check_proxy(self.tls_proxy)
         if not 0 <= self.port <= 65535:
             raise ConsoleError(f"a port lies in 0 to 65535; got {self.port}")
         if self.notify is not None:
@@ -76,6 +82,21 @@ class ConsoleConfig:
     def has_login(self) -> bool:
         """Whether a login is required."""
         return self.users is not None or bool(os.environ.get(PASSWORD_VARIABLE))
+
+    @property
+    def is_encrypted(self) -> bool:
+        """Whether browsers connect over TLS, to the console or to a proxy."""
+        return self.tls_cert is not None or self.tls_proxy is not None
+
+
+def _check_proxy(address: str) -> None:
+    try:
+        ipaddress.ip_address(address)
+    except ValueError as error:
+        raise ConsoleError(
+            f"--tls-proxy is the numeric address from which the proxy connects, such as 127.0.0.1; "
+            f"got {address!r}"
+        ) from error
 
 
 def _check_address(url: str) -> None:

@@ -4,6 +4,7 @@ import logging
 import os
 import socket
 import ssl
+from functools import partial
 
 import uvicorn
 from starlette.types import ASGIApp
@@ -21,7 +22,7 @@ from app.nodes.console.fleet.robot_consoles import RobotConsoles
 from app.nodes.console.web.access import LoginAccess, OpenAccess
 from app.nodes.console.web.accounts import AccountError, Accounts, load_accounts, one_account
 from app.nodes.console.web.assets import Assets
-from app.nodes.console.web.connections import BoundedProtocol
+from app.nodes.console.web.connections import BoundedProtocol, TlsProtocol
 from app.nodes.console.web.gateway import Gateway
 from app.nodes.console.web.guard import Hosts
 from app.nodes.console.web.login import LoginPages
@@ -63,20 +64,17 @@ def run_console(config: ConsoleConfig, *, is_awaited: bool = False) -> None:
     robots = RobotConsoles(config.connect, config.robot, gateway, say)
     app = gateway.app()
     app.router.routes += robots.routes()
-    settings = server_settings(app)
-    settings.load()
-    settings.ssl = tls
-    server = uvicorn.Server(settings)
+    server = uvicorn.Server(server_settings(app, tls=tls, proxy=config.tls_proxy))
     console.start()
     robots.start()
     if webhook is not None:
         webhook.start()
     scheme = "http" if tls is None else "https"
     logger.info("console at %s://%s:%d", scheme, *listener.getsockname()[:2])
-    if config.host not in LOOPBACK and tls is None:
+    if config.host not in LOOPBACK and not config.is_encrypted:
         logger.warning(
             "passwords are sent unencrypted: give --tls-cert and --tls-key, or put a TLS proxy "
-            "in front of the console"
+            "in front of the console and name it with --tls-proxy"
         )
     try:
         server.run(sockets=[listener])
@@ -116,7 +114,7 @@ def _gateway(
     parts = (console.viser_server, console.state_feed, console.link)
     if accounts is None:
         return Gateway(*parts, OpenAccess(console.browsers), hosts, assets=assets)
-    access = LoginAccess(console.browsers, is_secure=config.tls_cert is not None)
+    access = LoginAccess(console.browsers, is_secure=config.is_encrypted)
     return Gateway(*parts, access, hosts, LoginPages(access, accounts, say), assets)
 
 
@@ -167,16 +165,20 @@ def listen_on(config: ConsoleConfig) -> socket.socket:
     return listener
 
 
-def server_settings(app: ASGIApp, port: int = 0) -> uvicorn.Config:
+def server_settings(
+    app: ASGIApp, port: int = 0, tls: ssl.SSLContext | None = None, proxy: str | None = None
+) -> uvicorn.Config:
     """Return the server's settings for an application; the socket gives the address."""
+    protocol = BoundedProtocol if tls is None else partial(TlsProtocol, tls)
     return uvicorn.Config(
         app,
         port=port,
         log_level="warning",
         access_log=False,
         server_header=False,
-        http=BoundedProtocol,
-        proxy_headers=False,
+        http=protocol,  # pyright: ignore[reportArgumentType] - called like the type
+        proxy_headers=proxy is not None,
+        forwarded_allow_ips=proxy,
         timeout_keep_alive=20,
         ws="websockets-sansio",
         ws_max_size=MAX_CLIENT_MESSAGE,

@@ -19,8 +19,8 @@ class QueuedMessage:
 
     key: str
     payload: bytes
-    wall_ns: int
     now_s: float
+    """Of a monotonic clock."""
 
 
 class WriteQueue:
@@ -39,7 +39,7 @@ class WriteQueue:
 
     def put(self, key: str, payload: bytes) -> None:
         """Queue a message without blocking."""
-        arrival = QueuedMessage(key, payload, time.time_ns(), time.monotonic())
+        arrival = QueuedMessage(key, payload, time.monotonic())
         with self._arrived:
             if self._size + len(payload) > self._limit:
                 self._lost += 1
@@ -70,5 +70,4 @@ class WriteQueue:
         lost, self._lost = self._lost, 0
         if lost:
             payload = encode(RecordingGap(dropped=lost))
-            gap = QueuedMessage(GAP_KEY, payload, time.time_ns(), time.monotonic())
-            self._waiting.append(gap)
+            self._waiting.append(QueuedMessage(GAP_KEY, payload, time.monotonic()))

@@ -1,5 +1,6 @@
 """Names and commands of the demo's processes."""
 
+import os
 import subprocess
 import sys
 import time
@@ -8,6 +9,7 @@ import pytest
 
 from app.demo.processes import DemoProcesses, prefix_part
 from app.messages.keys import check_prefix
+from app.nodes.console.config import PASSWORD_VARIABLE, ConsoleConfig
 from tests.ports import free_port
 
 
@@ -22,6 +24,15 @@ def test_any_folder_name_makes_a_key_prefix(name, part):
 
 def test_a_long_folder_name_makes_a_key_prefix():
     check_prefix(f"ippon/{prefix_part('x' * 255)}-4194304")
+
+
+def test_the_page_needs_no_login_where_a_password_is_exported(monkeypatch):
+    monkeypatch.setenv(PASSWORD_VARIABLE, "correct horse")
+    started = []
+    monkeypatch.setattr(subprocess, "Popen", lambda *_, env, **__: started.append(env))
+    DemoProcesses("ippon/home-3-1", "tcp/127.0.0.1:7450").begin_console(8080)
+    monkeypatch.setattr(os, "environ", started[0])
+    assert not ConsoleConfig().has_login
 
 
 @pytest.mark.process

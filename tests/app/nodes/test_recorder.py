@@ -4,7 +4,7 @@ import random
 import shutil
 import threading
 import time
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 import msgspec
@@ -319,6 +319,30 @@ def test_messages_that_are_missing_are_counted_for_their_session_and_told_with_i
         recording.close()
 
 
+@pytest.mark.parametrize("step_s", [86_400.0, -86_400.0])
+def test_a_clock_that_is_set_meanwhile_does_not_tear_the_session(tmp_path, monkeypatch, step_s):
+    one = Recorder(RecorderConfig(robot=ROBOT, root=tmp_path))
+    one._begin()
+    path, start_ns = one._session.writer.folder, one._session.start_ns
+    one._queue.put("a", b"1")
+    set_ns = time.time_ns() + int(step_s * 1e9)
+    monkeypatch.setattr(time, "time_ns", lambda: set_ns)
+    one._queue.put("a", b"2")
+    one._write_waiting(0.0)
+    one._answer(RecordRequest(action="mark", text="here"))
+    one._check_limits()
+    assert 0.0 <= one._status.seconds < 60.0
+    (note,) = read_notes(one._session.writer.path)
+    one._end("the test is over")
+    assert 0.0 <= one._status.seconds < 60.0
+    recording = Recording(path)
+    first, second = recording.all_messages(("a",))
+    times_ns = [start_ns, first.time_ns, second.time_ns, note.time_ns, start_ns + 60 * 10**9]
+    assert times_ns == sorted(times_ns)
+    assert recording.index.problems == []
+    recording.close()
+
+
 def _while_it_writes(recorder, monkeypatch, act):
     """Do something in the midst of the first message's writing, as on a slow disk."""
     session, acts = recorder._session, [act]
@@ -383,4 +407,26 @@ def test_what_was_refused_because_the_disk_was_slow_is_not_done_later(tmp_path, 
     slow._heard_at = time.monotonic()
     slow._step()
     assert [note.text for note in read_notes(slow._session.writer.path)] == ["there"]
+    slow._end("the test is over")
+
+
+def test_a_mark_that_the_slow_disk_took_is_not_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(recorder, "REPLY_S", 0.05)
+    slow = Recorder(RecorderConfig(robot=ROBOT, root=tmp_path))
+    slow._begin()
+    begun, add = threading.Event(), recorder.add_note
+
+    def add_late(path, note):
+        begun.set()
+        time.sleep(0.3)
+        add(path, note)
+
+    monkeypatch.setattr(recorder, "add_note", add_late)
+    slow._heard_at = time.monotonic()
+    with ThreadPoolExecutor() as pool:
+        # Taken before the wait for its reply begins, which ends before it is carried out.
+        monkeypatch.setattr(slow._queue, "wake", lambda: pool.submit(slow._step) and begun.wait(20))
+        status = slow._handle(RecordRequest(action="mark", text="here"))
+    assert status.state == "recording"
+    assert [note.text for note in read_notes(slow._session.writer.path)] == ["here"]
     slow._end("the test is over")

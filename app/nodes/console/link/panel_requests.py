@@ -44,6 +44,8 @@ from ippon.guidance.levels import LevelName
 REQUESTER: Final = "console"
 PLACES_S: Final = 6.0
 """Timeout for rooms, which are inferred from the map when they are asked for."""
+RECORD_S: Final = 10.0
+"""Timeout for the recorder, which refuses after 5 s what it has not begun."""
 THINGS: Final = 5_000
 READ_S: Final = 12.0
 """Timeout for reading a sentence; longer than the navigator's timeout for its language model."""
@@ -72,7 +74,7 @@ class PanelRequests(ABC):
     def record(self, action: RecordAction, text: str) -> str:
         """Start or stop recording, or add a note or mark."""
         request = RecordRequest(action=action, text=text, requester=REQUESTER)
-        status = self._request(keys.RECORD, request, RecordingStatus)
+        status = self._request(keys.RECORD, request, RecordingStatus, RECORD_S)
         return self.say("reply.stored") if action in {"note", "mark"} else status.text
 
     def cancel_go_to(self) -> str:

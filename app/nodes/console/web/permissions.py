@@ -9,6 +9,7 @@ import msgspec
 
 from app.messages.control import is_stop
 from app.messages.lease import LeaseStatus
+from app.messages.memory import MemoryRequest
 from app.nodes.console.web.browsers import Browser
 from app.view.words import Words
 
@@ -63,8 +64,11 @@ def may_send(browser: Browser, message_type: str, control_uuid: str, *, panels: 
 
 
 def request_refusal(browser: Browser, request: msgspec.Struct, say: Words) -> str:
-    """Return why a browser may not send a request, empty when it may. Everyone may stop."""
-    if may_command(browser) or is_stop(request):
+    """Return why a browser may not send a request, empty when it may.
+
+    Everyone may stop the robot, and see what it remembers.
+    """
+    if may_command(browser) or is_stop(request) or isinstance(request, MemoryRequest):
         return ""
     return say("refusal.viewer")
 

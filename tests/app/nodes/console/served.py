@@ -51,8 +51,8 @@ class _Server(uvicorn.Server):
 class Served:
     """The gateway on a real socket, and a browser's requests to it."""
 
-    def __init__(self, gateway):
-        self._server = _Server(server_settings(gateway.app(), port=0))
+    def __init__(self, gateway, tls=None, proxy=None):
+        self._server = _Server(server_settings(gateway.app(), port=0, tls=tls, proxy=proxy))
         self._thread = threading.Thread(target=self._server.run, daemon=True)
         self._thread.start()
         deadline = time.monotonic() + 20.0
@@ -61,8 +61,9 @@ class Served:
             time.sleep(0.01)
         self.port = self._server.servers[0].sockets[0].getsockname()[1]
         self.host = f"127.0.0.1:{self.port}"
-        self.origin = f"http://{self.host}"
-        # There is no TLS: to read the certificates of all authorities takes longer than most tests.
+        self.origin = f"http{'s' * (tls is not None)}://{self.host}"
+        # Nothing is verified: to read the certificates of all authorities takes longer than most
+        # tests.
         headers = {"Origin": self.origin}
         self.http = httpx.Client(base_url=self.origin, headers=headers, verify=False, timeout=60.0)
         self.get, self.post = self.http.get, self.http.post

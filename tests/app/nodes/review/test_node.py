@@ -6,6 +6,9 @@ import time
 import httpx
 import pytest
 import websockets.sync.client
+import zstandard
+
+from app.cli.exit_status import EXIT_INTERRUPTED
 
 pytestmark = pytest.mark.process
 
@@ -77,3 +80,19 @@ def test_what_cannot_be_shown_is_said(tmp_path, launch):
     status, _ = process.finish()
     assert status == 2
     assert "is not a recording" in process.log()
+
+
+def test_what_was_unpacked_is_removed_when_the_process_is_told_to_end(
+    session_folder, tmp_path, launch, monkeypatch
+):
+    bag, unpacked = tmp_path / "bag.mcap.zstd", tmp_path / "unpacked"
+    (session,) = session_folder.glob("*.mcap")
+    bag.write_bytes(zstandard.compress(session.read_bytes()))
+    unpacked.mkdir()
+    monkeypatch.setenv("TMPDIR", str(unpacked))
+    process = launch("review", str(bag), "--port", "0")
+    process.wait_for_log("review at http")
+    assert list(unpacked.glob("ippon-bag-*"))
+    process.child.terminate()
+    assert process.finish()[0] == EXIT_INTERRUPTED
+    assert not list(unpacked.glob("ippon-bag-*"))

@@ -1,6 +1,8 @@
 """Commands of the panels as requests to a stand-in for the navigator."""
 
 from app.messages.control import Accepted, FeedbackRequest, SearchAccepted
+from app.messages.recording import RecordingStatus, RecordRequest
+from app.nodes import recorder
 from app.nodes.console.link.panel_requests import PanelRequests
 from app.view.words import ENGLISH
 
@@ -11,9 +13,12 @@ class Requests(PanelRequests):
     say = ENGLISH
 
     def __init__(self):
-        self.joins, self.feedback = [], []
+        self.joins, self.feedback, self.timeout_s = [], [], None
 
     def _request(self, topic, message, kind, timeout_s=None):
+        self.timeout_s = timeout_s
+        if isinstance(message, RecordRequest):
+            return RecordingStatus(state="recording", text="recording")
         if isinstance(message, FeedbackRequest):
             self.feedback.append((message.verdict, message.goal_id, message.find))
             return Accepted()
@@ -51,3 +56,9 @@ def test_a_verdict_names_one_of_several_finds_by_its_number():
     requests.confirm_find(3, 1)
     requests.reject_find(3, 2)
     assert requests.feedback == [("confirm", 3, 1), ("reject", 3, 2)]
+
+
+def test_the_recorder_has_more_time_than_it_takes_to_refuse():
+    requests = Requests()
+    assert requests.record("mark", "") == "Stored with the recording."
+    assert requests.timeout_s > recorder.REPLY_S

@@ -3,12 +3,14 @@
 import re
 import resource
 import socket
+import ssl
 import time
 from urllib.parse import quote, urlsplit
 
 import httpx
 import msgspec
 import pytest
+import trustme
 from viser import __version__ as viser_version
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
@@ -45,14 +47,29 @@ def link():
 
 
 @pytest.fixture
-def client(stage, viser_server, browsers, accounts, link):
-    """A stranger's requests."""
+def gateway(viser_server, browsers, accounts, link):
+    """A console with logins."""
     state_feed = StateFeed()
     state_feed.post(b'{"type":"state","link":"live"}')
     access = LoginAccess(browsers, is_secure=False)
     login = LoginPages(access, accounts)
-    gateway = Gateway(viser_server, state_feed, link, access, Hosts("127.0.0.1"), login)
+    return Gateway(viser_server, state_feed, link, access, Hosts("127.0.0.1"), login)
+
+
+@pytest.fixture
+def client(stage, gateway):
+    """A stranger's requests."""
     served = stage.Served(gateway)
+    yield served
+    served.close()
+
+
+@pytest.fixture
+def encrypted(stage, gateway):
+    """A stranger's requests over TLS."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    trustme.CA().issue_cert("127.0.0.1").configure_cert(context)
+    served = stage.Served(gateway, tls=context)
     yield served
     served.close()
 
@@ -157,6 +174,25 @@ def test_a_wrong_password_is_refused_and_says_nothing_more(client, name, passwor
     assert ENGLISH("login.wrong") in answer.text
     assert "<b>" not in answer.text
     assert name_of(client) not in client.http.cookies
+
+
+@pytest.mark.parametrize(("proxy", "status"), [(None, 429), ("127.0.0.1", 303)])
+def test_behind_a_proxy_that_is_named_nobody_waits_for_the_guesses_of_others(
+    stage, gateway, monkeypatch, proxy, status
+):
+    monkeypatch.setattr(throttle, "FREE", 1)
+    monkeypatch.setattr(throttle, "FIRST_WAIT_S", 60.0)
+    client = stage.Served(gateway, proxy=proxy)
+    try:
+        # What a browser says of itself comes before what the proxy has added.
+        client.http.headers["X-Forwarded-For"] = "10.0.0.7, 10.0.0.6"
+        assert post(client, "anna", "wrong one").status_code == 401
+        client.http.headers["X-Forwarded-For"] = "10.0.0.8, 10.0.0.6"
+        assert post(client, "anna", PASSWORDS["anna"]).status_code == 429
+        client.http.headers["X-Forwarded-For"] = "10.0.0.7"
+        assert post(client, "anna", PASSWORDS["anna"]).status_code == status
+    finally:
+        client.close()
 
 
 @pytest.mark.slow
@@ -315,6 +351,67 @@ def test_a_thousand_connections_keep_nobody_out(client, many_files):
         finally:
             for one in flood:
                 one.close()
+
+
+def test_silent_connections_keep_nobody_out_over_tls(encrypted, monkeypatch):
+    monkeypatch.setattr(connections, "MAX_IDLE", 20)
+    monkeypatch.setattr(connections, "REQUEST_S", 60.0)
+    flood = [raw(encrypted) for _ in range(60)]
+    try:
+        assert encrypted.get("/login").headers["strict-transport-security"]
+        for one in flood[:40]:
+            assert one.recv(1) == b""
+        flood[-1].settimeout(0.0)
+        with pytest.raises(BlockingIOError):
+            flood[-1].recv(1)
+    finally:
+        for one in flood:
+            one.close()
+
+
+def test_a_tls_handshake_that_never_ends_is_dropped(encrypted, monkeypatch):
+    monkeypatch.setattr(connections, "REQUEST_S", 0.3)
+    with raw(encrypted) as one:
+        one.sendall(b"\x16\x03\x01")
+        assert one.recv(1) == b""
+
+
+def test_a_request_that_comes_with_the_end_of_the_handshake_is_answered(encrypted):
+    context = ssl._create_unverified_context()
+    incoming, outgoing = ssl.MemoryBIO(), ssl.MemoryBIO()
+    tls = context.wrap_bio(incoming, outgoing)
+    with raw(encrypted) as one:
+        while True:
+            try:
+                tls.do_handshake()
+                break
+            except ssl.SSLWantReadError:
+                one.sendall(outgoing.read())
+                incoming.write(one.recv(65_536))
+        tls.write(b"GET /login HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+        one.sendall(outgoing.read())
+        while True:
+            incoming.write(one.recv(65_536))
+            try:
+                assert tls.read().startswith(b"HTTP/1.1 200")
+                break
+            except ssl.SSLWantReadError:
+                pass
+
+
+def test_a_connection_counts_again_once_its_request_is_answered(client, monkeypatch):
+    monkeypatch.setattr(connections, "MAX_IDLE", 2)
+    with raw(client) as asked, raw(client) as silent:
+        head = f"POST /login HTTP/1.1\r\nHost: {client.host}\r\nOrigin: {client.origin}\r\n"
+        asked.sendall(f"{head}Content-Length: 1\r\nExpect: 100-continue\r\n\r\n".encode())
+        assert asked.recv(1000).startswith(b"HTTP/1.1 100 ")
+        with raw(client), raw(client):
+            assert silent.recv(1) == b"", "the oldest one that waits for nothing"
+            asked.sendall(b"x")
+            assert asked.recv(1000).startswith(b"HTTP/1.1 400 ")
+            with raw(client):
+                while asked.recv(1000):
+                    pass
 
 
 def test_a_request_that_never_ends_is_dropped(client, monkeypatch):

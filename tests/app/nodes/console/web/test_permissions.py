@@ -4,6 +4,7 @@ import pytest
 
 from app.messages.control import ControlRequest, FeedbackRequest
 from app.messages.lease import LeaseStatus
+from app.messages.memory import MemoryNoteRequest, MemoryRequest
 from app.nodes.console.web.browsers import Browser
 from app.nodes.console.web.permissions import (
     may_command,
@@ -42,7 +43,13 @@ def test_a_holder_of_an_earlier_lease_may_not_use_the_panels():
     assert not may_use_panels(browser_of("operator", "holds", epoch=2), lease)
 
 
-def test_a_viewer_may_stop_and_nothing_else():
+def test_a_viewer_sees_what_is_remembered_and_changes_none_of_it():
+    viewer = browser_of("viewer")
+    assert request_refusal(viewer, MemoryRequest(picture=3), ENGLISH) == ""
+    assert request_refusal(viewer, MemoryNoteRequest(instance_id=3, name="mine"), ENGLISH)
+
+
+def test_a_viewer_may_stop_and_command_nothing_else():
     viewer = browser_of("viewer")
     assert not may_command(viewer)
     assert request_refusal(viewer, ControlRequest(action="stop"), ENGLISH) == ""
