@@ -10,6 +10,9 @@ from ippon.mapping.arrays import MapArrays
 from ippon.planning.plan import NodeKind, Plan
 from ippon.robot import RobotProfile
 
+_Place = tuple[float, float, float]
+"""World x and y in metres, and heading in radians."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoalFollowerConfig:
@@ -82,6 +85,8 @@ class GoalFollower:
         self._turn_number = 0
         self._age_s = self._still_s = 0.0
         self._still_at = (0.0, 0.0, 0.0)
+        self._reached_at: _Place | None = None
+        """Where the robot was when it had reached the goal."""
         self._moved = False
         self._reached = False
         self._failed: NavigationGoal | None = None
@@ -110,11 +115,15 @@ class GoalFollower:
             return
         if outcome is GoalOutcome.CANCELLED:
             # By somebody else: it is sent again while it is wanted.
-            self._goal = self._outcome = None
+            self.forget_goal()
             return
         self._outcome = outcome
         if outcome is GoalOutcome.FAILED:
             self._fail()
+
+    def forget_goal(self) -> None:
+        """Forget the present goal: the next target is sent at once, also where it is the same."""
+        self._goal = self._outcome = None
 
     def take_failed(self) -> NavigationGoal | None:
         """Return a goal that has failed since the last call, once."""
@@ -180,51 +189,69 @@ class GoalFollower:
     def _aim(self, x: float, y: float, yaw: float, T_world_base: Float64Array, dt_s: float) -> None:
         """Keep the present goal, or replace it where the target has moved beyond the limits."""
         self._age_s += dt_s
-        goal, config = self._goal, self.config
-        if goal is None or not self._keeps(goal, x, y, yaw):
+        goal, config, place = self._goal, self.config, _place(T_world_base)
+        if self._outcome is GoalOutcome.REACHED and self._reached_at is None:
+            self._reached_at = place
+        if goal is None or not self._keeps(goal, (x, y, yaw), place):
             self._numbers += 1
             self._goal = NavigationGoal(number=self._numbers, x_m=x, y_m=y, yaw_rad=yaw)
             self._outcome = None
             self._age_s = self._still_s = 0.0
             self._moved = False
-            self._still_at = _place(T_world_base)
+            self._still_at, self._reached_at = place, None
             return
         if self._outcome not in (None, GoalOutcome.ACCEPTED):
             return
-        self._watch_motion(T_world_base, dt_s)
-        at_x, at_y, at_yaw = _place(T_world_base)
-        near = math.hypot(goal.x_m - at_x, goal.y_m - at_y) <= config.near_m
-        near = near and abs(wrap_angle(goal.yaw_rad - at_yaw)) <= config.near_rad
-        if near and self._still_s >= config.stands_s:
-            self._outcome = GoalOutcome.REACHED
+        self._watch_motion(place, dt_s)
+        if self._is_near(_aim_of(goal), place) and self._still_s >= config.stands_s:
+            self._outcome, self._reached_at = GoalOutcome.REACHED, place
         elif self._still_s >= config.stuck_s and not self.is_silent:
             self._outcome = GoalOutcome.FAILED
             self._fail()
 
-    def _keeps(self, goal: NavigationGoal, x: float, y: float, yaw: float) -> bool:
+    def _keeps(self, goal: NavigationGoal, target: _Place, place: _Place) -> bool:
         config = self.config
-        same = math.hypot(goal.x_m - x, goal.y_m - y) <= config.moved_m
-        same = same and abs(wrap_angle(goal.yaw_rad - yaw)) <= config.turned_rad
+        same = _are_near(_aim_of(goal), target, config.moved_m, config.turned_rad)
         if self._outcome is GoalOutcome.FAILED:
             return same and self._age_s < config.retry_s
-        under_way = self._outcome is not GoalOutcome.REACHED
-        return same or (under_way and self._age_s < config.min_period_s)
+        if self._outcome is GoalOutcome.REACHED:
+            return same and self._is_still_there(goal, place)
+        return same or self._age_s < config.min_period_s
 
-    def _watch_motion(self, T_world_base: Float64Array, dt_s: float) -> None:
-        (x, y, yaw), (x0, y0, yaw0) = _place(T_world_base), self._still_at
+    def _is_still_there(self, goal: NavigationGoal, place: _Place) -> bool:
+        """Return whether the robot is at the goal, or where it was when it had reached it.
+
+        That may be farther from the goal than `near_m`: the robot's navigation decides. Each time
+        that it has reached a goal counts anew, so that an error of the pose sends no goal again.
+        """
+        reached_at = self._reached_at or place
+        return self._is_near(reached_at, place) or self._is_near(_aim_of(goal), place)
+
+    def _is_near(self, one: _Place, other: _Place) -> bool:
+        return _are_near(one, other, self.config.near_m, self.config.near_rad)
+
+    def _watch_motion(self, place: _Place, dt_s: float) -> None:
         config = self.config
-        if math.hypot(x - x0, y - y0) > config.motion_m or abs(wrap_angle(yaw - yaw0)) > (
-            config.motion_rad
-        ):
-            self._still_at, self._still_s, self._moved = (x, y, yaw), 0.0, True
-        else:
+        if _are_near(place, self._still_at, config.motion_m, config.motion_rad):
             # While frames are missing nobody sees whether it moves, and without commands it stands.
             self._still_s += min(dt_s, COMMAND_S)
+        else:
+            self._still_at, self._still_s, self._moved = place, 0.0, True
 
     def _fail(self) -> None:
         self._failed = self._goal
         self._age_s = 0.0
 
 
-def _place(T_world_base: Float64Array) -> tuple[float, float, float]:
+def _place(T_world_base: Float64Array) -> _Place:
     return float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
+
+
+def _aim_of(goal: NavigationGoal) -> _Place:
+    return goal.x_m, goal.y_m, goal.yaw_rad
+
+
+def _are_near(one: _Place, other: _Place, within_m: float, within_rad: float) -> bool:
+    (x, y, yaw), (other_x, other_y, other_yaw) = one, other
+    is_close = math.hypot(x - other_x, y - other_y) <= within_m
+    return is_close and abs(wrap_angle(yaw - other_yaw)) <= within_rad

@@ -172,7 +172,8 @@ class Mission:
         action = self._act(frame, dt_s)
         stops = self.operator.held is not None or self._behaviors.recovery.active
         wanted = self.motion.accelerate(action, dt_s, brakes_at_once=stops)
-        self._behaviors.recovery.watch(frame, wanted if self.operator.follows_mission else None)
+        followed = wanted if self.operator.follows_mission else None
+        self._behaviors.recovery.watch(frame, followed, self.operator.speed_limit)
         command, reason = self.motion.avoid_collision(wanted, frame, dt_s, age_s)
         if moves_base(wanted) and not moves_base(command):
             # No space to turn: the look around cannot be completed here.

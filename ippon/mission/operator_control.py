@@ -75,6 +75,9 @@ class OperatorControl:
         """`STOPPED` or `PAUSED` while the robot must stand still."""
         self.waypoint: tuple[float, float] | None = None
         """World x and y of the operator's point, until the robot is there, metres."""
+        self.speed_limit = 1.0
+        """Share of the mission's velocities that the robot is sent; the commands are those of a
+        robot without a limit."""
 
     @property
     def held_text(self) -> str | None:
@@ -115,6 +118,10 @@ class OperatorControl:
             self._journal.note("drive", DRIVE_TEXT[mode])
         self._mode = mode
         self.waypoint = None
+
+    def limit_speed(self, share: float) -> None:
+        """Change the share of the mission's velocities that the robot is sent, above 0 to 1."""
+        self.speed_limit = share
 
     def set_regions(self, strokes: Sequence[Stroke]) -> bool:
         """Set the painted regions of the floor, for every goal until changed.

@@ -1,10 +1,12 @@
 """A sentence that was read: the message that answers for it, and the searches that follow."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from app.links.language_model.interface import SentenceAnswer
 from app.messages.control import SearchRequest, SentenceReading
-from ippon.guidance.language.goals.goal import Goal, unchecked
+from app.messages.status import MOST_COUNTED, Count
+from ippon.guidance.language.goals.goal import ALL, Goal, unchecked
 from ippon.guidance.language.lists.same_objects import once_each
 from ippon.guidance.language.requests.sentence import search_name
 from ippon.rooms.room_names import known_rooms
@@ -15,12 +17,17 @@ def as_reading(
 ) -> SentenceReading:
     """Return the reading of a sentence: each object once, and all that a search does not use yet.
 
+    A sentence that wants more of an object than are counted gives no goal.
+
     Args:
         answer: The goals.
         elapsed_ms: Time that the reading took.
         room_names: Names that people have given to rooms of the map.
     """
     request = answer.request
+    too_many = next(filter(None, (count_refusal(goal.count) for goal in request.goals)), "")
+    if too_many:
+        request = replace(request, goals=(), doubtful=True, because=too_many)
     goals, notes = once_each(request.goals)
     notes = [
         *notes,
@@ -43,6 +50,13 @@ def as_reading(
         elapsed_ms=elapsed_ms,
         note=answer.failed,
     )
+
+
+def count_refusal(count: Count) -> str:
+    """Return why so many of an object are not searched for; empty where they are."""
+    if count == ALL or count <= MOST_COUNTED:
+        return ""
+    return f"at most {MOST_COUNTED} of one kind are counted; got {count}. Ask for all of them"
 
 
 def search_of(goal: Goal, requester: str) -> SearchRequest:

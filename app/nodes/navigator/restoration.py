@@ -48,6 +48,7 @@ def restore_goals(
     goes_on = interrupted is not None and interrupted.may_go_on
     if goes_on and interrupted is not None:
         services.mux.set_mode(DriveMode.AUTO, interrupted.speed_limit)
+        mission.operator.limit_speed(interrupted.speed_limit)
     else:
         mission.operator.stop()
     first: dict[int, int] = {}

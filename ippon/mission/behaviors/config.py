@@ -8,8 +8,8 @@ class RecoveryConfig:
     """When the robot counts as stuck, and how it gets free."""
 
     stuck_after_s: float = 2.5
-    """Seconds of driving commands without movement after which the robot is stuck; more tolerates
-    slow starts and frees it later."""
+    """Seconds of driving commands without movement after which the robot is stuck, at full speed;
+    at a speed limit it takes as much longer. More tolerates slow starts and frees it later."""
     moved_m: float = 0.05
     """Distance below which the robot has not moved; more frees a robot that crawls."""
     turned_rad: float = 0.1

@@ -6,7 +6,7 @@ import numpy as np
 
 from ippon.command import Command
 from ippon.control.tilt_wait import TiltWait
-from ippon.frame import Frame
+from ippon.frame import NANOSECONDS, Frame
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.mission.behaviors.behavior import Action, StepContext
 from ippon.mission.behaviors.config import LookAroundConfig
@@ -42,6 +42,10 @@ class LookAround:
         """Look around again from the beginning."""
         self._looked_down = False
         self._turned_rad = 0.0
+        self._begun_rad = 0.0
+        """What had been turned when the present turn began: the first one, or the one back."""
+        self._acted_ns: int | None = None
+        """Stamp of the last frame that this behavior acted on."""
         self._waits = 0
         self._last_yaw: float | None = None
         self._tilt_wait.restart()
@@ -70,6 +74,10 @@ class LookAround:
             return None
         if self.waits():
             return Action(step.hold)
+        if self._acted_ns != frame.stamp_ns - round(step.dt_s * NANOSECONDS):
+            # Something else has commanded the robot since, or nothing: that turn was not this one.
+            self._last_yaw = None
+        self._acted_ns = frame.stamp_ns
         self._done_for = (search.goal.object, frame.T_world_base)
         why = f"looking around ({self.progress:.0%})"
         command = self.step(yaw_of(frame.T_world_base), frame.tilt_rad, step.dt_s)
@@ -131,7 +139,11 @@ class LookAround:
         back = floor_tilt is not None and self._turned_rad >= self._circle_rad
         direction = -1.0 if back else 1.0
         if self._last_yaw is not None:
-            self._turned_rad += max(0.0, direction * wrap_angle(yaw_rad - self._last_yaw))
+            # With its sign: the noise of the pose adds up to nothing.
+            turned = self._turned_rad + direction * wrap_angle(yaw_rad - self._last_yaw)
+            self._turned_rad = max(self._begun_rad, turned)
+            if not back and self._turned_rad >= self._circle_rad:
+                self._begun_rad = self._turned_rad
         self._last_yaw = yaw_rad
         if self.done:
             return Command(tilt_rad=self._turn_tilt)

@@ -19,8 +19,9 @@ class Recovery:
         self._freeing_since_ns: int | None = None
         self._frees_forwards = False
         self._unmoved_ns: int | None = None
-        """Time of driving commands without movement; None without such a command."""
+        """Time of driving commands without movement, as if at full speed; None without one."""
         self._watched_ns = 0
+        self._speed_share = 1.0
         self._moving_from = (0.0, 0.0, 0.0)
         self._was_contact = False
 
@@ -55,8 +56,8 @@ class Recovery:
         if moved > self._config.moved_m or turned > self._config.turned_rad:
             self._unmoved_ns = None
             return False
-        # While frames are missing the robot stands.
-        self._unmoved_ns += min(since_ns, int(COMMAND_S * NANOSECONDS))
+        # While frames are missing the robot stands. A slower one takes longer to move as far.
+        self._unmoved_ns += round(self._speed_share * min(since_ns, int(COMMAND_S * NANOSECONDS)))
         return self._unmoved_ns > self._config.stuck_after_s * NANOSECONDS
 
     def act(self, step: StepContext) -> Action | None:
@@ -81,17 +82,18 @@ class Recovery:
         """The robot is being freed."""
         return self._freeing_since_ns is not None
 
-    def watch(self, frame: Frame, command: Command | None) -> None:
+    def watch(self, frame: Frame, command: Command | None, speed_share: float = 1.0) -> None:
         """Keep a command, to check in later frames whether the robot follows it.
 
         Args:
             frame: The frame that the command answers.
             command: The command before the collision filter, since a robot that the filter stops is
                 stuck, too. None if the operator drives.
+            speed_share: Share of the command's velocities that the robot is sent.
         """
         stamp_ns, T_world_base = frame.stamp_ns, frame.T_world_base
         driving = command is not None and self._drives(command)
-        self._watched_ns = stamp_ns
+        self._watched_ns, self._speed_share = stamp_ns, speed_share
         if not driving:
             self._unmoved_ns = None
         elif self._unmoved_ns is None:

@@ -61,6 +61,8 @@ class SelfNavigation:
         self._journal.note("out_of_reach", text)
         if self._is_waypoint(failed):
             self._operator.cancel_go_to()
+            # Whoever sends the robot there once more means at once.
+            self.follower.forget_goal()
         elif self.follower.is_turn(failed):
             self._look_around.abandon(search)
         else:

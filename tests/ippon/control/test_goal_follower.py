@@ -97,6 +97,57 @@ def test_a_robot_that_says_nothing_has_arrived_when_it_stands_near_the_goal():
     assert follower.reached
 
 
+@pytest.mark.parametrize("moved", [START, base_pose(2.9, 1.0, 0.0, 0.9)])
+def test_a_robot_that_was_moved_away_from_what_it_had_reached_is_sent_there_again(moved):
+    follower, there = Follower(), base_pose(2.9, 1.0, 0.0, 0.1)
+    follower.to(3.0, 1.0)
+    follower.report(1, GoalOutcome.REACHED)
+    follower.to(3.0, 1.0, at=there)
+    assert follower.reached
+    assert follower.to(3.0, 1.0, at=moved).goal.number == 2
+    assert not follower.reached
+    follower.report(2, GoalOutcome.REACHED)
+    assert follower.to(3.0, 1.0, at=there).goal is None
+    assert follower.reached
+
+
+@pytest.mark.parametrize("answers", [True, False])
+def test_errors_of_the_pose_where_a_robot_has_stopped_send_no_goal_again(answers):
+    follower = Follower()
+    # Its navigation stops earlier than the follower asks for.
+    x = 2.5 if answers else 2.66
+    follower.to(3.0, 1.0, at=base_pose(x, 1.0, 0.0, 0.0), steps=1 if answers else 12)
+    if answers:
+        follower.report(1, GoalOutcome.REACHED)
+    for k in range(60):
+        off_m, off_rad = 0.3 * (-1) ** k, 0.3 * (-1) ** (k // 2)
+        at = base_pose(x + off_m * (k > 0), 1.0, 0.0, off_rad * (k > 0))
+        assert follower.to(3.0, 1.0, at=at).goal is None
+        assert follower.reached
+
+
+def test_a_pose_that_jumps_sends_a_goal_once_and_not_at_each_frame():
+    follower = Follower()
+    follower.to(3.0, 1.0)
+    follower.report(1, GoalOutcome.REACHED)
+    follower.to(3.0, 1.0, at=base_pose(2.5, 1.0, 0.0, 0.0))
+    jumped = base_pose(2.1, 1.0, 0.0, 0.0)
+    assert follower.to(3.0, 1.0, at=jumped).goal.number == 2
+    follower.report(2, GoalOutcome.REACHED)
+    for k in range(60):
+        at = base_pose(2.1 + 0.2 * (k % 2), 1.0, 0.0, 0.0)
+        assert follower.to(3.0, 1.0, at=at).goal is None
+
+
+def test_a_failed_goal_that_is_forgotten_is_sent_at_once():
+    follower = Follower()
+    follower.to(3.0, 1.0)
+    follower.report(1, GoalOutcome.FAILED)
+    assert follower.to(3.0, 1.0).goal is None
+    follower.forget_goal()
+    assert follower.to(3.0, 1.0).goal.number == 2
+
+
 def test_a_failed_goal_is_reported_once_and_not_sent_again_at_once():
     follower = Follower(retry_s=2.0)
     follower.to(3.0, 1.0)

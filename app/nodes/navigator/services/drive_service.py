@@ -66,6 +66,7 @@ class DriveService:
         names_mode = request.mode is not None
         if names_mode and (mode.value != now.mode or limit == now.speed_limit):
             self._operations.enqueue(lambda mission: mission.operator.drive(mode))
+        self._operations.enqueue(lambda mission: mission.operator.limit_speed(limit))
         self._mux.set_mode(mode, limit)
         return Accepted(detail=f"{mode.value}, at most {limit:.0%} of the speed")
 

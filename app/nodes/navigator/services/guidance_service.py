@@ -21,6 +21,7 @@ import simplejpeg
 from numpy.typing import NDArray
 
 from app.links.language_model.interface import LanguageModelInterface, LevelsAnswer
+from app.links.language_model.sentence_reading import count_refusal
 from app.links.network.requests import RequestRefusedError
 from app.messages.control import (
     Accepted,
@@ -28,13 +29,12 @@ from app.messages.control import (
     SearchRequest,
     VocabularyRequest,
 )
-from app.messages.status import MOST_COUNTED, Count
 from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.planned_search import PlannedSearch
 from ippon.guidance.language.naming import ResolvedObject, resolve_object
 from ippon.guidance.language.requests.sentence import goal_named
-from ippon.guidance.levels import BY_OPERATOR, LabelLevel, Level, LevelName
+from ippon.guidance.levels import BY_OPERATOR, Guidance, LabelLevel, Level, LevelName
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mapping.objects.object_layers import MAX_LABELS
 from ippon.mission.goal import Goal
@@ -106,14 +106,16 @@ class GuidanceService:
             RequestRefusedError: The object holds no word, or more are wanted than are counted.
         """
         resolved = self._resolve(request.object)
-        rooms = known_rooms(request.context, [room.name for room in self.room_names()])
-        guidance = self._prior.levels(resolved, request.context, self.labels, rooms)
+        guidance = self._rated(resolved, request.context)
         named = goal_named(request.object)
         attributes, count, other = tuple(request.attributes), request.count, request.other
         if named is not None:
             attributes = attributes or named.attributes
-            count = count if count != 1 else _checked_count(named.count)
+            count = count if count != 1 else named.count
             other = other or named.refers_to == "other"
+        problem = count_refusal(count)
+        if problem:
+            raise RequestRefusedError(problem)
         goal = Goal(
             goal_id=0,
             object=resolved.canonical,
@@ -154,7 +156,7 @@ class GuidanceService:
         labels = self.labels
         if tuple(row.label for row in search.guidance.rows) == labels:
             return search
-        rated = self._prior.levels(search.resolved, search.goal.context, labels)
+        rated = self._rated(search.resolved, search.goal.context)
         guidance = search.guidance.over(labels, rated.rows).changed(search.edits)
         fitted = self._goals.amend(
             search.goal.goal_id, lambda s: dataclasses.replace(s, guidance=guidance)
@@ -206,6 +208,11 @@ class GuidanceService:
         self._check_new(request.label, label)
         self._operations.enqueue(partial(self._extend, label))
         return Accepted(detail=f"{resolved.display} is recognised from now on")
+
+    def _rated(self, resolved: ResolvedObject, context: str) -> Guidance:
+        """Return the levels of the embedded prior, which knows the names of the map's rooms."""
+        rooms = known_rooms(context, [room.name for room in self.room_names()])
+        return self._prior.levels(resolved, context, self.labels, rooms)
 
     def _resolve(self, text: str) -> ResolvedObject:
         try:
@@ -305,19 +312,15 @@ class GuidanceService:
         self._extend(label, mission)
 
 
-def _checked_count(count: Count) -> Count:
-    """Return how many an object's name says, as `Count` limits what is sent and kept."""
-    if isinstance(count, int) and count > MOST_COUNTED:
-        raise RequestRefusedError(
-            f"at most {MOST_COUNTED} of one kind are counted; got {count}. Ask for all of them"
-        )
-    return count
-
-
 def _answered(answer: LevelsAnswer, search: PlannedSearch) -> PlannedSearch:
+    guidance = answer.guidance.changed(search.edits)
+    if answer.failed:
+        # The levels that the search has stay: unlike the answer, they know the names of rooms.
+        notes = dict.fromkeys((answer.guidance.notes[0], *search.guidance.notes))
+        guidance = dataclasses.replace(search.guidance, notes=tuple(notes))
     return dataclasses.replace(
         search,
-        guidance=answer.guidance.changed(search.edits),
+        guidance=guidance,
         elapsed_ms=answer.elapsed_ms,
         asking="",
         failed=answer.failed,

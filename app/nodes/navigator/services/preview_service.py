@@ -1,5 +1,7 @@
 """Requests that change nothing: the content of a voxel, and the target under other levels."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from app.links.network.requests import RequestRefusedError
@@ -17,6 +19,8 @@ from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mission.inspection import inspect_voxel
+from ippon.rooms.named_rooms import RoomName
+from ippon.rooms.room_names import known_rooms
 from ippon.vocabulary import canonical_label
 
 TIMEOUT_S = 8.0
@@ -30,6 +34,8 @@ class PreviewService:
         self._goals = goals
         self._operations = operations
         self._prior = EmbeddedPrior()
+        self.room_names: Callable[[], tuple[RoomName, ...]] = tuple
+        """Returns the names that people have given to rooms; the navigator sets it."""
 
     def inspect(self, request: InspectRequest) -> InspectReply:
         """Return label probabilities, object probability and level of a voxel."""
@@ -73,7 +79,8 @@ class PreviewService:
         labels = tuple(row.label for row in guidance.rows)
         if request.context is not None:
             resolved = resolve_object(active.goal.display, labels)
-            guidance = self._prior.levels(resolved, request.context, labels)
+            rooms = known_rooms(request.context, [room.name for room in self.room_names()])
+            guidance = self._prior.levels(resolved, request.context, labels, rooms)
         rows: list[LabelLevel] = []
         for name, level in request.levels.items():
             label = canonical_label(name)

@@ -192,8 +192,8 @@ class RequestServices:
         ]
 
     def hear_of_rooms(self, rooms: RoomService) -> None:
-        """Let sentences, goals and bids use the names of rooms, and painted regions tell theirs."""
-        for service in (self.bids, self.guidance, self.sentences):
+        """Let the requests of a search use the names of rooms, and painted regions tell theirs."""
+        for service in (self.bids, self.guidance, self.preview, self.sentences):
             service.room_names = lambda: rooms.names
         self.drive.room_of = rooms.room_of
 

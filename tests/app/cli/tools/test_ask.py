@@ -97,6 +97,12 @@ def test_several_goals_are_queued_in_order(searches, capsys):
     ]  # fmt: skip
 
 
+def test_more_than_can_be_counted_are_refused_in_words(searches, capsys):
+    assert ask("find 200 screws", "--yes") == 2
+    assert searches == []
+    assert "at most 99 of one kind are counted; got 200" in capsys.readouterr().err
+
+
 def test_objects_joined_by_and_are_searched_for_in_one_tour(searches, capsys):
     assert ask("my keys and my wallet, then the hat") == 0
     assert [name for name, _ in searches] == ["keys", "wallet", "hat"]

@@ -1,8 +1,10 @@
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from ippon.geometry import base_pose
 from ippon.mission.behaviors.config import LookAroundConfig
 from ippon.mission.behaviors.look_around import LookAround
 from ippon.mission.journal import Journal
@@ -76,6 +78,49 @@ def test_what_was_interrupted_at_the_start_is_made_up_for() -> None:
     assert look.progress == pytest.approx(2 * begun)
     look.interrupt(gone_m=0.8)
     assert look.done
+
+
+def test_the_noise_of_a_standing_robots_pose_is_no_turn() -> None:
+    look, noise = LookAround(LookAroundConfig(), ZED), np.random.default_rng(0)
+    for yaw in noise.normal(0.0, 0.01, 500):
+        look.step(float(yaw), -0.9, DT_S)
+    assert look.progress < 0.02
+
+
+def test_noise_shortens_neither_turn() -> None:
+    look, noise = LookAround(LookAroundConfig(), ZED), np.random.default_rng(0)
+    yaw, tilt, most = 0.0, -0.9, 0.0
+    while not look.done:
+        measured = math.remainder(yaw + float(noise.normal(0.0, 0.05)), 2 * math.pi)
+        command = look.step(measured, tilt, DT_S)
+        # At a speed limit.
+        yaw, tilt = yaw + 0.3 * DT_S * command.yaw_rate_rad_s, command.tilt_rad
+        most = max(most, yaw)
+    for turned in (most, most - yaw):
+        assert turned + ZED.horizontal_fov_rad >= 2 * math.pi
+
+
+def act(look: LookAround, stamp_s: float, yaw: float) -> None:
+    frame = SimpleNamespace(
+        stamp_ns=round(1e9 * stamp_s), T_world_base=base_pose(0.0, 0.0, 0.0, yaw), tilt_rad=-0.9
+    )
+    search = SimpleNamespace(goal=SimpleNamespace(object="hat"), path_length_m=0.0)
+    plan = SimpleNamespace(ends_search=False)
+    step = SimpleNamespace(frame=frame, search=search, plan=plan, dt_s=DT_S, hold=None)
+    assert look.act(step) is not None
+
+
+def test_a_robot_that_was_turned_while_it_did_not_look_around_has_not_seen_that_side() -> None:
+    look = LookAround(LookAroundConfig(), ZED)
+    act(look, 10.0, 0.0)
+    act(look, 10.2, 0.2)
+    seen = look.progress
+    assert seen > 0.0
+    # A pause, by the end of which somebody has turned it.
+    act(look, 14.2, 2.0)
+    assert look.progress == seen
+    act(look, 14.4, 2.2)
+    assert look.progress == pytest.approx(2 * seen)
 
 
 def test_what_interrupted_it_is_waited_for_some_steps() -> None:

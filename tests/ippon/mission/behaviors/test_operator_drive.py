@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from ippon.camera import PinholeCamera
+from ippon.command import Command
 from ippon.control.drive_mode import DriveMode
 from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.prior import EmbeddedPrior
@@ -146,6 +147,18 @@ def test_driving_by_hand_ends_the_way_to_a_point_and_never_counts_as_stuck(world
         world.step(None, STEP_S)
         kinds += [event.kind for event in result.snapshot.events]
     assert "contact" not in kinds
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("limit", "is_stuck"), [(1.0, True), (0.1, False)])
+def test_at_a_speed_limit_it_takes_longer_to_count_as_stuck(world, mission, limit, is_stuck):
+    mission.operator.limit_speed(limit)
+    kinds = []
+    for _ in range(22):
+        result = mission.step(world.observe())
+        world.step(Command(tilt_rad=result.command.tilt_rad), STEP_S)
+        kinds += [event.kind for event in result.snapshot.events]
+    assert ("contact" in kinds) is is_stuck
 
 
 @pytest.mark.parametrize(

@@ -79,6 +79,30 @@ def test_a_robot_that_does_not_follow_its_commands_is_stuck() -> None:
     assert 2.0 * S < stuck_at <= 2.4 * S
 
 
+@pytest.mark.parametrize("share", [0.1, 0.5])
+def test_a_robot_at_a_speed_limit_counts_as_stuck_after_as_much_longer(share: float) -> None:
+    recovery = Recovery(RecoveryConfig(stuck_after_s=2.0), ZED)
+    stuck_at = None
+    for k in range(200):
+        if recovery.is_blocked(frame(k * S // 5, HERE), DRIVE):
+            stuck_at = k / 5
+            break
+        recovery.watch(frame(k * S // 5, HERE), DRIVE, share)
+    assert stuck_at is not None
+    assert 2.0 / share < stuck_at <= 2.0 / share + 0.4
+
+
+def test_a_robot_that_ends_a_turn_at_a_speed_limit_is_not_stuck() -> None:
+    recovery = Recovery(RecoveryConfig(), ZED)
+    share, off = 0.1, 0.2
+    for k in range(200):
+        here = base_pose(1.0, 2.0, 0.0, 0.5 - off)
+        turn = Command(yaw_rate_rad_s=min(ZED.max_yaw_rate_rad_s, off / 0.3))
+        assert not recovery.is_blocked(frame(k * S // 5, here), turn)
+        recovery.watch(frame(k * S // 5, here), turn, share)
+        off -= 0.2 * share * turn.yaw_rate_rad_s
+
+
 def test_a_moving_or_waiting_robot_is_not_stuck() -> None:
     moving, waiting = Recovery(RecoveryConfig(), ZED), Recovery(RecoveryConfig(), ZED)
     for k in range(60):

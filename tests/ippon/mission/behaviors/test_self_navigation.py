@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from ippon.command import Command, GoalOutcome
+from ippon.frame import NANOSECONDS
 from ippon.geometry import yaw_of
 from ippon.mission.behaviors.operator_drive import plan_along
 from ippon.mission.behaviors.self_navigation import SILENT_TEXT, planner_config
@@ -76,6 +77,27 @@ def test_a_point_of_the_operator_is_given_up_when_it_fails(robot):
     robot.mission.navigation.follower.report(command.goal.number, GoalOutcome.FAILED)
     robot.mission.step(robot.world.observe())
     assert robot.mission.operator.waypoint is None
+    robot.mission.operator.go_to((1.5, 1.5))
+    again = robot.mission.step(robot.world.observe()).command.goal
+    assert again is not None
+    assert again.number == command.goal.number + 1, "the operator does not wait for a retry"
+
+
+def test_a_robot_that_was_moved_is_sent_to_the_same_point_again(robot, room):
+    robot.ask("chair")
+    robot.search(60.0)
+    operator, here = robot.mission.operator, tuple(robot.at)
+    for _ in range(2):
+        assert operator.go_to((1.5, 1.5)) > 0.5
+        results = robot.search(30.0, until=lambda _: operator.waypoint is None)
+        assert results[0].command.goal is not None
+        assert results[0].snapshot.why.startswith("going to your point")
+        assert results[-1].snapshot.why == "at the point that you chose"
+        assert np.hypot(*(robot.at - (1.5, 1.5))) < 0.4
+        robot.world.base.x_m, robot.world.base.y_m = here
+        robot.rebuild([*room(5.0, 3.5), CHAIR])
+        robot.world.stamp_ns += 5 * NANOSECONDS
+        robot.mission.step(robot.world.observe())
 
 
 def test_a_point_of_the_operator_stays_when_an_earlier_goal_fails(robot):

@@ -40,6 +40,7 @@ class Missionary:
 
     def __init__(self) -> None:
         self.modes: list[DriveMode] = []
+        self.limits: list[float] = []
         self.regions: list[object] = []
         self.voxel_map = VoxelMap(MapConfig(), ["wall"])
         self.floor_z_m = 0.0
@@ -48,6 +49,9 @@ class Missionary:
 
     def drive(self, mode) -> None:
         self.modes.append(mode)
+
+    def limit_speed(self, share) -> None:
+        self.limits.append(share)
 
     def go_to(self, xy):
         return 2.5 if xy[0] < 10.0 else None
@@ -118,6 +122,7 @@ def test_the_mode_reaches_mux_and_mission(service):
     reply = service.request(keys.DRIVE, DriveRequest(mode="manual", speed_limit=0.5))
     assert reply.detail == "manual, at most 50% of the speed"
     _await(lambda: service.mission.modes == [DriveMode.MANUAL])
+    _await(lambda: service.mission.limits == [0.5])
     assert service.mux.now == SimpleNamespace(mode="manual", speed_limit=0.5)
 
 
@@ -127,6 +132,7 @@ def test_a_limit_keeps_the_mode_and_a_mode_the_limit(service):
     assert reply.detail == "manual, at most 20% of the speed"
     service.request(keys.DRIVE, DriveRequest(mode="assisted"))
     assert service.mux.now == SimpleNamespace(mode="assisted", speed_limit=0.2)
+    _await(lambda: sorted(service.mission.limits) == [0.2, 0.2, 1.0])
     _await(lambda: len(service.mission.modes) == 2)
     assert set(service.mission.modes) == {DriveMode.MANUAL, DriveMode.ASSISTED}
 

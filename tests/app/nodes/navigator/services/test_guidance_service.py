@@ -1,13 +1,23 @@
 """Levels and labels, with a stand-in for the model and a real map."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from app.links.network.requests import RequestRefusedError
-from app.messages.control import GuidanceRequest, SearchRequest, VocabularyRequest
+from app.messages.control import (
+    GuidanceRequest,
+    PreviewRequest,
+    SearchRequest,
+    VocabularyRequest,
+)
+from app.nodes.navigator.services.preview_service import PreviewService
 from app.nodes.navigator.status_report import level_table
 from ippon.guidance.levels import Level
 from ippon.guidance.prior import PROVIDER, EmbeddedPrior
+from ippon.mission.inspection import Preview
+from ippon.rooms.named_rooms import RoomName
 from ippon.vocabulary import MATTERPORT_40
 from tests.app.nodes.navigator.conftest import MODEL, Model, levels, run_next, search
 
@@ -53,6 +63,50 @@ def test_a_model_that_fails_is_told_of(open_office):
     assert office.guidance.notes() == ("no answer of the language model: HTTP 500",)
     assert office.events[0][1].endswith("the embedded prior answered instead")
     assert level_table(office.goals.active()).provider == PROVIDER
+
+
+def test_without_the_model_the_names_of_rooms_stay_known(open_office):
+    office, context = open_office(Model()), "in Anna's bedroom"
+    office.guidance.room_names = lambda: (RoomName(x_m=0.0, y_m=0.0, name="Anna's bedroom"),)
+    office.model.failed = "HTTP 500"
+    search(office, "scarf", context)
+    office.guidance.set_level(GuidanceRequest(label="bed", level="far"))
+    run_next(office)
+    before = office.goals.active().guidance
+    assert before.notes == ()
+    assert (
+        before.levels().tolist()
+        != EmbeddedPrior().levels("scarf", context, MATTERPORT_40).levels().tolist()
+    )
+    office.model.may_answer.release()
+    run_next(office)
+    after = office.goals.active().guidance
+    assert after.rows == before.rows
+    assert after.notes == (f"{MODEL}: HTTP 500; the embedded prior answered instead",)
+
+
+@pytest.mark.parametrize("by", ["label", "preview"])
+def test_later_levels_of_the_prior_know_the_names_of_rooms_too(open_office, by):
+    office, context = open_office(), "in Anna's bedroom"
+    names = (RoomName(x_m=0.0, y_m=0.0, name="Anna's bedroom"),)
+    office.guidance.room_names = lambda: names
+    search(office, "scarf", context)
+    if by == "label":
+        office.guidance.add_label(VocabularyRequest(label="wardrobe"))
+        run_next(office)
+        row = office.goals.active().guidance.rows[-1]
+        alone, known = (
+            EmbeddedPrior().levels("scarf", context, ("wardrobe",), rooms).rows[0]
+            for rooms in ((), ("anna's bedroom",))
+        )
+        assert alone.level is not known.level
+        assert row == known
+        return
+    found = Preview(now="a", then="b", before=None, after=None)
+    preview = PreviewService(office.goals, SimpleNamespace(ask=lambda *_: found))
+    assert preview.preview(PreviewRequest(context=context)).changed != []
+    preview.room_names = lambda: names
+    assert preview.preview(PreviewRequest(context=context)).changed == []
 
 
 def test_an_answer_for_a_goal_that_is_over_is_dropped(open_office):

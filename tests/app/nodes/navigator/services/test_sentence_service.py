@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 import simplejpeg
 
-from app.links.language_model.interface import RULES
+from app.links.language_model.interface import RULES, SentenceAnswer
+from app.links.language_model.sentence_reading import search_of
 from app.links.network.requests import RequestRefusedError, ask
 from app.messages import keys
 from app.messages.control import PictureRequest, SearchRequest, SentenceReading, SentenceRequest
 from app.nodes.navigator.services import sentence_service
 from app.nodes.navigator.services.goal_service import GoalService
-from ippon.guidance.language.goals.goal import Attribute
+from ippon.guidance.language.goals.goal import Attribute, Goal, Request
 from ippon.guidance.language.requests.sentence import search_name
 from ippon.rooms.named_rooms import RoomName
 from tests.app.memory.test_memory_file import thing
@@ -33,6 +34,21 @@ def test_names_of_one_object_are_one_search_and_the_answer_says_so(open_office):
     reading = open_office().sentences.read(request)
     assert [goal.display for goal in reading.goals] == ["tv"]
     assert reading.notes[1] == "“telly” means the same as “tv”: it is searched for once"
+
+
+@pytest.mark.parametrize("by", ["rules", "model"])
+def test_more_than_can_be_counted_give_no_goal_and_the_reading_says_so(open_office, by):
+    office = open_office(Model() if by == "model" else None)
+    if by == "model":
+        screws = Goal(object="screw", display="screws", count=200)
+        read = SentenceAnswer(Request(goals=(screws,), doubtful=False), MODEL, "q", "a", "")
+        office.model.read_request = lambda *_: read
+    reading = office.sentences.read(SentenceRequest(sentence="find 200 screws and my hat"))
+    assert (reading.goals, reading.doubtful, reading.notes) == ([], True, [])
+    assert reading.because == "at most 99 of one kind are counted; got 200. Ask for all of them"
+    reading = open_office().sentences.read(SentenceRequest(sentence="find 99 screws"))
+    assert [search_of(goal, "me").count for goal in reading.goals] == [99]
+    assert not reading.doubtful
 
 
 def test_a_sentence_is_read_by_the_model_within_its_time(open_office, monkeypatch):

@@ -29,6 +29,7 @@ from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.persistence import (
     RECENT_S,
     RunState,
+    SavedGoal,
     SavedState,
     StatePersistence,
     read_saved_state,
@@ -432,6 +433,17 @@ def test_a_stop_holds_over_a_crash_also_without_a_goal(sessions, held, state):
     navigator = Navigator(NavigatorConfig(robot="r"), sessions[0], saved=saved)
     try:
         assert navigator._mission.state is state
+    finally:
+        navigator.close()
+
+
+def test_a_run_that_goes_on_keeps_its_speed_limit_in_command_and_mission(sessions):
+    ran = RunState(held=False, mode="auto", speed_limit=0.3)
+    saved = SavedState(voxel_map=None, requests=(SavedGoal(object="hat"),), interrupted=ran)
+    navigator = Navigator(NavigatorConfig(robot="r", resume=True), sessions[0], saved=saved)
+    try:
+        assert navigator._services.mux.status().speed_limit == 0.3
+        assert navigator._mission.operator.speed_limit == 0.3
     finally:
         navigator.close()
 
