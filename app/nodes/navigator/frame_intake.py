@@ -27,6 +27,8 @@ MAX_WAITING: Final = 4
 """Messages of one topic that may wait for decoding; older ones are dropped and counted."""
 MAX_POSES: Final = 500
 """The same of poses: those of a second, where a robot sends 500 in it."""
+MAX_KEPT: Final = 100
+"""The same of topics whose messages are sent once, and come together to who starts late."""
 MAX_REASON: Final = 200
 ARRIVALS: Final = 64
 """Number of colour images whose time of arrival is kept."""
@@ -93,10 +95,10 @@ class FrameIntake:
         self._receivers: dict[str, Callable[[bytes], None]] = {}
         self._listeners: dict[str, Callable[[bytes], None]] = {}
         for topic, stream in _STREAM_OF.items():
-            # Poses arrive faster than images, and interpolation needs each of them.
-            size = MAX_POSES if topic in (keys.TF, keys.CONTACT) else MAX_WAITING
-            self._waiting[topic] = deque(maxlen=size)
             kept = topic in keys.KEPT
+            # Poses arrive faster than images, and interpolation needs each of them.
+            often = MAX_POSES if topic in (keys.TF, keys.CONTACT) else MAX_WAITING
+            self._waiting[topic] = deque(maxlen=MAX_KEPT if kept else often)
             self._receivers[topic] = self._receiver(topic, stream)
             own = {keys.TF: self._take_tf, keys.COLOR: self._take_color}
             take = own.get(topic, self._receivers[topic])

@@ -7,7 +7,12 @@ import pytest
 from app.messages import keys
 from app.messages.depth.depth_images import encode_depth
 from app.messages.images import encode_camera, encode_color
-from app.messages.motion import encode_flag, encode_transforms, robot_transforms
+from app.messages.motion import (
+    StampedTransform,
+    encode_flag,
+    encode_transforms,
+    robot_transforms,
+)
 from app.nodes.navigator.frame_intake import MAX_WAITING, MISFITS, FrameIntake, Stopwatch
 from ippon.camera import PinholeCamera
 from ippon.geometry import base_pose
@@ -149,6 +154,18 @@ def test_a_flood_is_dropped_and_counted_and_the_newest_wins(intake, send):
         assert time.monotonic() < deadline
         time.sleep(0.01)
     assert take(intake).stamp_ns == 29 * PERIOD
+
+
+def test_fixed_transforms_of_many_publishers_that_come_together_all_count(intake):
+    links = [keys.BASE_FRAME, *(f"link_{k}" for k in range(8)), OPTICAL]
+    for parent, child in itertools.pairwise(links):
+        transform = StampedTransform(
+            stamp_ns=0, parent=parent, child=child, T_parent_child=base_pose(0.1, 0.0, 0.0, 0.0)
+        )
+        intake.inject(keys.TF_STATIC, encode_transforms([transform]))
+    assert intake.take(0.0) is None
+    pose = intake.assembler._transforms.lookup(keys.BASE_FRAME, OPTICAL, 0)
+    assert pose[0, 3] == pytest.approx(0.9)
 
 
 def test_what_is_broken_is_refused_and_said_once(intake, send, sessions, complaints):
