@@ -48,6 +48,8 @@ _STREAM_OF: Final = {
     keys.COLOR: "colour",
 }
 """Stream that counts the messages of each topic, "" for none; decoded in this order."""
+_AT_FAULT: Final = {keys.TF_STATIC: "pose", keys.CONTACT: "pose", keys.CAMERA_INFO: "colour"}
+"""Stream that counts the refused messages of topics without one; of the others the heatmap."""
 UNMATCHED: Final = 10
 """Consecutive heatmaps and detections without a matching image after which the operator is told."""
 MISFITS: Final = 10
@@ -78,6 +80,8 @@ class FrameIntake:
         """`time.perf_counter` when the colour image of the last frame arrived."""
         self.refused = ""
         """Why the last frame was refused; empty after one was accepted."""
+        self.camera_refused = ""
+        """Why the last camera info was refused; empty after one was accepted."""
         self.ended = ""
         """Why no more images come, as the robot says; empty while they may."""
         self.has_tf = False
@@ -267,7 +271,13 @@ class FrameIntake:
             else:
                 assemble(self.assembler, topic, payload)
         except (MessageError, FrameRejectedError, ValueError) as error:
-            self.refuse(_STREAM_OF[topic] or "pose", f"{topic}: {error}")
+            problem = str(error)
+            stream = _STREAM_OF[topic] or _AT_FAULT.get(topic, "heatmap")
+            self.refuse(stream, f"{topic}: {problem}")
+        else:
+            problem = ""
+        if topic == keys.CAMERA_INFO:
+            self.camera_refused = problem
 
 
 class Stopwatch:

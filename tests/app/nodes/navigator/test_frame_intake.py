@@ -178,6 +178,17 @@ def test_what_is_broken_is_refused_and_said_once(intake, send, sessions, complai
     assert "not a sensor_msgs/msg/CompressedImage (7 bytes)" in complaints[0]
 
 
+def test_a_refused_camera_info_is_no_fault_of_the_pose(intake, complaints):
+    intake.inject(keys.CAMERA_INFO, encode_camera(CAMERA, PERIOD, OPTICAL)[:-8])
+    intake.take(0.0)
+    assert intake.monitors["pose"].status().rejected == 0
+    assert complaints[0].startswith(f"colour: {keys.CAMERA_INFO}: ")
+    assert intake.camera_refused in complaints[0]
+    intake.inject(keys.CAMERA_INFO, encode_camera(CAMERA, PERIOD, OPTICAL))
+    intake.take(0.0)
+    assert intake.camera_refused == ""
+
+
 def test_a_frame_that_contradicts_itself_is_refused(intake, send, complaints):
     send(PERIOD, depth_shape=(5, 8))
     until(lambda: intake.monitors["depth"].status().rejected == 1, lambda: take(intake, 0.1))
