@@ -86,8 +86,9 @@ class FrameIntake:
         """Why no more images come, as the robot says; empty while they may."""
         self.has_tf = False
         """The robot publishes tf."""
-        self.compressed_at = 0.0
-        """`time.monotonic` when the last compressed image of the robot itself came."""
+        self.compressed_at = {"colour": 0.0, "depth": 0.0}
+        """`time.monotonic` of the last compressed image of the robot itself: when a colour image
+        came, and when a depth image was read."""
         self._framed_at = self._came_at = 0.0
         self._lateness = Lateness()
         self._match = DepthMatch(config.tolerance_s)
@@ -106,7 +107,8 @@ class FrameIntake:
             self._receivers[topic] = self._receiver(topic, stream)
             own = {keys.TF: self._take_tf, keys.COLOR: self._take_color}
             take = own.get(topic, self._receivers[topic])
-            subscribe(session, f"{robot}/{topic}", take, kept=kept)
+            if topic != keys.DEPTH_RAW:  # `StreamConverter` asks for it, and injects it.
+                subscribe(session, f"{robot}/{topic}", take, kept=kept)
         subscribe(session, f"{robot}/{keys.ENDED}", self._note_end)
 
     def inject(self, topic: str, payload: bytes) -> None:
@@ -119,7 +121,7 @@ class FrameIntake:
         self._receivers[keys.TF](payload)
 
     def _take_color(self, payload: bytes) -> None:
-        self.compressed_at = time.monotonic()
+        self.compressed_at["colour"] = time.monotonic()
         self._receivers[keys.COLOR](payload)
 
     def listen(self, topic: str, take: Callable[[bytes], None]) -> None:
@@ -276,6 +278,8 @@ class FrameIntake:
             self.refuse(stream, f"{topic}: {problem}")
         else:
             problem = ""
+            if topic == keys.DEPTH:
+                self.compressed_at["depth"] = time.monotonic()
         if topic == keys.CAMERA_INFO:
             self.camera_refused = problem
 
