@@ -8,7 +8,6 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import DurabilityPolicy
 
 from .depth_png import DepthOutput
@@ -18,6 +17,11 @@ from .rates import PairedRates, RateLimit
 from .serialized import stamp_of
 from .settings import COMPRESSED, IMAGE, KEPT, STREAMS, Settings, Topic
 from .zenoh_side import stream_publisher
+
+try:
+    from rclpy.event_handler import SubscriptionEventCallbacks
+except ImportError:  # Before ROS 2 Iron.
+    from rclpy.qos_event import SubscriptionEventCallbacks
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
