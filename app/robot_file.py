@@ -193,7 +193,8 @@ def _read(text: str) -> _RobotFile:
 
 def _settings(file: _RobotFile) -> Settings:
     """Return the topics of a robot and its limits; raises Ros2Error."""
-    return read_settings({"ros2": file.ros2, "motion": msgspec.to_builtins(file.motion)})
+    motion, camera = msgspec.to_builtins(file.motion), msgspec.to_builtins(file.camera)
+    return read_settings({"ros2": file.ros2, "motion": motion, "camera": camera})
 
 
 def map_config(
