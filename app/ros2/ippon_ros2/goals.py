@@ -140,7 +140,7 @@ class Goals:
         # will do for a topic: to an old one the robot would drive back.
         if self._earlier and self._navigation.cancel_every(here):
             self._earlier = False
-            logger.info("what the robot was to drive to before is cancelled")
+            logger.info("goals from before this start are cancelled, if there are any")
 
     def _say(self, stamp: bytes, status: int) -> None:
         if stamp:
