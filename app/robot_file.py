@@ -196,7 +196,8 @@ def _read(text: str) -> _RobotFile:
 
 def _settings(file: _RobotFile) -> Settings:
     """Return the topics of a robot and its limits; raises Ros2Error."""
-    return read_settings({"ros2": file.ros2, "motion": msgspec.to_builtins(file.motion)})
+    motion, camera = msgspec.to_builtins(file.motion), msgspec.to_builtins(file.camera)
+    return read_settings({"ros2": file.ros2, "motion": motion, "camera": camera})
 
 
 def map_config(
@@ -330,7 +331,7 @@ _OPTIONAL: Final = """
 #   router: tcp/scout:7447      # and their router; without it that one connects to the navigator
 #   namespace: /scout   # before names without a slash
 #   color: {topic: camera/color/image_raw, max_hz: 10}   # Image or CompressedImage
-#   depth: camera/aligned_depth_to_color/image_raw
+#   depth: {topic: camera/aligned_depth_to_color/image_raw, max_hz: 10}
 #   camera_info: camera/color/camera_info
 #   odom: odom          # instead of tf; the camera is then mounted as above
 #   cmd_vel: cmd_vel    # Twist or TwistStamped, as the robot subscribes

@@ -219,6 +219,7 @@ def test_a_robot_without_a_bridge_has_its_topics_and_limits(tmp_path):
     path.write_text(template(ZED), encoding="utf-8")
     assert read_robot(str(path)).rmw_zenoh is None
     assert read_robot("zed").rmw_zenoh is None
+    assert read_robot("hand-held").ros2.topics["tf"].is_optional
     assert (
         read_robot("zed").ros2.topics["tf"].name
         == read_robot(str(path)).ros2.topics["tf"].name

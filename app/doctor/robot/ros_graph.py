@@ -84,7 +84,8 @@ def check_graph(settings: Settings, entities: Sequence[Entity]) -> list[Finding]
             match = _match_action(topic.name, robot)
         else:
             match = match_topic(key, topic, COMMANDS[key][1], "MS", robot)
-        findings.append(_finding(key, topic.name, match))
+        if not (topic.is_optional and match.reason == "absent"):
+            findings.append(_finding(key, topic.name, match))
     return findings
 
 

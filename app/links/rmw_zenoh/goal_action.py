@@ -13,7 +13,7 @@ from app.links.rmw_zenoh.goal_topic import in_frame
 from app.links.rmw_zenoh.participant import Participant
 from app.links.rmw_zenoh.protocol.tokens import Entity
 from app.links.rmw_zenoh.services import ServiceClient
-from app.ros2.ippon_ros2.goals import ACCEPTED, CANCELLED, FAILED, REACHED, Ended
+from app.ros2.ippon_ros2.goals import ACCEPTED, CANCELLED, EVERY_GOAL, FAILED, REACHED, Ended
 from app.ros2.ippon_ros2.settings import NAVIGATE, Topic
 
 logger = logging.getLogger(__name__)
@@ -52,9 +52,9 @@ class GoalAction:
         """Number of the last goal that was sent."""
         self._wanted = False
         """The robot is to drive to it."""
-        self._accepted: list[bytes] = []
-        """Goals that the server may drive to: where it gives up a goal that was to replace another,
-        Nav2 goes on to the other."""
+        self._accepted = [EVERY_GOAL]
+        """Goals that the server may drive to, at first all from before this program: where it gives
+        up a goal that was to replace another, Nav2 goes on to the other."""
         self._uncancelled: dict[bytes, bool] = {}
         """Goals to cancel that the server has not confirmed, and whether an answer is awaited."""
         self._calls = Sender()
@@ -80,6 +80,9 @@ class GoalAction:
         with self._lock:
             # Nav2 replaces its goal by a new one: the old one need not be cancelled first.
             self._last, self._wanted = number, True
+            if self._uncancelled.pop(EVERY_GOAL, None) is not None:
+                # Repeated, it would cancel this one, too.
+                self._accepted.append(EVERY_GOAL)
         request = _CDR + number + pose[len(_CDR) :] + _NO_BEHAVIOR_TREE
         answered = partial(self._answered, goal, number)
         self._later(partial(self._send_goal.call, request, ANSWER_S, answered))
@@ -91,6 +94,13 @@ class GoalAction:
         with self._lock:
             self._wanted = False
         self._cancel_accepted()
+
+    def cancel_every(self, here: bytes) -> bool:
+        """See `Navigation.cancel_every`."""
+        if not self._there:
+            return False
+        self.cancel(here)
+        return True
 
     def close(self) -> None:
         """Send what is queued."""
@@ -157,8 +167,8 @@ class GoalAction:
 
     def _cancelled(self, number: bytes, response: bytes | None) -> None:
         with self._lock:
-            self._uncancelled.pop(number, None)
-            if response is None:
+            awaited = self._uncancelled.pop(number, None) is not None
+            if response is None and awaited:
                 self._uncancelled[number] = False
         if response is None:
             logger.warning("the robot's navigation did not confirm that a goal is cancelled")

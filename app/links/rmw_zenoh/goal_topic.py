@@ -43,6 +43,13 @@ class GoalTopic:
         if here:
             self._commands.put("goal", in_frame(here, self._frame))
 
+    def cancel_every(self, here: bytes) -> bool:
+        """See `Navigation.cancel_every`."""
+        if not here or not self._commands.reaches("goal", self._entities()):
+            return False
+        self.cancel(here)
+        return True
+
 
 def in_frame(goal: bytes, frame: str) -> bytes:
     """Return a serialized PoseStamped with another frame; an empty one leaves it.

@@ -203,6 +203,8 @@ class RobotLink:
         early = time.monotonic() - self._started < MISSING_AFTER_S
         for key, match in matches.items():
             text = match.problem or match.note
+            if match.reason == "absent" and self._settings.topics[key].is_optional:
+                text = ""
             self._note(key, "" if early or not text else f"{key}: {text}")
 
     def _count_losses(self, streams: Streams) -> None:

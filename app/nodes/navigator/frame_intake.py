@@ -27,6 +27,8 @@ MAX_WAITING: Final = 4
 """Messages of one topic that may wait for decoding; older ones are dropped and counted."""
 MAX_POSES: Final = 500
 """The same of poses: those of a second, where a robot sends 500 in it."""
+MAX_KEPT: Final = 100
+"""The same of topics whose messages are sent once, and come together to who starts late."""
 MAX_REASON: Final = 200
 ARRIVALS: Final = 64
 """Number of colour images whose time of arrival is kept."""
@@ -46,6 +48,8 @@ _STREAM_OF: Final = {
     keys.COLOR: "colour",
 }
 """Stream that counts the messages of each topic, "" for none; decoded in this order."""
+_AT_FAULT: Final = {keys.TF_STATIC: "pose", keys.CONTACT: "pose", keys.CAMERA_INFO: "colour"}
+"""Stream that counts the refused messages of topics without one; of the others the heatmap."""
 UNMATCHED: Final = 10
 """Consecutive heatmaps and detections without a matching image after which the operator is told."""
 MISFITS: Final = 10
@@ -76,12 +80,15 @@ class FrameIntake:
         """`time.perf_counter` when the colour image of the last frame arrived."""
         self.refused = ""
         """Why the last frame was refused; empty after one was accepted."""
+        self.camera_refused = ""
+        """Why the last camera info was refused; empty after one was accepted."""
         self.ended = ""
         """Why no more images come, as the robot says; empty while they may."""
         self.has_tf = False
         """The robot publishes tf."""
-        self.compressed_at = 0.0
-        """`time.monotonic` when the last compressed image of the robot itself came."""
+        self.compressed_at = {"colour": 0.0, "depth": 0.0}
+        """`time.monotonic` of the last compressed image of the robot itself: when a colour image
+        came, and when a depth image was read."""
         self._framed_at = self._came_at = 0.0
         self._lateness = Lateness()
         self._match = DepthMatch(config.tolerance_s)
@@ -93,14 +100,15 @@ class FrameIntake:
         self._receivers: dict[str, Callable[[bytes], None]] = {}
         self._listeners: dict[str, Callable[[bytes], None]] = {}
         for topic, stream in _STREAM_OF.items():
-            # Poses arrive faster than images, and interpolation needs each of them.
-            size = MAX_POSES if topic in (keys.TF, keys.CONTACT) else MAX_WAITING
-            self._waiting[topic] = deque(maxlen=size)
             kept = topic in keys.KEPT
+            # Poses arrive faster than images, and interpolation needs each of them.
+            often = MAX_POSES if topic in (keys.TF, keys.CONTACT) else MAX_WAITING
+            self._waiting[topic] = deque(maxlen=MAX_KEPT if kept else often)
             self._receivers[topic] = self._receiver(topic, stream)
             own = {keys.TF: self._take_tf, keys.COLOR: self._take_color}
             take = own.get(topic, self._receivers[topic])
-            subscribe(session, f"{robot}/{topic}", take, kept=kept)
+            if topic != keys.DEPTH_RAW:  # `StreamConverter` asks for it, and injects it.
+                subscribe(session, f"{robot}/{topic}", take, kept=kept)
         subscribe(session, f"{robot}/{keys.ENDED}", self._note_end)
 
     def inject(self, topic: str, payload: bytes) -> None:
@@ -113,7 +121,7 @@ class FrameIntake:
         self._receivers[keys.TF](payload)
 
     def _take_color(self, payload: bytes) -> None:
-        self.compressed_at = time.monotonic()
+        self.compressed_at["colour"] = time.monotonic()
         self._receivers[keys.COLOR](payload)
 
     def listen(self, topic: str, take: Callable[[bytes], None]) -> None:
@@ -265,7 +273,15 @@ class FrameIntake:
             else:
                 assemble(self.assembler, topic, payload)
         except (MessageError, FrameRejectedError, ValueError) as error:
-            self.refuse(_STREAM_OF[topic] or "pose", f"{topic}: {error}")
+            problem = str(error)
+            stream = _STREAM_OF[topic] or _AT_FAULT.get(topic, "heatmap")
+            self.refuse(stream, f"{topic}: {problem}")
+        else:
+            problem = ""
+            if topic == keys.DEPTH:
+                self.compressed_at["depth"] = time.monotonic()
+        if topic == keys.CAMERA_INFO:
+            self.camera_refused = problem
 
 
 class Stopwatch:

@@ -167,6 +167,8 @@ def _state(
     if intake.refused:
         return "lost", f"frames are refused: {intake.refused}"
     if snapshot is None:
+        if intake.frames == 0 and intake.camera_refused:
+            return "starting", f"camera info is refused: {intake.camera_refused}"
         if intake.frames == 0 and localization:
             return "starting", localization
         if intake.frames == 0:

@@ -1,7 +1,7 @@
 """Converts streams that a robot publishes in place of the usual ones: raw images, odometry.
 
-Raw images become JPEG and odometry becomes tf. The result goes to the navigator's own intake and to
-the network, so that console, recorder and segmentation receive the usual topics.
+Raw colour images become JPEG and odometry becomes tf. The result goes to the navigator's own intake
+and to the network, so that console, recorder and segmentation receive the usual topics.
 """
 
 import contextlib
@@ -33,6 +33,8 @@ logger = logging.getLogger(__name__)
 
 SILENT_S: Final = 3.0
 """Silence of compressed images from which uncompressed ones are asked for."""
+_RAW: Final = {"colour": keys.COLOR_RAW, "depth": keys.DEPTH_RAW}
+"""Uncompressed images of each stream."""
 _STREAM_OF: Final = {keys.ODOM: "pose", keys.COLOR_RAW: "colour"}
 NO_MOUNT: Final = (
     "odometry without tf does not tell the tilt of a camera that tilts: publish tf, or give the "
@@ -66,9 +68,8 @@ class StreamConverter:
         self._image: bytes | None = None
         self._started = time.monotonic()
         self._closed = False
-        self._asked_at = 0.0
-        self._end_images: Callable[[], None] | None = None
-        """Ends the subscription to uncompressed images; None without one."""
+        self._asked: dict[str, tuple[float, Callable[[], None]]] = {}
+        """Streams whose uncompressed images are asked for: since when, and what ends that."""
         self._problems: dict[str, str] = {}
         self._put = {
             topic: session.declare_publisher(
@@ -82,6 +83,8 @@ class StreamConverter:
         fixed = partial(self._take, keys.TF_STATIC)
         subscribe(session, f"{robot}/{keys.TF_STATIC}", fixed, kept=True)
         subscribe(session, f"{robot}/{keys.ODOM}", partial(self._take, keys.ODOM))
+        # At once: the first images of a recording with raw depth would be missed.
+        self._ask("depth")
         threading.Thread(target=self._run, name="stream conversion", daemon=True).start()
 
     def check(self) -> None:
@@ -89,19 +92,26 @@ class StreamConverter:
 
         The mission's thread calls it.
         """
-        age_s = self._intake.monitors["colour"].age_s()
-        silent_s = time.monotonic() - self._started if age_s is None else age_s
-        # Not before, nor for longer: a bridge carries whatever somebody subscribes to.
-        if silent_s > SILENT_S and self._end_images is None:
-            self._asked_at = time.monotonic()
-            take = partial(self._take, keys.COLOR_RAW)
-            key = f"{self._robot}/{keys.COLOR_RAW}"
-            self._end_images = subscribe(self._session, key, take)
-        elif self._end_images is not None and self._intake.compressed_at > self._asked_at:
-            self._end_images()
-            self._end_images = None
+        for stream in _RAW:
+            self._check_raw(stream)
         for topic in tuple(self._problems):
             self._intake.refuse(_STREAM_OF[topic], f"{topic}: {self._problems.pop(topic)}")
+
+    def _check_raw(self, stream: str) -> None:
+        age_s = self._intake.monitors[stream].age_s()
+        silent_s = time.monotonic() - self._started if age_s is None else age_s
+        asked_at, end = self._asked.get(stream, (0.0, None))
+        # Not before, nor for longer: a bridge carries whatever somebody subscribes to.
+        if silent_s > SILENT_S and end is None:
+            self._ask(stream)
+        elif end is not None and self._intake.compressed_at[stream] > asked_at:
+            end()
+            del self._asked[stream]
+
+    def _ask(self, stream: str) -> None:
+        topic, now = _RAW[stream], time.monotonic()
+        take = partial(self._intake.inject if stream == "depth" else self._take, topic)
+        self._asked[stream] = now, subscribe(self._session, f"{self._robot}/{topic}", take)
 
     def close(self) -> None:
         """End the thread."""

@@ -8,12 +8,16 @@ import struct
 import time
 from typing import TYPE_CHECKING, Any
 
-from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from .interfaces import interface, package_of
 from .rates import TiltSteps
 from .settings import COMMANDS, FLOAT, PUBLISHED, TWIST_STAMPED, Settings, Topic
+
+try:
+    from rclpy.event_handler import PublisherEventCallbacks
+except ImportError:  # Before ROS 2 Iron.
+    from rclpy.qos_event import PublisherEventCallbacks
 
 if TYPE_CHECKING:
     from collections.abc import Callable

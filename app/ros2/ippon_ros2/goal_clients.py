@@ -15,7 +15,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 
-from .goals import ACCEPTED, CANCELLED, FAILED, REACHED, Ended
+from .goals import ACCEPTED, CANCELLED, EVERY_GOAL, FAILED, REACHED, Ended
 from .interfaces import interface
 from .settings import NAVIGATE, POSE, Topic
 
@@ -62,6 +62,13 @@ class GoalTopic:
         if here:
             self._publisher.publish(_pose_of(here, self._class, self._topic.frame))
 
+    def cancel_every(self, here: bytes) -> bool:
+        """See `Navigation.cancel_every`."""
+        if not here or self.problem():
+            return False
+        self.cancel(here)
+        return True
+
 
 class GoalAction:
     """Nav2's action NavigateToPose. All calls of ROS 2 are made by the executor's thread."""
@@ -81,9 +88,9 @@ class GoalAction:
         """The robot is to drive to it."""
         self._unanswered: dict[bytes, tuple[bytes, float]] = {}
         """Goals that the server has neither accepted nor refused, by number, and when they went."""
-        self._accepted: list[bytes] = []
-        """Goals that the server may drive to: where it gives up a goal that was to replace another,
-        Nav2 goes on to the other."""
+        self._accepted = [EVERY_GOAL]
+        """Goals that the server may drive to, at first all from before this program: where it gives
+        up a goal that was to replace another, Nav2 goes on to the other."""
         self._uncancelled: dict[bytes, Any] = {}
         """Goals to cancel that the server has not confirmed, by number."""
         self._calls: deque[Callable[[], None]] = deque()
@@ -108,6 +115,13 @@ class GoalAction:
         del here
         self._call(self._cancel_wanted)
 
+    def cancel_every(self, here: bytes) -> bool:
+        """See `Navigation.cancel_every`."""
+        if not self._client.server_is_ready():
+            return False
+        self.cancel(here)
+        return True
+
     def _call(self, call: Callable[[], None]) -> None:
         self._calls.append(call)
         self._wake.trigger()
@@ -120,6 +134,10 @@ class GoalAction:
         # Nav2 replaces its goal by a new one: the old one need not be cancelled first.
         number = os.urandom(16)
         self._last, self._wanted = number, True
+        if EVERY_GOAL in self._uncancelled:
+            # Repeated, it would cancel this one, too.
+            self._forget_cancel(EVERY_GOAL)
+            self._accepted.append(EVERY_GOAL)
         self._unanswered[number] = goal, time.monotonic()
         request = self._action.Goal()
         request.pose = _pose_of(goal, self._pose, self._topic.frame)

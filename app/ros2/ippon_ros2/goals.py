@@ -16,6 +16,8 @@ WATCHDOG_S = 0.5
 ACCEPTED, REACHED, CANCELLED, FAILED = 1, 4, 5, 6
 """Of action_msgs/GoalStatus."""
 NO_GOAL = bytes(8)
+EVERY_GOAL = bytes(16)
+"""Number that stands for all goals of a server in action_msgs/CancelGoal."""
 
 Ended = Callable[[bytes, int], None]
 """Takes a goal with its status."""
@@ -30,6 +32,10 @@ class Navigation(Protocol):
 
     def cancel(self, here: bytes) -> None:
         """Stop; `here` is the serialized PoseStamped where the robot stands, empty if unknown."""
+        ...
+
+    def cancel_every(self, here: bytes) -> bool:
+        """Stop, whoever gave the goal; False where nobody can be told now. `here` as above."""
         ...
 
 
@@ -47,6 +53,8 @@ class Goals:
         self._lock = threading.RLock()
         self._goal = b""
         self._driving = self._ended = self._waiting = self._stopped = False
+        self._earlier = True
+        """The robot may drive to a goal from before this program ran."""
         self._here = b""
         self._at = 0.0
         self.sent = 0
@@ -67,13 +75,13 @@ class Goals:
         with self._lock:
             self._here = payload
             if stamp == NO_GOAL:
-                self._stop("the navigator has cancelled the goal")
+                self._stop("the navigator has cancelled the goal", payload)
                 self._goal = b""
                 return
             self._at = now
             if stamp != stamp_bytes_of(self._goal):
                 # It was sent before this bridge ran, or was lost: the navigator sends another one.
-                self._stop("another goal is in force: this one is cancelled")
+                self._stop("another goal is in force: this one is cancelled", payload)
                 self._say(stamp, CANCELLED)
             elif not self._driving and not self._ended:
                 self._start()
@@ -82,6 +90,8 @@ class Goals:
         """Take a status from the robot's navigation; that of an earlier goal is no news."""
         with self._lock:
             if goal == self._goal:
+                if status == ACCEPTED:
+                    self._earlier = False  # It has taken the place of any other.
                 if status in (REACHED, FAILED, CANCELLED):
                     if not self._driving and status == CANCELLED:
                         return  # The bridge cancelled it itself and may go on with it.
@@ -121,11 +131,16 @@ class Goals:
             self._waiting = True
             logger.warning("nobody takes goals yet: this one waits")
 
-    def _stop(self, why: str) -> None:
+    def _stop(self, why: str, here: bytes = b"") -> None:
         if self._driving:
             self._driving = False
             logger.info("%s", why)
             self._navigation.cancel(self._here)
+        # Once: goals that somebody else gives later are not the navigator's. Only a place of now
+        # will do for a topic: to an old one the robot would drive back.
+        if self._earlier and self._navigation.cancel_every(here):
+            self._earlier = False
+            logger.info("goals from before this start are cancelled, if there are any")
 
     def _say(self, stamp: bytes, status: int) -> None:
         if stamp:

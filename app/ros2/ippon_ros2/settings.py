@@ -59,6 +59,7 @@ PUBLISHED = ("cmd_vel", "cmd_tilt")
 IMAGES = ("color", "depth", "masks")
 KEPT = ("tf_static", "label_info", "vision_info")
 """Streams that are sent once, to late subscribers, too (transient local)."""
+_POSES = ("tf", "tf_static")
 NO_HEADER = ("tf", "tf_static", "contact")
 """Streams whose messages have no stamp of their own, so that their rate is not limited."""
 
@@ -87,6 +88,8 @@ class Topic:
     """Raw depth goes as PNG, without loss."""
     is_named: bool = False
     """The profile names it, and does not leave it to what is usual."""
+    is_optional: bool = False
+    """Nobody needs to publish it: tf of a camera whose pose the navigator tracks."""
 
 
 @dataclass
@@ -133,12 +136,15 @@ def read_settings(profile: dict[str, Any]) -> Settings:
     if not isinstance(motion, dict):
         raise Ros2Error(f"`motion` in the profile holds entries; got {motion!r}")
     _read_takes(section, motion, usual)
+    camera = profile.get("camera")
+    tracks_pose = isinstance(camera, dict) and camera.get("pose") == "tracked"
     topics: dict[str, Topic] = {}
     for key in known:
         entry = section.get(key, usual[key])
         if entry is not None:
             topics[key] = _topic(key, entry, namespace)
             topics[key].is_named = key in section
+            topics[key].is_optional = tracks_pose and key in _POSES and key not in section
     return Settings(
         topics,
         _limit(motion, "max_speed_m_s"),

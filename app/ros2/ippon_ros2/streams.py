@@ -8,7 +8,6 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import DurabilityPolicy
 
 from .depth_png import DepthOutput
@@ -19,6 +18,11 @@ from .serialized import stamp_of
 from .settings import COMPRESSED, IMAGE, KEPT, STREAMS, Settings, Topic
 from .zenoh_side import stream_publisher
 
+try:
+    from rclpy.event_handler import SubscriptionEventCallbacks
+except ImportError:  # Before ROS 2 Iron.
+    from rclpy.qos_event import SubscriptionEventCallbacks
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
@@ -28,6 +32,8 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 NOBODY = "nobody publishes it"
+LEAST_S = 0.1
+"""Shortest time of which rates are told."""
 
 
 @dataclass
@@ -42,6 +48,13 @@ class Stream:
     carried: int = 0
     bytes: int = 0
     problem: str = NOBODY
+    since: float = 0.0
+    """When it was subscribed to first, monotonic seconds."""
+
+    def rates(self, now: float) -> str:
+        """Return messages and bytes per second since then."""
+        seconds = max(now - self.since, LEAST_S)
+        return f"{self.received / seconds:.1f} Hz, {self.bytes / seconds / 1e6:.2f} MB/s"
 
 
 class Streams:
@@ -90,6 +103,8 @@ class Streams:
         """Return what keeps each stream from being carried, with topics that could be meant."""
         found: dict[str, str] = {}
         for key, stream in self.of.items():
+            if stream.topic.is_optional and stream.publishers == 0:
+                continue
             if stream.publishers == 0:
                 others = self._others(stream.topic, STREAMS[key][1], types)
                 found[key] = f"{key}: nobody publishes {stream.topic.name}{others}"
@@ -129,6 +144,7 @@ class Streams:
             event_callbacks=events,
         )
         stream.type, stream.problem = kind, ""
+        stream.since = stream.since or time.monotonic()
         stream.reliability = qos.reliability.name.lower()
         logger.info("%s: %s (%s, %s)", key, topic.name, kind, stream.reliability)
         if late:

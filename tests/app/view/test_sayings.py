@@ -74,6 +74,7 @@ PARTLY = [
         "app/links/language_model/interface.py",
         "app/links/network/session.py",
         "app/memory/memory_file.py",
+        "app/messages/images.py",
         "app/nodes/replay.py",
         "app/recording/reading/sqlite_file.py",
         "ippon/guidance/language/languages.py",

@@ -4,14 +4,13 @@ import dataclasses
 import threading
 import time
 
-import numpy as np
 import zenoh
 
 from app.messages import keys
 from app.messages.motion import StampedTwist, encode_number, encode_twist
 from app.nodes.navigator.command.goal_output import STALE_S as GOAL_STALE_S
 from app.nodes.navigator.command.goal_output import GoalOutput, command_publisher
-from ippon.command import Command
+from ippon.command import Command, NavigationGoal
 from ippon.geometry import Float64Array
 from ippon.mission.safe_motion import moves_base
 
@@ -41,7 +40,8 @@ class CommandStream:
         """
         self._goals = goals
         self._velocities = velocities
-        self._pose = np.eye(4)
+        self._pose: Float64Array | None = None
+        """Where the robot stands; None where that is not known now."""
         self._twist = command_publisher(session, f"{robot}/{keys.CMD_VEL}")
         self._tilt = command_publisher(session, f"{robot}/{keys.CMD_TILT}")
         self._period_s = 1.0 / rate_hz
@@ -118,8 +118,7 @@ class CommandStream:
     def drop(self) -> None:
         """Discard the last command and send zero now."""
         with self._lock:
-            self._command = None
-            self._send_zero()
+            self._end_command()
 
     def close(self) -> None:
         """End the thread, which sends zero last; one that the network holds up is left behind."""
@@ -135,8 +134,7 @@ class CommandStream:
                 if self._command.goal is not None:
                     stale_s = max(stale_s, GOAL_STALE_S)
                 if time.monotonic() - self._given_at > stale_s:
-                    self._command = None
-                    self._send_zero()
+                    self._end_command()
                 else:
                     self._send(self._command)
         with self._lock:
@@ -152,7 +150,7 @@ class CommandStream:
         if self._goals is not None:
             if command.goal is not None and moves_base(before):
                 self._put_twist(0.0, 0.0)  # It would go on beside the robot's own navigation.
-            self._goals.send(command.goal, self._pose, self._stamp_ns)
+            self._send_goal(self._goals, command.goal)
             if command.goal is not None:
                 return  # Velocities would oppose those of the robot's own navigation.
         self._put_twist(command.linear_m_s, command.yaw_rate_rad_s)
@@ -160,8 +158,19 @@ class CommandStream:
     def _send_zero(self) -> None:
         self._sent = dataclasses.replace(self._sent, linear_m_s=0.0, yaw_rate_rad_s=0.0, goal=None)
         if self._goals is not None:
-            self._goals.send(None, self._pose, self._stamp_ns)
+            self._send_goal(self._goals, None)
         self._put_twist(0.0, 0.0)
+
+    def _end_command(self) -> None:
+        self._command = None
+        self._send_zero()
+        self._pose = None  # Nobody knows where it is moved until the next frame.
+
+    def _send_goal(self, goals: GoalOutput, goal: NavigationGoal | None) -> None:
+        # Where goals are a topic, a stop is a goal at this place, and the robot drives to a wrong
+        # one. Without a message, it stops by the silence.
+        if self._pose is not None:
+            goals.send(goal, self._pose, self._stamp_ns)
 
     def _put_twist(self, linear_m_s: float, yaw_rate_rad_s: float) -> None:
         if not self._velocities:

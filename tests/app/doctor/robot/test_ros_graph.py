@@ -53,6 +53,12 @@ def test_a_graph_with_all_topics_is_well():
     assert "without a hash, as with ROS 2 Humble" in findings["tf"].detail
 
 
+def test_a_camera_whose_pose_is_tracked_has_no_line_for_tf_that_nobody_publishes():
+    held = read_settings({"ros2": SECTION, "camera": {"pose": "tracked"}})
+    assert {"tf", "tf_static"}.isdisjoint(by_what(check_graph(held, [NODE])))
+    assert "tf" in by_what(check_graph(held, [NODE, entity("MP", "/tf", TF)]))
+
+
 def test_what_does_not_fit_is_named_with_what_to_do():
     entities = [
         NODE,

@@ -178,6 +178,8 @@ class ActionServer:
         self.silent = 0
         """Requests to take or cancel a goal that are carried out without an answer."""
         self.goals, self.cancelled, self.attachments = Received(), Received(), []
+        self.cleared = Received()
+        """Requests to cancel all goals."""
         self._result = None
         self._queryables = []
         under = f"{robot.domain}{name}/_action"
@@ -231,7 +233,10 @@ class ActionServer:
     def _cancel(self, query):
         payload = query.payload.to_bytes()
         answer = struct.pack("<4sb3xI", b"\0\1\0\0", 0, 0)
-        self.cancelled.add(payload[4:20], None)
+        if payload[4:] == bytes(24):  # Neither number nor time.
+            self.cleared.add(payload, None)
+        else:
+            self.cancelled.add(payload[4:20], None)
         self._reply(query, answer)
 
     def _reply(self, query, answer):

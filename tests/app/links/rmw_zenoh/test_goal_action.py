@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from app.links.network.subscription import subscribe
-from app.links.rmw_zenoh import robot_link
+from app.links.rmw_zenoh import goal_action, robot_link
 from app.links.rmw_zenoh.robot_link import RobotLink
 from app.messages.navigation import (
     StampedPose,
@@ -85,8 +85,45 @@ def scout(sessions, monkeypatch):
     profile = {"ros2": section, "motion": {"takes": ["goals"]}}
     link = RobotLink(router, "r", read_settings(profile))
     robot.sees("SC/%/%/ippon/%navigate_to_pose%_action%cancel_goal/")
+    server.cleared.wait_for(len)
     yield robot, server, Navigator(client, monkeypatch)
     link.close()
+
+
+def test_goals_from_before_the_link_are_cancelled_once(scout):
+    """After a crash of the navigator, its successor stood, and the robot drove on."""
+    _, server, navigator = scout
+    end = time.monotonic() + 0.3
+    navigator.keep(0, lambda: time.monotonic() > end)
+    navigator.fall_silent()
+    time.sleep(2 * WATCHDOG_S)
+    assert len(server.cleared.messages) == 1
+    navigator.send(7)
+    navigator.keep(7, server.has_result)
+    server.finish(4)
+    navigator.keep(7, navigator.knows((7, ACCEPTED), (7, REACHED)))
+    assert (len(server.cleared.messages), server.cancelled.messages) == (1, [])
+
+
+def test_a_cancel_of_earlier_goals_without_an_answer_does_not_cancel_a_new_one(
+    sessions, monkeypatch
+):
+    monkeypatch.setattr(robot_link, "DISCOVER_S", 0.05)
+    monkeypatch.setattr(goal_action, "ANSWER_S", 0.5)
+    robot = RmwRobot(sessions[1])
+    server = ActionServer(robot, "/navigate_to_pose")
+    server.silent = 1
+    profile = {"ros2": {"middleware": "rmw_zenoh"}, "motion": {"takes": ["goals"]}}
+    link = RobotLink(sessions[0], "r", read_settings(profile))
+    server.cleared.wait_for(len)
+    navigator = Navigator(sessions[1], monkeypatch)
+    navigator.send(7)
+    navigator.keep(7, server.has_result)
+    end = time.monotonic() + 1.0
+    navigator.keep(7, lambda: time.monotonic() > end)
+    assert len(server.cleared.messages) == 1
+    link.close()
+    server.cleared.wait_for(lambda m: len(m) == 2)
 
 
 def test_a_goal_is_sent_once_in_its_frame_and_its_arrival_comes_back(scout):
@@ -272,6 +309,23 @@ def test_what_is_no_pose_ends_no_watchdog(goal_topic, sessions):
     messages = received.wait_for(lambda m: len(m) == 2)
     assert decode_pose(messages[1][0]).T_frame_base[0, 3] == 1.0
     assert link._watchdog.is_alive()
+
+
+def test_a_goal_of_a_topic_from_before_the_link_ends_where_the_robot_stands(sessions, monkeypatch):
+    monkeypatch.setattr(robot_link, "DISCOVER_S", 0.05)
+    robot = RmwRobot(sessions[1])
+    received = robot.subscription("/goal_pose", POSE)
+    section = {"middleware": "rmw_zenoh", "goal": "goal_pose"}
+    profile = {"ros2": section, "motion": {"takes": ["goals"]}}
+    link = RobotLink(sessions[0], "r", read_settings(profile))
+    robot.sees("MP/%/%/ippon/%goal_pose/")
+    navigator = Navigator(sessions[1], monkeypatch)
+    navigator.keep(0, lambda: len(received.messages) > 0)
+    end = time.monotonic() + 0.3
+    navigator.keep(0, lambda: time.monotonic() > end)
+    link.close()
+    ((payload, _),) = received.messages
+    assert decode_pose(payload).T_frame_base[0, 3] == 1.0
 
 
 def test_nobody_who_takes_goals_is_said(sessions, monkeypatch):

@@ -42,9 +42,10 @@ def start(sessions):
     """Return what starts a link in the navigator's session, and closes it at the end."""
     links = []
 
-    def start(section=None, session=sessions[0], **motion):
+    def start(section=None, session=sessions[0], camera=None, **motion):
         section = {"middleware": "rmw_zenoh", **(section or {})}
-        links.append(RobotLink(session, "r", read_settings({"ros2": section, "motion": motion})))
+        settings = read_settings({"ros2": section, "motion": motion, "camera": camera})
+        links.append(RobotLink(session, "r", settings))
         return links[-1]
 
     yield start
@@ -215,6 +216,13 @@ def test_the_tilt_is_a_trajectory_where_one_is_subscribed_to(sessions, start, mo
     trajectories = [decode(payload, kind) for payload, _ in messages]
     assert [t.points[0].positions.tolist() for t in trajectories] == [[0.3], [-0.2]]
     assert {tuple(t.joint_names) for t in trajectories} == {("head_tilt",)}
+
+
+def test_a_camera_whose_pose_is_tracked_misses_no_tf(sessions, start):
+    RmwRobot(sessions[1])
+    link = start({"contact": "bumper"}, camera={"pose": "tracked"})
+    wait_for_note(link, "contact: nobody publishes")
+    assert not any(note.startswith("tf") for note in link.notes())
 
 
 def test_a_camera_in_a_hand_gets_no_commands(sessions, start):

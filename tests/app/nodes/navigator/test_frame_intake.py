@@ -7,7 +7,12 @@ import pytest
 from app.messages import keys
 from app.messages.depth.depth_images import encode_depth
 from app.messages.images import encode_camera, encode_color
-from app.messages.motion import encode_flag, encode_transforms, robot_transforms
+from app.messages.motion import (
+    StampedTransform,
+    encode_flag,
+    encode_transforms,
+    robot_transforms,
+)
 from app.nodes.navigator.frame_intake import MAX_WAITING, MISFITS, FrameIntake, Stopwatch
 from ippon.camera import PinholeCamera
 from ippon.geometry import base_pose
@@ -151,6 +156,18 @@ def test_a_flood_is_dropped_and_counted_and_the_newest_wins(intake, send):
     assert take(intake).stamp_ns == 29 * PERIOD
 
 
+def test_fixed_transforms_of_many_publishers_that_come_together_all_count(intake):
+    links = [keys.BASE_FRAME, *(f"link_{k}" for k in range(8)), OPTICAL]
+    for parent, child in itertools.pairwise(links):
+        transform = StampedTransform(
+            stamp_ns=0, parent=parent, child=child, T_parent_child=base_pose(0.1, 0.0, 0.0, 0.0)
+        )
+        intake.inject(keys.TF_STATIC, encode_transforms([transform]))
+    assert intake.take(0.0) is None
+    pose = intake.assembler._transforms.lookup(keys.BASE_FRAME, OPTICAL, 0)
+    assert pose[0, 3] == pytest.approx(0.9)
+
+
 def test_what_is_broken_is_refused_and_said_once(intake, send, sessions, complaints):
     for _ in range(3):
         sessions[1].put(f"r/{keys.DEPTH}", b"garbage")
@@ -159,6 +176,17 @@ def test_what_is_broken_is_refused_and_said_once(intake, send, sessions, complai
     until(lambda: intake.monitors["depth"].status().rejected == 3, lambda: intake.take(0.05))
     assert len(complaints) == 1
     assert "not a sensor_msgs/msg/CompressedImage (7 bytes)" in complaints[0]
+
+
+def test_a_refused_camera_info_is_no_fault_of_the_pose(intake, complaints):
+    intake.inject(keys.CAMERA_INFO, encode_camera(CAMERA, PERIOD, OPTICAL)[:-8])
+    intake.take(0.0)
+    assert intake.monitors["pose"].status().rejected == 0
+    assert complaints[0].startswith(f"colour: {keys.CAMERA_INFO}: ")
+    assert intake.camera_refused in complaints[0]
+    intake.inject(keys.CAMERA_INFO, encode_camera(CAMERA, PERIOD, OPTICAL))
+    intake.take(0.0)
+    assert intake.camera_refused == ""
 
 
 def test_a_frame_that_contradicts_itself_is_refused(intake, send, complaints):

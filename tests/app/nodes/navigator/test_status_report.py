@@ -23,10 +23,11 @@ from ippon.robot import ZED
 from ippon.vocabulary import MATTERPORT_40
 
 
-def state_of(report, mission, *, lost=(), notes=(), frames=0, refused="", ended=""):
+def state_of(report, mission, *, lost=(), notes=(), frames=0, refused="", ended="", camera=""):
     intake = SimpleNamespace(
         frames=frames,
         refused=refused,
+        camera_refused=camera,
         ended=ended,
         monitors={},
         assembler=SimpleNamespace(missing=lambda: "camera info"),
@@ -52,6 +53,8 @@ def mission():
 def test_stopped_is_shown_before_the_first_frame_too(report, mission):
     assert state_of(report, mission).state == "starting"
     assert state_of(report, mission).why == "waiting for the robot's camera info"
+    refused = state_of(report, mission, camera="it is distorted").why
+    assert refused == "camera info is refused: it is distorted"
     mission.operator.stop()
     assert state_of(report, mission, lost=[("depth", 2.0)], refused="depth").state == "stopped"
     mission.operator.resume()

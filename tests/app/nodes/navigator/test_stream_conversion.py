@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from app.messages import keys
-from app.messages.depth.depth_images import encode_depth
+from app.messages.depth.depth_images import encode_depth, encode_depth_raw
 from app.messages.images import encode_camera, encode_color
 from app.messages.motion import StampedTransform, decode_transforms, encode_transforms
 from app.nodes.navigator import stream_conversion
@@ -108,12 +108,21 @@ def test_raw_images_and_odometry_make_frames_and_go_to_the_others(make, sessions
     del subscribers
 
 
+JPEG = encode_color(np.zeros((10, 16, 3), np.uint8), PERIOD, "optical")
+PNG = encode_depth(np.ones((10, 16), np.float32), PERIOD, "optical")
+
+
 @pytest.mark.usefixtures("impatient")
-def test_raw_images_are_not_carried_once_compressed_ones_are_back(make, sessions):
+@pytest.mark.parametrize(
+    ("raw_key", "key", "image"),
+    [(keys.COLOR_RAW, keys.COLOR, JPEG), (keys.DEPTH_RAW, keys.DEPTH, PNG)],
+)
+def test_raw_images_are_not_carried_once_compressed_ones_are_back(
+    make, sessions, raw_key, key, image
+):
     _, robot = sessions
     intake, streams = make()
-    raw = robot.declare_publisher(f"r/{keys.COLOR_RAW}")
-    jpeg = encode_color(np.zeros((10, 16, 3), np.uint8), PERIOD, "optical")
+    raw = robot.declare_publisher(f"r/{raw_key}")
 
     def wait_until(is_wanted, meanwhile=lambda: None):
         deadline = time.monotonic() + 10.0
@@ -124,7 +133,24 @@ def test_raw_images_are_not_carried_once_compressed_ones_are_back(make, sessions
 
     for _ in range(2):  # The line is broken for a while, and comes back.
         wait_until(is_wanted=True)
-        wait_until(is_wanted=False, meanwhile=lambda: robot.put(f"r/{keys.COLOR}", jpeg))
+        wait_until(is_wanted=False, meanwhile=lambda: robot.put(f"r/{key}", image))
+
+
+def test_raw_depth_is_asked_for_at_once_and_until_compressed_depth_can_be_read(make, sessions):
+    _, robot = sessions
+    intake, streams = make()
+    raw = robot.declare_publisher(f"r/{keys.DEPTH_RAW}")
+    deadline = time.monotonic() + 20.0
+    depth = intake.monitors["depth"]
+    while depth.status().rejected == 0:
+        assert time.monotonic() < deadline
+        robot.put(f"r/{keys.DEPTH}", PNG[:-4])
+        take(intake, streams, 0.05)
+    assert raw.matching_status.matching
+    raw.put(encode_depth_raw(np.ones((10, 16), np.float32), PERIOD, "optical"))
+    while PERIOD not in intake.assembler._depths:
+        assert time.monotonic() < deadline
+        take(intake, streams, 0.05)
 
 
 def test_tf_of_the_robot_wins_over_odometry(make, sessions):

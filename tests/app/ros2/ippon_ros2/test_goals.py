@@ -26,6 +26,7 @@ def pose(stamp_ns):
 class Navigation:
     def __init__(self):
         self.sent, self.cancelled, self.there = [], 0, True
+        self.cleared = []
 
     def send(self, goal):
         if self.there:
@@ -35,6 +36,11 @@ class Navigation:
     def cancel(self, here):
         assert here
         self.cancelled += 1
+
+    def cancel_every(self, here):
+        if self.there:
+            self.cleared.append(here)
+        return self.there
 
 
 @pytest.fixture
@@ -159,6 +165,38 @@ def test_a_goal_does_not_go_on_where_the_one_in_its_place_was_lost(goals, naviga
 def test_a_goal_from_before_the_bridge_is_given_back(goals, said):
     goals.take_active(pose(FIRST), 0.0)
     assert said == [(FIRST, GoalOutcome.CANCELLED)]
+
+
+def test_what_the_robot_drove_to_before_the_bridge_is_cancelled_once(goals, navigation):
+    """A robot of which the bridge was killed drove on to its goal, and Stop did not reach it."""
+    navigation.there = False
+    goals.take_active(pose(0), 0.0)
+    navigation.there = True
+    for k in range(3):
+        goals.take_active(pose(0), 0.1 * k)
+    goals.tick(10.0)
+    goals.stop()
+    assert navigation.cleared == [pose(0)], "a goal that somebody gives later is not ours"
+
+
+def test_a_goal_in_force_that_the_bridge_does_not_know_is_cancelled(goals, navigation):
+    goals.take_active(pose(FIRST), 0.0)
+    assert navigation.cleared == [pose(FIRST)]
+
+
+def test_a_bridge_without_a_navigator_cancels_and_knows_no_place(goals, navigation):
+    navigation.there = False
+    goals.take_active(pose(0), 0.0)
+    navigation.there = True
+    goals.tick(WATCHDOG_S + 0.1)
+    assert navigation.cleared == [b""], "the robot would drive back to the place of then"
+
+
+def test_an_accepted_goal_takes_the_place_of_one_from_before(goals, navigation):
+    drive(goals, FIRST, 0.1)
+    goals.ended(pose(FIRST), ACCEPTED)
+    goals.take_active(pose(0), 0.2)
+    assert (navigation.cancelled, navigation.cleared) == (1, [])
 
 
 def test_stop_cancels_and_nonsense_is_ignored(goals, navigation):

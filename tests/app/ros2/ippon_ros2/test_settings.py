@@ -30,6 +30,15 @@ def test_names_get_the_namespace_and_odometry_takes_the_place_of_tf():
     assert settings.max_yaw_rate_rad_s == pytest.approx(math.pi / 2)
 
 
+def test_a_camera_whose_pose_is_tracked_needs_no_tf_but_what_its_profile_names():
+    held = {"camera": {"pose": "tracked"}}
+    optional = [k for k, topic in read_settings(held).topics.items() if topic.is_optional]
+    assert optional == ["tf", "tf_static"]
+    topics = read_settings({**held, "ros2": {"tf": "/tracker/tf"}}).topics
+    assert [key for key, topic in topics.items() if topic.is_optional] == ["tf_static"]
+    assert not read_settings({"camera": {"pose": "tf"}}).topics["tf"].is_optional
+
+
 def test_a_robot_that_takes_goals_has_an_action_or_a_topic_and_no_velocities():
     takes = {"motion": {"takes": ["goals"]}}
     topics = read_settings(takes).topics

@@ -126,6 +126,27 @@ def test_what_the_hand_commanded_ends_before_the_robot_navigates_by_itself(sessi
     assert last == 0.0
 
 
+def test_no_place_is_told_that_the_robot_may_have_left(sessions):
+    """A robot that takes goals from a topic drives to the place to stop."""
+    told = []
+
+    class Output:
+        def send(self, goal, T_map_base, stamp_ns):
+            told.append(T_map_base)
+
+    stream = CommandStream(sessions[0], "r", 50.0, PATIENCE_S, Output(), velocities=False)
+    stream.halt()
+    stream.give(Command(), 1)
+    assert told == []
+    stream.give(Command(), 2, HERE)
+    stream.drop()
+    assert told[-1] is HERE
+    count = len(told)
+    stream.halt()
+    stream.close()
+    assert len(told) == count
+
+
 def test_a_robot_without_velocities_gets_none(bench):
     bench.stream.give(command(1), 100, HERE)
     bench.stream.halt()

@@ -196,6 +196,16 @@ def test_the_end_of_the_bridge_cancels(rig):
     rig.bridge = rig.start_bridge()
 
 
+def test_a_goal_from_before_a_crash_of_the_bridge_is_cancelled_by_the_next_one(rig):
+    rig.give(9, x=9.0)
+    rig.until_reported(9, GoalOutcome.ACCEPTED)
+    rig.bridge.kill()
+    rig.stream.halt()
+    rig.bridge = rig.start_bridge()
+    rig.until_cancelled(9.0)
+    assert rig.stream.release(rig.stream.halts)
+
+
 def test_a_topic_gets_each_goal_once_and_the_robots_place_to_stop_it(tmp_path, free_endpoint):
     rig = Rig(tmp_path, free_endpoint, {"goal": "goal_pose"}, {"topic": "/goal_pose"})
     try:
