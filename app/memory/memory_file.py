@@ -45,6 +45,11 @@ def memory_path(map_path: Path) -> Path:
     return map_path.with_name(map_path.name + SUFFIX)
 
 
+def journal_path(path: Path) -> Path:
+    """Return where SQLite keeps what undoes a write of a memory that was cut off."""
+    return path.with_name(path.name + "-journal")
+
+
 def read_memory(path: Path, robot: str | None = None) -> tuple[Instance, ...]:
     """Read all remembered things.
 

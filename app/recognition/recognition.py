@@ -13,7 +13,7 @@ from app.recognition.views import View
 from ippon.errors import FrameRejectedError
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, invert_transform, transform_points
-from ippon.guidance.language.naming import resolve_object
+from ippon.guidance.language.naming import resolve_object, same_object
 from ippon.mapping.config import MapConfig
 from ippon.mapping.goal_layers.goal_arrays import MAX_GOALS
 from ippon.mapping.goal_layers.goal_layers import GoalLayers, OoiTarget
@@ -233,16 +233,17 @@ class Recognition:
 def labels_of(segmenter: Segmenter, objects: Sequence[str]) -> dict[str, str]:
     """Return the label that a network gives each object, without objects that it does not know.
 
-    An object may have the label of a class with several names: a monitor that of tv.
+    An object may have the label of a class with several names: a monitor that of tv. A network that
+    takes any words is asked for a thing by one of its names, as a couch and a sofa would compete.
 
     Args:
         segmenter: The network.
         objects: Canonical labels.
     """
     vocabulary = closed_vocabulary(segmenter)
-    if vocabulary is None:
-        return {name: name for name in objects}
     labels = tuple(dict.fromkeys((*MATTERPORT_40, *objects)))
+    if vocabulary is None:
+        return {name: next(x for x in labels if same_object(name, x)) for name in objects}
     found = {name: vocabulary.label_for(name, labels) for name in objects}
     return {name: label for name, label in found.items() if label is not None}
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
+from unicodedata import normalize
 
 from ippon.guidance.language.naming import is_instance_of, resolve_object
 from ippon.memory.instance import Instance, box_overlap
@@ -74,7 +75,8 @@ def instance_named(instances: Iterable[Instance], text: str) -> Instance | None:
 
 def plain_name(text: str) -> str:
     """Return a name as names are compared."""
-    plain = " ".join(text.replace("\N{RIGHT SINGLE QUOTATION MARK}", "'").casefold().split())
+    text = normalize("NFC", text).replace("\N{RIGHT SINGLE QUOTATION MARK}", "'")
+    plain = " ".join(text.casefold().split())
     before = next((word for word in _BEFORE_NAMES if plain.startswith(word)), "")
     return plain[len(before) :]
 

@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Final
+from unicodedata import normalize
 
 from ippon.guidance.knowledge import load_knowledge
 from ippon.guidance.language.goals.goal import Goal
@@ -89,20 +90,23 @@ def without_names(sentence: str, instances: Iterable[Instance]) -> tuple[str, tu
         sentence: "find Anna's mug" becomes "find the mug".
         instances: What is remembered.
     """
-    plain = sentence.replace("\N{RIGHT SINGLE QUOTATION MARK}", "'")
+    plain = normalize("NFC", sentence).replace("\N{RIGHT SINGLE QUOTATION MARK}", "'")
     used: list[tuple[int, Instance]] = []
     named = [one for one in instances if one.name and one.believed]
     for one in sorted(named, key=lambda one: -len(one.name)):
+        # As names are compared: ß counts as the two letters ss.
+        folded = plain.casefold()
+        at = [n for n, letter in enumerate(plain) for _ in letter.casefold()]
         name = r"\s+".join(map(re.escape, plain_name(one.name).split()))
-        found = re.search(rf"(?<!\w)(?:(?:the|my|our)\s+)?{name}(?!\w)", plain, re.IGNORECASE)
+        found = re.search(rf"(?<!\w)(?:(?:the|my|our)\s+)?{name}(?!\w)", folded)
         if found is None:
             continue
-        before = plain[: found.start()].lower().split()[-2:]
+        start, end = at[found.start()], at[found.end() - 1] + 1
+        before = folded[: found.start()].split()[-2:]
         if _DENYING.isdisjoint(before):
             if _PLACING.isdisjoint(before[-1:]) and before != ["next", "to"]:
-                used.append((found.start(), one))
-            kind = f"the {_kind(one)}"
-            plain = plain[: found.start()] + kind + plain[found.end() :]
+                used.append((start, one))
+            plain = f"{plain[:start]}the {_kind(one)}{plain[end:]}"
     return plain, tuple(one for _, one in sorted(used, key=lambda pair: pair[0]))
 
 

@@ -25,6 +25,8 @@ from ippon.vocabulary import in_words
 
 NO_ROOM: Final = -1
 _CELL_VOXELS: Final = 2
+_REFERENCE_CELL_M: Final = 0.2
+"""Edge of a cell of the voxels that `RoomConfig.enough_voxels` counts, metres."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,8 +42,9 @@ class RoomConfig:
     """Distance to open space within which objects count; more includes objects in deep
     furniture."""
     enough_voxels: int = 200
-    """Voxels of a label from which it counts fully; fewer count in proportion, as they are often
-    misread. More requires larger views of objects."""
+    """Voxels of a label from which it counts fully, where a voxel has 0.1 m; others count by the
+    surface that they cover. Fewer count in proportion, as they are often misread. More requires
+    larger views of objects."""
     odd_share: float = 0.03
     """Probability of a label in a room type for which the table lists none; more tolerates more
     misplaced objects."""
@@ -129,7 +132,7 @@ def rate_types(
     """Return the probabilities of the room types of each part.
 
     Args:
-        seen: (P, N) voxels of each label in each part.
+        seen: (P, N) voxels of each label in each part, in voxels of 0.1 m.
         shares: (N, R) from `room_shares`.
         config: Parameters.
 
@@ -199,6 +202,7 @@ def infer_rooms(evidence: RoomEvidence, config: RoomConfig) -> Rooms:
     seen = np.zeros((int(part.max(initial=0)) + 1, len(evidence.labels)))
     np.add.at(seen, (part[cell[inside, 0], cell[inside, 1]], evidence.label[inside]), 1.0)
     seen[0] = 0.0
+    seen *= (cell_m / _REFERENCE_CELL_M) ** 2
     probability, kinds = rate_types(seen, shares, config)
     share = probability.max(axis=1)
     clear = (share >= config.min_share) & (kinds >= config.min_kinds)

@@ -51,9 +51,9 @@ def run_calibrate(command: Calibrate) -> int:
         files = [command.known or _known_beside(path) for path in command.recordings]
         known = [read_known_objects(path) for path in files]
         every = tuple(dict.fromkeys(label for one in known for label in one.labels))
-        labels = tuple(dict.fromkeys((*MATTERPORT_40, *every)))
         segmenter = segmenter_of(command.segmentation)
         told = _told(segmenter, every)
+        labels = tuple(dict.fromkeys((*MATTERPORT_40, *told)))
         recordings = [
             CalibrationRecording(
                 source, one, [name for name in one.labels if name in told], command.voxel_size_m
@@ -93,10 +93,10 @@ def _known_beside(recording: Path) -> Path:
     return beside
 
 
-def _told(segmenter: Segmenter, names: Sequence[str]) -> set[str]:
+def _told(segmenter: Segmenter, names: Sequence[str]) -> list[str]:
     """Return the known labels that the network recognises; report the others."""
     label_of = labels_of(segmenter, names)
-    told = {name for name, label in label_of.items() if label == name}
+    told = [name for name, label in label_of.items() if label == name]
     if others := ", ".join(sorted(set(names) - set(label_of))):
         print(f"ippon: this network cannot recognise {others}: not used", file=sys.stderr)
     for name, label in sorted(label_of.items()):

@@ -10,7 +10,7 @@ from typing import Final
 import simplejpeg
 
 from app.errors import MemoryFileError
-from app.memory.memory_file import read_memory, read_picture, write_memory
+from app.memory.memory_file import journal_path, read_memory, read_picture, write_memory
 from app.memory.wording import said_place, said_time
 from app.messages.memory import MemoryNoteRequest
 from ippon.atomic_file import set_aside
@@ -217,7 +217,10 @@ class MemoryKeeper:
     def _refuse(self, path: Path, why: str) -> None:
         """Set a file aside, and say so."""
         try:
-            kept = f"kept as {set_aside(path).name}"
+            aside = set_aside(path)
+            kept = f"kept as {aside.name}"
+            if journal_path(path).exists():
+                journal_path(path).rename(journal_path(aside))
         except OSError as failed:
             self._path = None
             kept = f"left where it is ({failed.strerror}), and nothing is kept in this run"

@@ -1,7 +1,7 @@
 """What a search takes from memory, and what memory learns from it."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -59,6 +59,8 @@ class _Recalled:
 
     instance_id: int
     evidence: RecalledEvidence
+    is_part: bool = False
+    """Whether the map had given the place up and has seen too little of it since."""
 
 
 class Recollection:
@@ -213,12 +215,10 @@ class Recollection:
             if search.is_set_aside(_find_at(known)):
                 left.append(recalled)
                 continue
-            if not len(recalled.evidence.voxels) or not self._is_observed(recalled, known):
-                # What the map had given up, and sees again, begins anew.
-                recalled = self._recall(known)  # noqa: PLW2901 - in place of the one before
-                if not self._is_observed(recalled, known):
-                    left.append(recalled)
-                    continue
+            recalled = self._observed_again(recalled, known)  # noqa: PLW2901 - in its place
+            if recalled.is_part:
+                left.append(recalled)
+                continue
             believed = posterior_of(arrays, recalled.evidence.voxels)
             there = np.count_nonzero(believed >= self._config.disproved_probability)
             seen_again = any(
@@ -234,11 +234,17 @@ class Recollection:
         self._recalled = left
         return gone
 
-    def _is_observed(self, recalled: _Recalled, known: Instance) -> bool:
-        """Return whether the map has enough of a place to tell what is there."""
-        voxels = recalled.evidence.voxels
-        share = share_known(self._map, voxels) if len(voxels) else share_observed(self._map, known)
-        return share >= self.memory.config.gone_share
+    def _observed_again(self, recalled: _Recalled, known: Instance) -> _Recalled:
+        """Recall a place anew that the map had given up: when it is seen again, and as a whole."""
+        enough, voxels = self.memory.config.gone_share, recalled.evidence.voxels
+        is_lost = not len(voxels) or share_known(self._map, voxels) < enough
+        if not is_lost and not recalled.is_part:
+            return recalled
+        is_part = share_observed(self._map, known) < enough
+        if not is_lost and is_part:
+            return recalled
+        withdraw_evidence(self._map, recalled.evidence)
+        return replace(self._recall(known), is_part=is_part)
 
     def _note_finds(self, search: Search, now_ns: int) -> None:
         """Remember what a search has found; forget what is rejected."""

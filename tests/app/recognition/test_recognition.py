@@ -100,6 +100,14 @@ def test_an_object_under_another_name_than_that_of_its_class_is_not_silently_mis
         on_a_wall([0.45], ["monitor"], gives=("cup", "tv"))
 
 
+def test_two_names_of_one_thing_do_not_compete_in_a_network_that_takes_any_words():
+    names = ["couch", "sofa", "hat", "cap", "red_cap", "settee", "smartphone", "mobile"]
+    assert labels_of(object(), names) == {
+        "couch": "sofa", "sofa": "sofa", "hat": "hat", "cap": "cap", "red_cap": "red_cap",
+        "settee": "sofa", "smartphone": "smartphone", "mobile": "smartphone",
+    }  # fmt: skip
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(not (SEQUENCE.exists() and MODEL.exists()), reason="needs the shared images")
 def test_a_real_kitchen_holds_what_is_in_it_and_nothing_that_is_not(tmp_path):

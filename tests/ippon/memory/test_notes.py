@@ -37,6 +37,24 @@ def test_names_are_read_in_sentences(things, text, names):
     assert sorted(search_name(goal) for goal in goals) == sorted(names)
 
 
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("Opas Gießkanne", "find Opas Gießkanne and Anna's mug"),
+        ("Opas Gießkanne", "find OPAS GIESSKANNE and Anna's mug"),
+        ("Opas Giesskanne", "find my opas gießkanne and Anna's mug"),
+        ("J\u00fcrgens mug", "find Ju\u0308rgens mug and Anna's mug"),
+        ("Ju\u0308rgens mug", "find J\u00fcrgens mug and Anna's mug"),
+        ("\u0130pek's mug", "find \u0130pek's mug and Anna's mug"),
+    ],
+)
+def test_a_name_holds_in_any_spelling_of_its_letters(make_instance, name, text):
+    things = [make_instance(1, "hat", name=name), make_instance(2, "mug", name="Anna's mug")]
+    assert without_names(text, things) == ("find the hat and the mug", tuple(things))
+    (match,) = find_instances(things, text[len("find ") : text.index(" and")], MATTERPORT_40)
+    assert match.instance is things[0]
+
+
 def test_a_name_that_is_denied_or_a_place_stays_one(things):
     sentence, _ = without_names("find the mug, not Anna's mug", things)
     (goal,) = read_request(sentence).goals

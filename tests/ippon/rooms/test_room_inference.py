@@ -1,5 +1,6 @@
 """Two rooms and a door between them, told apart by what stands in them."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -98,6 +99,24 @@ def test_rooms_get_the_type_of_their_objects():
 )
 def test_too_few_informative_objects_give_no_type(left, change):
     assert types_of(infer(home(left, **change)))[0] is None
+
+
+@pytest.mark.parametrize(("voxel_m", "enough"), [(0.05, 800), (0.1, 200), (0.2, 50)])
+def test_the_same_surface_tells_as_much_at_each_voxel_size(voxel_m, enough):
+    seen = room_evidence(home(["sink", "toilet"]), RoomConfig())
+    scale = voxel_m / VOXEL_M
+    config = RoomConfig(door_width_m=scale * RoomConfig().door_width_m)
+
+    def first_type(voxels):
+        pick = np.resize(np.arange(600).reshape(2, 300).T, voxels)  # Sink and toilet in turn.
+        xy, cell_m = scale * seen.positions_xy[pick], scale * seen.cell_m
+        label = seen.label[pick]
+        rooms = infer_rooms(replace(seen, cell_m=cell_m, positions_xy=xy, label=label), config)
+        room = int(rooms.at(scale * np.array([[2.0, 2.0]]))[0])
+        return rooms.types[room] if room != NO_ROOM else None
+
+    assert first_type(enough * 2) == "bathroom"
+    assert first_type(enough * 9 // 10) is None
 
 
 @pytest.mark.parametrize("floor_z_m", [3.0, -2.4])

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from app.memory.memory_file import memory_path
+from app.memory.memory_file import journal_path, memory_path
 from app.memory.room_names import room_names_path
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.state.persistence import SavedState
@@ -59,8 +59,12 @@ def new_map_for_tracking(
 
 def _put_aside(map_path: Path, put: Callable[[Path, Path], object]) -> Path:
     aside = aside_name(map_path)
-    for beside in (memory_path, room_names_path):
+    for beside in (memory_path, _journal_path, room_names_path):
         if beside(map_path).exists():
             put(beside(map_path), beside(aside))
     put(map_path, aside)
     return aside
+
+
+def _journal_path(map_path: Path) -> Path:
+    return journal_path(memory_path(map_path))

@@ -30,12 +30,14 @@ BESIDE = (2.0, 0.4, 1.0)
 """Another mug there is not the same one, though memory takes a moved one for the same."""
 
 
-def wall(depth_m=2.0):
-    """Return an image of a wall."""
+def wall(depth_m=2.0, columns=64):
+    """Return an image of a wall, with depth in its first columns."""
+    depth = np.zeros((48, 64), np.float32)
+    depth[:, :columns] = depth_m
     return Frame(
         stamp_ns=0,
         color=np.full((48, 64, 3), 90, np.uint8),
-        depth=np.full((48, 64), depth_m, np.float32),
+        depth=depth,
         camera=PinholeCamera.from_horizontal_fov(64, 48, 1.2),
         T_world_camera=make_transform(R_BASE_CAMERA_LEVEL, (0.0, 0.0, 1.0)),
         T_world_base=make_transform(np.eye(3), (0.0, 0.0, 0.0)),
@@ -213,6 +215,38 @@ def test_a_place_that_the_map_had_given_up_before_the_search_is_not_gone(home):
     assert home.ask() == [mug]
     assert home.step() == []
     assert not home.is_gone(mug)
+
+
+@pytest.fixture
+def wide(home):
+    """A thing of 2 m along the wall that the map has given up; it sees 0.3 m of it again."""
+    wide = dataclasses.replace(sighting(), size_m=(0.1, 2.0, 0.1))
+    number = home.memory.note_find(wide, SECOND_NS).instance_id
+    assert home.ask() == [number]
+    home.step()
+    home.drop()
+    home.map.integrate(wall(columns=16))
+    assert home.step() == []
+    assert home.map.best_ooi() == pytest.approx(0.9, abs=0.01)
+    return number
+
+
+def test_a_place_that_the_map_sees_in_part_again_is_not_judged_by_that_part(home, wide):
+    for _ in range(20):
+        home.map.integrate(wall(4.0, columns=16))
+    assert home.step() == home.step() == []
+    for _ in range(20):
+        home.map.integrate(wall(4.0))
+    assert home.step() == [wide]
+
+
+def test_what_was_recalled_twice_is_withdrawn(home, wide):
+    home.map.integrate(wall())
+    home.step()
+    assert home.map.best_ooi() == pytest.approx(0.9, abs=0.01)
+    home.memory.remove(wide)
+    home.step()
+    assert home.map.best_ooi() < 0.5
 
 
 @pytest.fixture

@@ -1,8 +1,10 @@
 from dataclasses import replace
 
-from app.memory.memory_file import memory_path
+import pytest
+
+from app.memory.memory_file import journal_path, memory_path
 from app.nodes.navigator.config import NavigatorConfig
-from app.nodes.navigator.state.map_aside import new_map_for_tracking
+from app.nodes.navigator.state.map_aside import copy_aside, move_aside, new_map_for_tracking
 from app.nodes.navigator.state.persistence import SavedState
 from app.robot_file import read_profile
 from ippon.mapping.config import MapConfig
@@ -25,3 +27,14 @@ def test_a_tracked_camera_does_not_map_into_the_frame_of_yesterday(tmp_path):
         "home.map.aside-1", "home.map.aside-1.memory",
     ]  # fmt: skip
     assert memory_path(tmp_path / "home.map.aside-1").read_bytes() == b"things"
+
+
+@pytest.mark.parametrize("put", [copy_aside, move_aside])
+def test_a_memory_keeps_what_undoes_a_write_that_was_cut_off(tmp_path, put):
+    path = tmp_path / "home.map"
+    path.write_bytes(b"map")
+    memory_path(path).write_bytes(b"things")
+    journal_path(memory_path(path)).write_bytes(b"before")
+    aside = put(path)
+    assert journal_path(memory_path(aside)).read_bytes() == b"before"
+    assert journal_path(memory_path(path)).exists() == (put is copy_aside)
