@@ -762,6 +762,7 @@ def test_a_list_on_a_phone_covers_nothing_that_must_be_seen(page, post, width, h
         _keep(page, f"{width}-list-stopped")
         assert notice.evaluate(IS_SEEN)
         assert page.locator("#goals-close").evaluate(IS_SEEN)
+    expect(page.locator("#view")).to_be_hidden()
     expect(card).to_be_hidden()
     post(msgspec.structs.replace(stopped, state="found", find=HAT))
     expect(page.locator("#notice-title")).to_contain_text("Found")
@@ -772,8 +773,8 @@ def test_a_list_on_a_phone_covers_nothing_that_must_be_seen(page, post, width, h
     assert page.locator("#veil-title").evaluate(IS_SEEN)
     post(link="live", has_map=True)
     page.locator("#goals-close").click()
-    expect(notice).to_be_visible()
-    expect(card).to_be_visible()
+    for part in notice, card, page.locator("#view"):
+        expect(part).to_be_visible()
 
 
 def test_ages_are_those_of_the_console_whatever_the_clock_of_the_tablet_says(
