@@ -247,6 +247,41 @@ def _drop_lines(page, console):
     console.http.post("/api/stop?silent_s=0", headers=headers)
 
 
+def test_a_page_of_another_edition_than_the_consoles_is_loaded_again_once_nobody_types(
+    page, alone, navigator, shell_alone, post, monkeypatch
+):
+    is_old = "() => window.isOld"
+    page.evaluate("window.isOld = true")
+    opened = _sockets(page, "/api/ws")
+    _drop_lines(page, alone)
+    _until(lambda: page.wait_for_timeout(50) or opened)
+    expect_state(page, "Searching")
+    page.wait_for_timeout(1_000)
+    assert page.evaluate(is_old), "a console that is the same as before"
+    page.keyboard.press("b")
+    page.locator("#robots-goal").fill("ha")
+    monkeypatch.setattr(shell_alone, "edition", "another")
+    _drop_lines(page, alone)
+    _until(lambda: page.wait_for_timeout(50) or len(opened) == 2)
+    expect_state(page, "Searching")
+    page.locator("#robots-goal").press_sequentially("t")
+    page.wait_for_timeout(3_000)
+    assert page.locator("#robots-goal").input_value() == "hat"
+    page.locator("#robots-goal").fill("")
+    page.wait_for_function("() => !window.isOld")
+    expect_state(page, "Searching")
+    page.evaluate("window.isOld = true")
+    post(MANUAL)
+    expect_state(page, "Manual")
+    _hold(page, navigator)
+    page.wait_for_timeout(3_000)
+    assert page.evaluate(is_old), "once"
+    monkeypatch.setattr(shell_alone, "edition", "a third")
+    _drop_lines(page, alone)
+    page.wait_for_function("() => !window.isOld")
+    _expect_still(page, navigator)
+
+
 def test_a_stop_that_the_console_cannot_deliver_says_why(page, navigator, monkeypatch):
     async def control(_):
         # Longer than the page waits for an answer over HTTP.
