@@ -155,6 +155,8 @@ def test_a_page_carries_its_language_and_its_table_and_no_markup_of_it():
     page = Words("de").page('<html lang="{{language}}"><b title="{{page.help.hint}}">{{words}}')
     assert page.startswith('<html lang="de"><b title="Hilfe (?)">{"language": "de"')
     assert '"name.sofa": "Sofa"' in page
+    assert '"name.knives": "Messer"' in page
+    assert "name.sofas" not in page, "the scripts know this ending"
     assert "name.sofa" not in ENGLISH.page("{{words}}"), "the label is its name"
     assert "panel." not in page
     assert "said." not in page
