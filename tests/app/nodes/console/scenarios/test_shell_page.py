@@ -907,6 +907,11 @@ def test_escape_closes_the_introduction_wherever_the_focus_is(browser, alone, po
     page.keyboard.press("Escape")
     expect(page.locator("#goals")).to_be_hidden()
     expect(card).to_be_visible()
+    post(explanation=ClickExplanation(number=4, title="Sofa"))
+    expect(page.locator("#explanation")).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(page.locator("#explanation")).to_be_hidden()
+    expect(card).to_be_visible()
     window.close()
 
 
