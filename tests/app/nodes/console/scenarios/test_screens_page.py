@@ -272,7 +272,7 @@ def _states(home, stage):
         ("found", "Gefunden"),
         ("stopped", "Gestoppt"),
         ("exhausted", "Nicht gefunden"),
-        ("lost", "Ohne Daten"),
+        ("lost", "Wartet"),
     ):
         home.state = state
         yield word
