@@ -180,6 +180,20 @@ def test_a_page_without_its_console_names_another_way_to_stop():
         assert "ippon control stop" in say("veil.disconnected.hint")
 
 
+@pytest.mark.parametrize("language", languages())
+def test_every_button_that_resumes_has_the_name_that_texts_call_it(language):
+    table = TABLES[language]
+    resume = table["page.resume"]
+    assert table["panel.search.resume"] == resume
+    for key in (
+        "notice.stopped.text",
+        "notice.paused.text",
+        "said.drive.drives_there_after_resume",
+        "said.stream.stopped_press_resume_to",
+    ):
+        assert resume in table[key], key
+
+
 def test_every_key_is_used():
     named, begun = _used()
     begun |= {"reply.looking", *(f"{key}." for key in ("calls.permission", "webhook"))}
