@@ -21,7 +21,10 @@ export class Explanation {
   // Escape closes the card, unless something that is open before it takes the key.
   onKey(event) {
     if (event.key !== "Escape" || !at("explanation").checkVisibility()) return;
-    if (!document.querySelector("dialog[open], body[data-side]")) this.close();
+    if (document.querySelector("dialog[open], body[data-side]")) return;
+    // The introduction stays open until the next one.
+    event.stopImmediatePropagation();
+    this.close();
   }
 
   update(explanation) {

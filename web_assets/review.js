@@ -341,16 +341,24 @@ window.addEventListener("resize", () => {
 sessions.onclick = () => (location.href = "/sessions");
 sessions.hidden = true;
 
+// The plan takes arrows there.
+const isOnPlan = (target) => document.querySelector("#plan[data-size='full']") !== null
+  && (target === document.body || target.id === "plan-picture");
+
 // Handles keys before the shell does: there Space stops the robot, here it plays and pauses.
 function onKey(event) {
   if (event.target?.closest?.("input, textarea, select")) return;
   if (event.ctrlKey || event.altKey || event.metaKey) return;
+  // A dialog scrolls by arrows and Home.
+  if (event.code !== "Space" && document.querySelector("dialog[open]")) return;
   const keys = {
     Space: toggle,
     Comma: () => send("step", -1),
     Period: () => send("step", 1),
-    ArrowLeft: () => send("seek", state.position_s - 5),
-    ArrowRight: () => send("seek", state.position_s + 5),
+    ...(!isOnPlan(event.target) && {
+      ArrowLeft: () => send("seek", state.position_s - 5),
+      ArrowRight: () => send("seek", state.position_s + 5),
+    }),
     Home: () => send("seek", 0),
   };
   const act = keys[event.code];

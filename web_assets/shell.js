@@ -46,6 +46,8 @@ let lateAt = -Infinity; // When the console told that keys arrive too late.
 let unanswered = 0; // Pings since the last message: a page that slept has sent none.
 let leftAt = null; // When the last message came on a line that was left, until there is another line.
 let instance = null;
+let edition = null; // Of the console's pages when this one was opened.
+let isOutdated = false;
 let state = null;
 let robot = say("page.robot.none");
 let nextCommand = 1;
@@ -128,6 +130,9 @@ function receive(message) {
     pending.delete(message.id);
   } else if (message.type === "you") {
     lease.meet(message);
+    edition ??= message.edition;
+    isOutdated = message.edition !== edition;
+    reloadIfOutdated();
   } else if (message.type === "stalled") {
     if (state !== null) state = { ...state, link: "stalled" };
     render();
@@ -138,6 +143,15 @@ function receive(message) {
   }
 }
 
+// A console that was started again in another language or version has another page than this one.
+// What is being typed or sent comes first; keys that are held are released with the page.
+function reloadIfOutdated() {
+  const { activeElement } = document;
+  const isTyped = isTyping(activeElement) && activeElement.value !== "";
+  const isSent = pending.size > 0 || "pending" in at("stop").dataset;
+  if (isOutdated && !isTyped && !isSent) location.reload();
+}
+
 function sendPing() {
   send({ type: "ping", t: performance.now(), trip });
   trip = null;
@@ -145,6 +159,7 @@ function sendPing() {
 
 function ping() {
   if (socket === null) return;
+  reloadIfOutdated();
   const isOpen = socket.readyState === WebSocket.OPEN;
   if (unanswered >= (isOpen ? SILENT_PINGS : CONNECT_PINGS)) {
     abandon();

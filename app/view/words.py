@@ -135,6 +135,12 @@ class Words:
         names = () if self._names else (NAME, ROOM_TYPE, ATTRIBUTE)
         apart = ("panel.", "report.", SAID, *names)
         table = {key: text for key, text in self._table.items() if not key.startswith(apart)}
+        # The scripts know the endings -s and -es themselves.
+        table |= {
+            NAME + plural: self._table[NAME + label]
+            for plural, label in self._plurals.items()
+            if plural not in (f"{label}s", f"{label}es")
+        }
         packed = json.dumps({"language": self.language, "table": table}, ensure_ascii=False)
         return packed.replace("<", "\\u003c")
 

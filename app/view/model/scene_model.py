@@ -102,6 +102,8 @@ class SceneModel:
         self.things: tuple[RememberedThing, ...] = ()
         """What the robot remembers, as last asked for."""
         self.saved_searches = SavedSearches(searches=[])
+        self.forgotten = 0
+        """How often all of the scene was forgotten: at a restart of the navigator, at a seek."""
         self.needs_keyframe = True
         """Whether the map may lack voxels, so that a keyframe must be requested."""
         self._changed: set[Part] = set()
@@ -220,8 +222,7 @@ class SceneModel:
         before = self.far_evidence
         if not 0.0 < far_evidence.cell_m < _MAX_CELL_M:
             return
-        resized = far_evidence.cell_m != before.cell_m
-        if resized or far_evidence.cells != before.cells:
+        if (far_evidence.cell_m, far_evidence.cells) != (before.cell_m, before.cells):
             self.far_evidence = far_evidence
             self._changed.add("far_evidence")
 
@@ -288,8 +289,8 @@ class SceneModel:
         self._changed |= {"status", "events"}
 
     def _forget_session(self) -> None:
+        self.forgotten += 1
         self.voxels.clear()
-        self.voxel_size_m = None
         self.needs_keyframe = True
         self._held.clear()
         # Fixed transforms stay: a robot sends them only once.
@@ -301,7 +302,7 @@ class SceneModel:
         self.pictures.clear()
         self.painted, self.rejected, self.rooms, self.things = (), (), (), ()
         self.far_evidence = NO_FAR_EVIDENCE
-        self._candidates = self._last_find = None
+        self.voxel_size_m = self._candidates = self._last_find = None
         self.unfound = UnfoundGoals()
         self.tree, self.path_world, self.detections = None, np.empty((0, 3)), ()
         self._changed |= {"voxels", "tree", "path", "pose", "detections", "painted", "far_evidence"}

@@ -155,6 +155,8 @@ def test_a_page_carries_its_language_and_its_table_and_no_markup_of_it():
     page = Words("de").page('<html lang="{{language}}"><b title="{{page.help.hint}}">{{words}}')
     assert page.startswith('<html lang="de"><b title="Hilfe (?)">{"language": "de"')
     assert '"name.sofa": "Sofa"' in page
+    assert '"name.knives": "Messer"' in page
+    assert "name.sofas" not in page, "the scripts know this ending"
     assert "name.sofa" not in ENGLISH.page("{{words}}"), "the label is its name"
     assert "panel." not in page
     assert "said." not in page
@@ -176,6 +178,20 @@ def _used():
 def test_a_page_without_its_console_names_another_way_to_stop():
     for say in (ENGLISH, Words("de")):
         assert "ippon control stop" in say("veil.disconnected.hint")
+
+
+@pytest.mark.parametrize("language", languages())
+def test_every_button_that_resumes_has_the_name_that_texts_call_it(language):
+    table = TABLES[language]
+    resume = table["page.resume"]
+    assert table["panel.search.resume"] == resume
+    for key in (
+        "notice.stopped.text",
+        "notice.paused.text",
+        "said.drive.drives_there_after_resume",
+        "said.stream.stopped_press_resume_to",
+    ):
+        assert resume in table[key], key
 
 
 def test_every_key_is_used():

@@ -57,6 +57,7 @@ class Explanations:
         self._answers: queue.SimpleQueue[tuple[int, InspectReply]] = queue.SimpleQueue()
         self._asked = 0
         self._goal_id = 0
+        self._forgotten = model.forgotten
 
     def step(
         self, questions: list[Question], looks: list[Look], worker: ThreadPoolExecutor
@@ -68,6 +69,9 @@ class Explanations:
             looks: Things that pages want to see.
             worker: Asks the navigator.
         """
+        if self._model.forgotten != self._forgotten:
+            # What was explained is not there any more, or looks different at another moment.
+            self._forgotten, self.now = self._model.forgotten, None
         goal = None if self._model.status is None else self._model.status.goal
         if goal is not None and goal.goal_id != self._goal_id:
             # What is said of one object of interest would be read as said of the next.

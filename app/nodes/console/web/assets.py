@@ -1,6 +1,7 @@
 """The files of the page, also compressed, with cache headers."""
 
 import gzip
+import hashlib
 from collections.abc import Mapping
 from importlib import resources
 from typing import Final
@@ -78,8 +79,12 @@ class Assets:
         self.shell = self.shell_at("/")
         scene = client.page.replace(b'lang="en"', f'lang="{say.language}"'.encode(), 1)
         self.view = Asset("view.html", _with_head(scene, ours), _ASK_AGAIN)
+        own = {name: (root / name).read_bytes() for name in _NAMES}
+        parts = hashlib.sha256(shell + scene + b"".join(own.values()))
+        self.edition: Final = parts.hexdigest()[:16]
+        """Another one: a page that is open has other words or scripts, and must be loaded again."""
         self.files: Mapping[str, Asset] = {
-            name: Asset(name, (root / name).read_bytes(), _ASK_AGAIN) for name in _NAMES
+            name: Asset(name, content, _ASK_AGAIN) for name, content in own.items()
         } | {name: Asset(name, content, _FOR_GOOD) for name, content in client.files.items()}
 
     def shell_at(self, base: str) -> Asset:

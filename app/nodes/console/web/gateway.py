@@ -220,7 +220,8 @@ class Gateway:
         if await self._is_full(socket):
             return
         async with self._place(socket) as browser:
-            await serve_shell(socket, self._state_feed, self._controller, browser)
+            edition = self._assets.edition
+            await serve_shell(socket, self._state_feed, self._controller, browser, edition)
 
     async def _camera_socket(self, socket: WebSocket) -> None:
         if await self._is_full(socket):

@@ -169,6 +169,8 @@ class ShellYou(msgspec.Struct, tag="you"):
     standing: Standing
     detail: str
     has_login: bool
+    edition: str
+    """See `Assets.edition`."""
 
 
 class ShellPong(msgspec.Struct, tag="pong"):

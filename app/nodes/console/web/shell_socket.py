@@ -57,13 +57,13 @@ _decoder: Final = msgspec.json.Decoder(ShellMessage)
 
 
 async def serve_shell(
-    socket: WebSocket, state_feed: StateFeed, controller: Controller, browser: Browser
+    socket: WebSocket, state_feed: StateFeed, controller: Controller, browser: Browser, edition: str
 ) -> None:
-    """Serve one shell until its browser disconnects."""
+    """Serve one shell until its browser disconnects; `edition` is that of `Assets`."""
     set_acting_browser(browser)
     await socket.accept()
     outbox: asyncio.Queue[bytes] = asyncio.Queue(maxsize=64)
-    standing = _Standing(outbox.put, controller, browser)
+    standing = _Standing(outbox.put, controller, browser, edition)
     await until_one_ends(
         _listen(socket, outbox.put, controller, standing, state_feed),
         standing.keep(),
@@ -174,8 +174,13 @@ class _Standing:
     """Lease of one page, renewed while the page is awake."""
 
     def __init__(
-        self, put: Callable[[bytes], Awaitable[None]], controller: Controller, browser: Browser
+        self,
+        put: Callable[[bytes], Awaitable[None]],
+        controller: Controller,
+        browser: Browser,
+        edition: str,
     ) -> None:
+        self._edition = edition
         self._put = put
         self._controller = controller
         self.browser = browser
@@ -225,6 +230,7 @@ class _Standing:
             standing=browser.standing,
             detail=browser.detail,
             has_login=browser.expires_s is not None,
+            edition=self._edition,
         )
         if you != self._told:
             self._told = you

@@ -15,7 +15,7 @@ from playwright.sync_api import expect
 
 from app.messages import keys
 from app.messages.control import encode
-from app.messages.driving import DriveStatus
+from app.messages.driving import DriveStatus, WalkStatus
 from app.messages.status import Event
 from tests.app.nodes.console.opened_page import WHOLE_MAP_TICKS
 from tests.app.nodes.console.page_checks import (
@@ -272,7 +272,7 @@ def _states(home, stage):
         ("found", "Gefunden"),
         ("stopped", "Gestoppt"),
         ("exhausted", "Nicht gefunden"),
-        ("lost", "Ohne Daten"),
+        ("lost", "Wartet"),
     ):
         home.state = state
         yield word
@@ -323,6 +323,36 @@ def test_a_notice_leaves_the_tabs_free_where_the_page_is_enlarged(at_first, part
     right = page.frame_locator("#view").locator("[data-dock-region='right']")
     notice, panel = boxes_at_rest(page.locator("#notice"), right)
     assert notice["x"] + notice["width"] <= panel["x"]
+
+
+WALKS = [
+    WalkStatus(step="turn", turn_deg=125.0, walk_m=12.5, way_m=25.0, look_up_deg=-35.0),
+    WalkStatus(step="look", turn_deg=0.0, walk_m=0.0, way_m=0.0, look_up_deg=-35.0),
+    WalkStatus(step="walk", turn_deg=0.0, walk_m=12.5, way_m=25.0, look_up_deg=-35.0),
+]
+
+WHOLE_WALK = """() => ["walk-do", "walk-then"].every((id) => {
+  const text = document.createRange();
+  text.selectNodeContents(document.getElementById(id));
+  const inner = text.getBoundingClientRect();
+  const card = document.getElementById("walk").getBoundingClientRect();
+  const notices = document.querySelector(".stack").getBoundingClientRect();
+  return card.left >= 0 && card.right <= innerWidth
+    && (notices.top >= card.bottom || notices.bottom <= card.top)
+    && inner.left > card.left && inner.right < card.right
+    && inner.top > card.top && inner.bottom < card.bottom;
+})"""
+
+
+@pytest.mark.parametrize(("width", "height"), [(390, 844), (844, 390), (970, 768), (1120, 768)])
+def test_directions_for_a_camera_in_the_hand_are_whole(at_first, parts, width, height):
+    page, home = parts
+    _resize(page, width, height)
+    for walk in WALKS:
+        home.status_changes = {"walk": walk}
+        expect(page.locator("#walk")).to_have_attribute("data-step", walk.step)
+        _keep(page, f"{width}-walk-{walk.step}")
+        assert page.evaluate(WHOLE_WALK), walk.step
 
 
 FOCUSED = """() => {

@@ -2,9 +2,11 @@
 
 import asyncio
 import itertools
+import os
 import re
 import threading
 import time
+from pathlib import Path
 from urllib.parse import urlsplit
 
 import msgspec
@@ -28,7 +30,7 @@ from ippon.control.drive_mode import NO_INPUT
 from tests.app.nodes.console.drawn_home import things_of
 from tests.app.nodes.console.opened_page import expect_state, panels
 from tests.app.relay import Relay
-from tests.chromium import PATIENCE_MS, boxes_at_rest, each_stop_once, new_window
+from tests.chromium import KEEP_PICTURES, PATIENCE_MS, boxes_at_rest, each_stop_once, new_window
 
 pytestmark = pytest.mark.browser
 
@@ -126,6 +128,12 @@ def _until(condition, timeout_s=PATIENCE_MS / 1e3):
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.02)
+
+
+def _keep(page, name):
+    folder = os.environ.get(KEEP_PICTURES)
+    if folder:
+        page.screenshot(path=Path(folder) / f"{name}.png")
 
 
 def _sockets(page, ending):
@@ -237,6 +245,41 @@ def _drop_lines(page, console):
     value = next(one["value"] for one in cookies if one["name"] == name)
     headers = {"Cookie": f"{name}={value}"}
     console.http.post("/api/stop?silent_s=0", headers=headers)
+
+
+def test_a_page_of_another_edition_than_the_consoles_is_loaded_again_once_nobody_types(
+    page, alone, navigator, shell_alone, post, monkeypatch
+):
+    is_old = "() => window.isOld"
+    page.evaluate("window.isOld = true")
+    opened = _sockets(page, "/api/ws")
+    _drop_lines(page, alone)
+    _until(lambda: page.wait_for_timeout(50) or opened)
+    expect_state(page, "Searching")
+    page.wait_for_timeout(1_000)
+    assert page.evaluate(is_old), "a console that is the same as before"
+    page.keyboard.press("b")
+    page.locator("#robots-goal").fill("ha")
+    monkeypatch.setattr(shell_alone, "edition", "another")
+    _drop_lines(page, alone)
+    _until(lambda: page.wait_for_timeout(50) or len(opened) == 2)
+    expect_state(page, "Searching")
+    page.locator("#robots-goal").press_sequentially("t")
+    page.wait_for_timeout(3_000)
+    assert page.locator("#robots-goal").input_value() == "hat"
+    page.locator("#robots-goal").fill("")
+    page.wait_for_function("() => !window.isOld")
+    expect_state(page, "Searching")
+    page.evaluate("window.isOld = true")
+    post(MANUAL)
+    expect_state(page, "Manual")
+    _hold(page, navigator)
+    page.wait_for_timeout(3_000)
+    assert page.evaluate(is_old), "once"
+    monkeypatch.setattr(shell_alone, "edition", "a third")
+    _drop_lines(page, alone)
+    page.wait_for_function("() => !window.isOld")
+    _expect_still(page, navigator)
 
 
 def test_a_stop_that_the_console_cannot_deliver_says_why(page, navigator, monkeypatch):
@@ -776,6 +819,43 @@ def test_the_cross_of_a_notice_takes_no_row(page, post, width):
     assert acts["x"] + acts["width"] <= cross["x"]
 
 
+IS_SEEN = """(e) => {
+  const { left, top, width, height } = e.getBoundingClientRect();
+  return e.contains(document.elementFromPoint(left + width / 2, top + height / 2));
+}"""
+"""Whether an element is on the screen with nothing over it."""
+
+
+@pytest.mark.parametrize(("width", "height"), [(390, 844), (720, 450)])
+def test_a_list_on_a_phone_covers_nothing_that_must_be_seen(page, post, width, height):
+    page.set_viewport_size({"width": width, "height": height})
+    notice, card = page.locator("#notice"), page.locator("#explanation")
+    sofa = ClickExplanation(number=4, title="Sofa")
+    stopped = msgspec.structs.replace(SEARCHING, state="stopped", explanation=sofa)
+    page.keyboard.press("g")
+    # The pad of Manual has a place for notices of its own.
+    for drive in DriveStatus(mode="manual"), DriveStatus():
+        post(stopped, drive=drive)
+        expect_state(page, "Stopped")
+        expect(page.locator("#mode")).to_have_text(drive.mode.capitalize())
+        _keep(page, f"{width}-list-stopped")
+        assert notice.evaluate(IS_SEEN)
+        assert page.locator("#goals-close").evaluate(IS_SEEN)
+    expect(page.locator("#view")).to_be_hidden()
+    expect(card).to_be_hidden()
+    post(msgspec.structs.replace(stopped, state="found", find=HAT))
+    expect(page.locator("#notice-title")).to_contain_text("Found")
+    expect(notice).to_be_hidden()
+    post(link="waiting", has_map=False)
+    expect(page.locator("#veil")).to_be_visible()
+    _keep(page, f"{width}-list-veil")
+    assert page.locator("#veil-title").evaluate(IS_SEEN)
+    post(link="live", has_map=True)
+    page.locator("#goals-close").click()
+    for part in notice, card, page.locator("#view"):
+        expect(part).to_be_visible()
+
+
 def test_ages_are_those_of_the_console_whatever_the_clock_of_the_tablet_says(
     window, alone, post, navigator
 ):
@@ -870,6 +950,11 @@ def test_escape_closes_the_introduction_wherever_the_focus_is(browser, alone, po
     page.keyboard.press("g")
     page.keyboard.press("Escape")
     expect(page.locator("#goals")).to_be_hidden()
+    expect(card).to_be_visible()
+    post(explanation=ClickExplanation(number=4, title="Sofa"))
+    expect(page.locator("#explanation")).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(page.locator("#explanation")).to_be_hidden()
     expect(card).to_be_visible()
     window.close()
 

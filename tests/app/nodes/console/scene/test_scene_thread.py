@@ -11,11 +11,13 @@ from app.messages.driving import PaintedRegions, PaintedStroke
 from app.messages.recording import RecordingStatus
 from app.messages.scene import encode_voxels
 from app.nodes.console.link.navigator_link import NavigatorLink
+from app.nodes.console.scene.click_explanation import ClickExplanation
 from app.nodes.console.scene.scene_thread import EVERY, RECORDER_S, SceneThread
 from app.nodes.console.scene.state_feed import StateFeed
 from app.nodes.console.web.browsers import Browsers
 from app.nodes.console.web.viser_server import start_viser
 from app.nodes.review.link import RecordedLink
+from app.view.model.seek_history import SeekHistory
 from tests.app.nodes.console.drawn_home import status_of
 from tests.app.recording.conftest import cloud_of, rows_of
 
@@ -58,6 +60,26 @@ def test_what_is_told_on_change_alone_is_fetched_with_the_map_after_a_clock_rest
     model.on_status(status_of(stamp_ns=1_000_000_000))
     assert model.painted == ()
     assert on_map <= set(scene_thread._missing())
+
+
+@pytest.mark.parametrize("is_review", [False, True])
+def test_what_was_explained_is_closed_where_the_scene_is_another(viser_server, is_review):
+    inbox = Inbox(EVERY)
+    link = NavigatorLink("tcp/127.0.0.1:1", "r", [], inbox, print)
+    scene_thread = SceneThread(viser_server, link, inbox, StateFeed(), print)
+    model, explanations = scene_thread.model, scene_thread._explanations
+    model.on_status(status_of(stamp_ns=60_000_000_000))
+    explanations.step([], [], scene_thread._fetcher)
+    explanations.now = ClickExplanation(number=1, title="Sofa")
+    model.on_status(status_of(stamp_ns=60_100_000_000))
+    explanations.step([], [], scene_thread._fetcher)
+    assert explanations.now is not None
+    if is_review:
+        model.restore(SeekHistory())
+    else:
+        model.on_status(status_of(stamp_ns=1_000_000_000))
+    explanations.step([], [], scene_thread._fetcher)
+    assert explanations.now is None
 
 
 @pytest.mark.parametrize("recorded", [False, True])

@@ -93,6 +93,17 @@ def test_two_sessions_stay_in_step(page):
     page.keyboard.press("ArrowRight")
     expect(page.locator(".timeline .clock")).to_have_text("0:05.0 / 0:05.8")
     _keep(page, "review-two")
+    # Over the plan arrows move that, and in a dialog they and Home scroll.
+    for opens, opened in (("?", page.locator("#help[open]")), ("p", page.locator("#plan"))):
+        page.keyboard.press(opens)
+        expect(opened).to_be_visible()
+        page.keyboard.press("ArrowLeft")
+        page.wait_for_timeout(1_000)
+        expect(page.locator(".timeline .clock")).to_have_text("0:05.0 / 0:05.8")
+        page.keyboard.press("Escape")
+        expect(opened).to_be_hidden()
+    page.keyboard.press("ArrowLeft")
+    expect(page.locator(".timeline .clock")).to_have_text("0:00.0 / 0:05.8")
 
 
 def test_what_is_pressed_stays_while_the_session_grows(launch, made_up, tmp_path):
