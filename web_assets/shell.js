@@ -123,6 +123,7 @@ function receive(message) {
     trip = performance.now() - message.t;
     at("latency").textContent = `${Math.max(1, Math.round(trip))} ms`;
     at("latency").classList.toggle("slow", trip > 200);
+    reloadIfOutdated(); // Here, as the console answers now: without one the page would be lost.
   } else if (message.type === "late") {
     lateAt = performance.now();
   } else if (message.type === "reply") {
@@ -132,7 +133,6 @@ function receive(message) {
     lease.meet(message);
     edition ??= message.edition;
     isOutdated = message.edition !== edition;
-    reloadIfOutdated();
   } else if (message.type === "stalled") {
     if (state !== null) state = { ...state, link: "stalled" };
     render();
@@ -159,7 +159,6 @@ function sendPing() {
 
 function ping() {
   if (socket === null) return;
-  reloadIfOutdated();
   const isOpen = socket.readyState === WebSocket.OPEN;
   if (unanswered >= (isOpen ? SILENT_PINGS : CONNECT_PINGS)) {
     abandon();

@@ -87,6 +87,8 @@ class GoalFollower:
         self._still_at = (0.0, 0.0, 0.0)
         self._reached_at: _Place | None = None
         """Where the robot was when it had reached the goal."""
+        self._seen_at: _Place | None = None
+        """Where it was at the last step that aimed."""
         self._moved = False
         self._reached = False
         self._failed: NavigationGoal | None = None
@@ -190,8 +192,11 @@ class GoalFollower:
         """Keep the present goal, or replace it where the target has moved beyond the limits."""
         self._age_s += dt_s
         goal, config, place = self._goal, self.config, _place(T_world_base)
-        if self._outcome is GoalOutcome.REACHED and self._reached_at is None:
-            self._reached_at = place
+        if goal is not None and self._outcome is GoalOutcome.REACHED and self._reached_at is None:
+            # Elsewhere it may have been moved since, where a pause followed at once.
+            is_there = self._seen_at is None or self._is_near(_aim_of(goal), place)
+            self._reached_at = place if is_there else self._seen_at
+        self._seen_at = place
         if goal is None or not self._keeps(goal, (x, y, yaw), place):
             self._numbers += 1
             self._goal = NavigationGoal(number=self._numbers, x_m=x, y_m=y, yaw_rad=yaw)

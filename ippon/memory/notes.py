@@ -106,7 +106,8 @@ def without_names(sentence: str, instances: Iterable[Instance]) -> tuple[str, tu
         if _DENYING.isdisjoint(before):
             if _PLACING.isdisjoint(before[-1:]) and before != ["next", "to"]:
                 used.append((start, one))
-            plain = f"{plain[:start]}the {_kind(one)}{plain[end:]}"
+            kind = f"the {_kind(one)}"
+            plain = plain[:start] + kind + plain[end:]
     return plain, tuple(one for _, one in sorted(used, key=lambda pair: pair[0]))
 
 

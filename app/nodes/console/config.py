@@ -56,17 +56,18 @@ class ConsoleConfig:
 
     def __post_init__(self) -> None:
         """Reject settings that would serve the page to everyone, and invalid values."""
-        if self.host not in LOOPBACK and not self.has_login:
+        if self.tls_proxy is not None:
+            _check_proxy(self.tls_proxy)
+        if (self.host not in LOOPBACK or self.tls_proxy is not None) and not self.has_login:
+            where = f"on {self.host!r}" if self.tls_proxy is None else "behind a TLS proxy"
             raise ConsoleError(
-                f"on {self.host!r} the console requires a login: make a file of users with `ippon "
+                f"{where} the console requires a login: make a file of users with `ippon "
                 f"user NAME --users FILE` and start it with --users FILE, or set "
                 f"{PASSWORD_VARIABLE}. Without a login, from another machine: ssh -L "
                 f"{self.port}:127.0.0.1:{self.port}"
             )
         if (self.tls_cert is None) != (self.tls_key is None):
             raise ConsoleError("TLS needs both a certificate and its key: --tls-cert and --tls-key")
-        if self.tls_proxy is not None:
-            _check_proxy(self.tls_proxy)
         if not 0 <= self.port <= 65535:
             raise ConsoleError(f"a port lies in 0 to 65535; got {self.port}")
         if self.notify is not None:

@@ -111,6 +111,13 @@ def test_a_robot_that_was_moved_away_from_what_it_had_reached_is_sent_there_agai
     assert follower.reached
 
 
+def test_a_robot_that_is_carried_off_before_the_next_frame_is_sent_there_again():
+    follower = Follower()
+    follower.to(3.0, 1.0, at=base_pose(2.9, 1.0, 0.0, 0.1))
+    follower.report(1, GoalOutcome.REACHED)
+    assert follower.to(3.0, 1.0, at=START).goal.number == 2
+
+
 @pytest.mark.parametrize("answers", [True, False])
 def test_errors_of_the_pose_where_a_robot_has_stopped_send_no_goal_again(answers):
     follower = Follower()

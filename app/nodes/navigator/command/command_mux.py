@@ -255,7 +255,9 @@ class CommandMux:
         # The plan's own command is given once per frame: the stream repeats it, and ends it when
         # frames stop.
         if self._framed_at > -math.inf and (now == self._framed_at or not self._drives_itself):
-            self._stream.give(command, self._stamp_ns, self._pose)
+            # Once frames stop, nobody knows where the robot is moved.
+            is_seen = now - self._framed_at <= self._stale_s
+            self._stream.give(command, self._stamp_ns, self._pose if is_seen else None)
         return command
 
     @property

@@ -150,15 +150,14 @@ class CommandStream:
         if self._goals is not None:
             if command.goal is not None and moves_base(before):
                 self._put_twist(0.0, 0.0)  # It would go on beside the robot's own navigation.
-            self._send_goal(self._goals, command.goal)
+            self._send_goal(command.goal)
             if command.goal is not None:
                 return  # Velocities would oppose those of the robot's own navigation.
         self._put_twist(command.linear_m_s, command.yaw_rate_rad_s)
 
     def _send_zero(self) -> None:
         self._sent = dataclasses.replace(self._sent, linear_m_s=0.0, yaw_rate_rad_s=0.0, goal=None)
-        if self._goals is not None:
-            self._send_goal(self._goals, None)
+        self._send_goal(None)
         self._put_twist(0.0, 0.0)
 
     def _end_command(self) -> None:
@@ -166,11 +165,11 @@ class CommandStream:
         self._send_zero()
         self._pose = None  # Nobody knows where it is moved until the next frame.
 
-    def _send_goal(self, goals: GoalOutput, goal: NavigationGoal | None) -> None:
+    def _send_goal(self, goal: NavigationGoal | None) -> None:
         # Where goals are a topic, a stop is a goal at this place, and the robot drives to a wrong
         # one. Without a message, it stops by the silence.
-        if self._pose is not None:
-            goals.send(goal, self._pose, self._stamp_ns)
+        if self._goals is not None and self._pose is not None:
+            self._goals.send(goal, self._pose, self._stamp_ns)
 
     def _put_twist(self, linear_m_s: float, yaw_rate_rad_s: float) -> None:
         if not self._velocities:

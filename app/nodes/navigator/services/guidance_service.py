@@ -113,8 +113,7 @@ class GuidanceService:
             attributes = attributes or named.attributes
             count = count if count != 1 else named.count
             other = other or named.refers_to == "other"
-        problem = count_refusal(count)
-        if problem:
+        if problem := count_refusal(count):
             raise RequestRefusedError(problem)
         goal = Goal(
             goal_id=0,
@@ -273,7 +272,7 @@ class GuidanceService:
         search = self.fitted(self._goals.amend(goal_id, partial(_answered, answer)) or known)
         if self._goals.is_active(goal_id):
             mission.goals.set_guidance(search.guidance, goal_id)
-            self._report_event("guidance", _describe(answer))
+            self._report_event("guidance", _describe(answer, search.guidance))
 
     def _edit(self, goal_id: int, edit: LabelLevel, mission: Mission) -> None:
         if not self._goals.is_active(goal_id):
@@ -313,11 +312,15 @@ class GuidanceService:
 
 
 def _answered(answer: LevelsAnswer, search: PlannedSearch) -> PlannedSearch:
-    guidance = answer.guidance.changed(search.edits)
+    guidance, prompt, reply = answer.guidance.changed(search.edits), answer.prompt, answer.reply
     if answer.failed:
         # The levels that the search has stay: unlike the answer, they know the names of rooms.
-        notes = dict.fromkeys((answer.guidance.notes[0], *search.guidance.notes))
-        guidance = dataclasses.replace(search.guidance, notes=tuple(notes))
+        note = answer.guidance.notes[0]
+        if search.guidance.provider != answer.guidance.provider:
+            note = f"{search.guidance.provider}: {answer.failed}; its levels from before stay"
+            prompt, reply = search.prompt, search.reply
+        notes = tuple(dict.fromkeys((note, *search.guidance.notes)))
+        guidance = dataclasses.replace(search.guidance, notes=notes)
     return dataclasses.replace(
         search,
         guidance=guidance,
@@ -325,8 +328,8 @@ def _answered(answer: LevelsAnswer, search: PlannedSearch) -> PlannedSearch:
         asking="",
         failed=answer.failed,
         from_cache=answer.from_cache,
-        prompt=answer.prompt,
-        reply=answer.reply,
+        prompt=prompt,
+        reply=reply,
     )
 
 
@@ -339,9 +342,9 @@ def _edited(edit: LabelLevel, search: PlannedSearch) -> PlannedSearch:
     return dataclasses.replace(search, edits=edits, guidance=search.guidance.changed(edits))
 
 
-def _describe(answer: LevelsAnswer) -> str:
+def _describe(answer: LevelsAnswer, guidance: Guidance) -> str:
     if answer.failed:
-        return answer.guidance.notes[0]
+        return guidance.notes[0]
     if answer.from_cache:
         return f"levels of {answer.guidance.provider} from the cache"
     return f"levels of {answer.guidance.provider} after {answer.elapsed_ms:.0f} ms"

@@ -23,6 +23,7 @@ from app.view.view_options import ViewOptions
         ({"host": "0.0.0.0"}, "requires a login: make a file of users"),
         ({"host": "192.168.1.5"}, "IPPON_CONSOLE_PASSWORD"),
         ({"tls_cert": Path("a.pem")}, "both a certificate and its key"),
+        ({"tls_proxy": "127.0.0.1"}, "behind a TLS proxy the console requires a login"),
         ({"tls_proxy": "proxy.example.org"}, "the numeric address from which the proxy connects"),
         ({"port": 70_000}, "a port lies in 0 to 65535"),
         ({"robot": "a/**"}, "parts joined by '/'"),

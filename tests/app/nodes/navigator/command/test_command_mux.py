@@ -8,6 +8,7 @@ import re
 import threading
 import time
 from types import SimpleNamespace
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -132,6 +133,28 @@ class Bench:
     def close(self) -> None:
         self.mux.close()
         self.stream.close()
+
+
+def test_in_manual_no_place_is_given_once_frames_stop(sessions):
+    """Where goals are a topic, a stop is a goal there, and somebody may have moved the robot."""
+    given = queue.SimpleQueue()
+    stream = SimpleNamespace(
+        give=lambda _, __, pose: given.put(pose), sent=Command(), drop=lambda: None
+    )
+    mux: Any = CommandMux(
+        sessions[0], ROBOT, ZED, stream, 0.2, refusal=lambda _: None, on_takeover=lambda: None
+    )
+    bench = SimpleNamespace(mux=mux, arrays=VoxelMap(MapConfig(), ["wall", "floor"]).arrays())
+    try:
+        mux.set_mode(DriveMode.MANUAL, 1.0)
+        Bench.frame(bench)
+        poses = []
+        while not poses or poses[-1] is not None:
+            poses.append(given.get(timeout=PATIENCE_S))
+        assert poses[0] is not None
+        assert given.get(timeout=PATIENCE_S) is None
+    finally:
+        mux.close()
 
 
 @pytest.fixture

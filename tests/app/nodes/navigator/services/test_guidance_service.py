@@ -85,6 +85,23 @@ def test_without_the_model_the_names_of_rooms_stay_known(open_office):
     assert after.notes == (f"{MODEL}: HTTP 500; the embedded prior answered instead",)
 
 
+def test_what_the_model_said_before_it_failed_stays_and_is_said_to(open_office):
+    office = open_office(Model())
+    search(office)
+    office.model.may_answer.release()
+    run_next(office)
+    before = level_table(office.goals.active())
+    office.model.failed = "HTTP 500"
+    office.guidance.consult(office.goals.active().goal.goal_id)
+    office.model.may_answer.release()
+    run_next(office)
+    after = level_table(office.goals.active())
+    assert (after.provider, after.rows, after.reply) == (MODEL, before.rows, before.reply)
+    note = f"{MODEL}: HTTP 500; its levels from before stay"
+    assert office.goals.active().guidance.notes == (note,)
+    assert office.events[-1] == ("guidance", note)
+
+
 @pytest.mark.parametrize("by", ["label", "preview"])
 def test_later_levels_of_the_prior_know_the_names_of_rooms_too(open_office, by):
     office, context = open_office(), "in Anna's bedroom"
