@@ -1,5 +1,6 @@
 """Reads a sentence: the objects, their attributes and their possible places."""
 
+import string
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
@@ -25,6 +26,7 @@ MAX_CONTEXT_CHARS: Final = 2000
 MAX_SENTENCE_CHARS: Final = 2000
 """What follows is not read."""
 MAX_GOALS: Final = 20
+_AROUND: Final = string.whitespace + string.punctuation + "…“”‘’"
 _SAY_IT: Final = 'say what to look for, like "find the red mug and my keys"'
 
 
@@ -75,7 +77,7 @@ def is_name(text: str) -> bool:
     "stop").
     """
     if len(text.split()) < 2:
-        word = text.strip().lower()
+        word = text.strip(_AROUND).lower()
         order = word in ENGLISH or word in STOP or word in PRONOUNS or word in OTHER_TASKS
         return load_knowledge().find(word) is not None or not (order or other_language(text))
     request = read_request(text)

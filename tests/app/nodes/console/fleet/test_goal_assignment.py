@@ -109,6 +109,7 @@ def test_two_pages_at_once_get_two_robots_or_one_of_them_none(site):
     [
         ("  ", "Say what to look for."),
         ("hello there", "No object was found in it; say what to look for"),
+        ("Stop!", "No object was found in it; say what to look for"),
         ("wo ist mein Hut", "This looks like German"),
         ("my keys and my wallet", "2 objects are named: give one at a time."),
         ("find 200 screws", "At most 99 of one kind are counted; got 200. Ask for all of them."),

@@ -415,7 +415,9 @@ def test_letters_are_read_however_they_are_encoded(written: str, plain: str) -> 
     assert not read_request(written).doubtful
 
 
-@pytest.mark.parametrize("text", ["hat", "red hat", "coffee machine", "toy elephant", " hat "])
+@pytest.mark.parametrize(
+    "text", ["hat", "red hat", "coffee machine", "toy elephant", " hat ", "hat?", "Zyx-9"]
+)
 def test_a_name_needs_no_reading(text: str) -> None:
     assert is_name(text)
 
@@ -431,6 +433,9 @@ def test_a_name_needs_no_reading(text: str) -> None:
         "sedia",
         "Brille",
         "again",
+        "Stop!",
+        "cancel.",
+        "“No!”",
     ],
 )
 def test_more_or_less_than_a_name_is_read(text: str) -> None:
