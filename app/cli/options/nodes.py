@@ -209,7 +209,7 @@ class Review:
     """Changes for the recomputation: NAME=VALUE of the configuration, such as
     map.voxel_size_m=0.05, or guidance.levels.LABEL=LEVEL, such as guidance.levels.sofa=far."""
     out: Path | None = None
-    """Folder for the recomputed session; by default beside the recording's folder."""
+    """Folder for the recomputed session; by default `recomputed` in the session's folder."""
     port: int = 8080
     """Port of the page; 0 selects any free port."""
     language: str = "en"

@@ -206,7 +206,7 @@ class Profile:
 
     `ippon profile > scout.yaml`, edit it, `ippon profile scout.yaml --picture scout.png`, then
     `ippon navigate --profile scout.yaml`. The simulated robot takes it as well. Some robots come
-    with the program: `ippon profile spot`. `ippon profile --from-robot ippon > scout.yaml` reads
+    with the program: `ippon profile spot`. `ippon profile --from-robot ippon > camera.yaml` reads
     the camera of a robot that is connected to a navigator, and asks for the rest.
     """
 
