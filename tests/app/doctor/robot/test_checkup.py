@@ -421,3 +421,21 @@ def test_commands_that_reach_nobody_two_bridges_and_a_silent_navigator(samples, 
     assert "two bridges serve this robot: 1-a-7 and 2-b-8" in found(samples)["bridge"].detail
     goals = dataclasses.replace(profile, takes_goals=True, takes_velocities=False)
     assert found(samples, goals)["commands"].detail == "nobody listens to navigation/goal"
+
+
+def test_velocities_that_a_robot_with_goals_does_not_take_are_a_warning(samples, profile):
+    samples.takes_goals, samples.takes_velocities = True, False
+    both = dataclasses.replace(profile, takes_goals=True, takes_velocities=True)
+    line = found(samples, both)["driving by hand"]
+    assert (line.verdict, line.detail) == ("warning", "nobody listens to cmd_vel")
+    goals = dataclasses.replace(both, takes_velocities=False)
+    assert "driving by hand" not in found(samples, goals)
+
+
+def test_the_clock_of_odometry_does_not_count_where_tf_comes(samples):
+    for one in list(samples.arrivals[keys.TF]):
+        for _ in range(3):
+            samples.add(keys.ODOM, odometry(one.at_ns - DAY_NS, 0.0, 0.0, 0.0), one.at_ns)
+    assert "clock of pose" not in found(samples)
+    del samples.arrivals[keys.TF]
+    assert "24.0 hours older" in found(samples)["clock of pose"].detail
