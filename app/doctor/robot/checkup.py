@@ -57,7 +57,8 @@ def check_streams(
     findings = [*camera.findings, *clocks]
     optical = None if camera.camera is None else camera.camera.frame_id
     offset_ns = round(1e9 * clock_offset_s)
-    findings += check_frames(samples, optical, sorted(s + offset_ns for s in camera.colors))
+    stamps_ns = sorted(s + offset_ns for s in camera.colors)
+    findings += check_frames(samples, optical, stamps_ns, profile)
     if camera.camera is not None and camera.depths:
         findings.append(_check_offset(samples, camera, camera.camera, clock_offset_s))
     if profile is not None:

@@ -49,7 +49,8 @@ def check_commands(
     if goals and profile is not None and profile.takes_velocities and not samples.takes_velocities:
         findings.append(
             Finding(
-                what="driving by hand", verdict="warning", detail=f"nobody listens to {keys.CMD_VEL}",
+                what="driving by hand", verdict="warning",
+                detail=f"nobody listens to {keys.CMD_VEL}",
                 do="start the bridge with this profile, or leave `velocities` out of `takes`",
             )
         )  # fmt: skip

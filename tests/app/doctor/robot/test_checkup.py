@@ -20,6 +20,7 @@ from app.messages.motion import (
     encode_transforms,
     encode_twist,
 )
+from app.nodes.navigator.stream_conversion import NO_MOUNT
 from ippon.geometry import base_pose, make_transform
 from tests.app.messages.depth.test_depth_images import HEADER, compressed
 from tests.app.messages.depth.test_rvl import encode_rvl
@@ -105,6 +106,17 @@ def test_depth_compressed_as_rvl(samples, change):
     change(keys.DEPTH, rvl)
     line = found(samples)["depth"]
     assert line.detail.startswith("30 x 20,"), line
+
+
+def test_raw_depth_is_used_where_compressed_depth_cannot_be_read(samples, change):
+    for one in list(samples.arrivals[keys.DEPTH]):
+        raw = depth_image(one.payload, "16UC1", lambda d: np.rint(1000.0 * d).astype("<u2"))
+        samples.add(keys.DEPTH_RAW, raw, one.at_ns)
+    change(keys.DEPTH, lambda _: encode_flag(True))
+    lines = found(samples)
+    assert lines["depth"].verdict == "warning"
+    assert "uncompressed; on camera/depth/image_raw/compressedDepth: " in lines["depth"].detail
+    assert lines["depth with colour"].verdict == "ok"
 
 
 @pytest.mark.slow
@@ -299,6 +311,26 @@ def test_odometry_takes_the_place_of_tf(samples):
         samples.add(keys.ODOM, odometry(at_ns, 0.0, 0.0, 0.0), at_ns)
     line = found(samples)["pose"]
     assert (line.verdict, line.detail.startswith("odometry")) == ("ok", True)
+
+
+def test_odometry_of_a_camera_that_tilts_fails_as_in_the_navigator(samples, profile):
+    for one in samples.arrivals.pop(keys.TF):
+        samples.add(keys.ODOM, odometry(one.at_ns, 0.0, 0.0, 0.0), one.at_ns)
+    line = found(samples, profile)["odometry"]
+    assert (line.verdict, line.detail) == ("failed", NO_MOUNT)
+    fixed = dataclasses.replace(profile, min_tilt_rad=0.0, max_tilt_rad=0.0)
+    assert found(samples, fixed)["pose"].verdict == "ok"
+
+
+def test_a_camera_whose_pose_is_tracked_needs_no_tf(samples, profile):
+    del samples.arrivals[keys.TF]
+    held = dataclasses.replace(profile, tracks_pose=True, takes_velocities=False)
+    lines = found(samples, held)
+    assert "tf" not in lines
+    assert lines["pose"].verdict == "warning"
+    assert lines["pose"].do.startswith("point the camera at something")
+    samples.navigator = False
+    assert found(samples, held)["pose"].do == "start `ippon navigate` with this profile"
 
 
 @pytest.mark.parametrize(
