@@ -46,6 +46,17 @@ def check_commands(
             )
         )  # fmt: skip
         return findings
+    if samples.onlookers and not (samples.bridges or samples.simulated):
+        # Console and recorder subscribe to commands, too.
+        findings.append(
+            Finding(
+                what="commands", verdict="warning",
+                detail=f"it is not known whether the robot listens to {key}: a console, viewer or "
+                "recorder is there, which may be the only listener",
+                do="close it, and check again",
+            )
+        )  # fmt: skip
+        return findings
     if goals and profile is not None and profile.takes_velocities and not samples.takes_velocities:
         findings.append(
             Finding(

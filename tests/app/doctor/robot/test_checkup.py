@@ -471,3 +471,14 @@ def test_the_clock_of_odometry_does_not_count_where_tf_comes(samples):
     assert "clock of pose" not in found(samples)
     del samples.arrivals[keys.TF]
     assert "24.0 hours older" in found(samples)["clock of pose"].detail
+
+
+def test_a_console_or_recorder_is_no_robot_that_takes_commands(samples):
+    samples.onlookers = True
+    line = found(samples)["commands"]
+    assert line.verdict == "warning"
+    assert line.detail.startswith("it is not known whether the robot listens to cmd_vel")
+    samples.bridges = ("r/alive/ros2/1-a-7",)
+    assert "the navigator is silent" in found(samples)["commands"].detail
+    samples.bridges, samples.simulated = (), True
+    assert "the navigator is silent" in found(samples)["commands"].detail

@@ -45,6 +45,22 @@ def test_who_listens_itself_takes_no_commands(sessions):
     assert not samples.takes_goals
 
 
+def test_a_recorder_is_told_from_a_simulated_robot(sessions):
+    robot, doctor = sessions
+    recorder = robot.declare_subscriber("r/**", lambda _: None)
+    samples = listen(doctor, "r", 1.0)
+    assert samples.takes_velocities
+    assert samples.onlookers
+    assert not samples.simulated
+    recorder.undeclare()
+    truth = robot.declare_queryable(f"r/{keys.SIM_TRUTH}", lambda _: None)
+    velocities = robot.declare_subscriber(f"r/{keys.CMD_VEL}", lambda _: None)
+    samples = listen(doctor, "r", 1.0)
+    assert (samples.takes_velocities, samples.onlookers, samples.simulated) == (True, False, True)
+    truth.undeclare()
+    velocities.undeclare()
+
+
 def test_of_many_images_only_the_last_stay_whole():
     samples = Samples(seconds=1.0)
     for k in range(2 * MOST_KEPT):
