@@ -46,6 +46,8 @@ class Samples:
     takes_velocities: bool = False
     """Somebody subscribes to `cmd_vel`."""
     takes_goals: bool = False
+    is_mount_assumed: bool = False
+    """The poses of the camera are computed with the mount of a profile: they do not measure it."""
     simulated: bool = False
     """Somebody serves the ground truth of a simulated robot, which takes commands."""
     onlookers: bool = False
@@ -88,6 +90,14 @@ def listen(session: zenoh.Session, robot: str, seconds: float = SECONDS) -> Samp
             lambda payload, key=key: keep(key, payload),
             kept=key == keys.TF_STATIC,
         )
+
+    def note_origin(sample: zenoh.Sample) -> None:
+        attached = sample.attachment
+        if attached is not None and attached.to_bytes() == keys.COMPUTED:
+            samples.is_mount_assumed = True
+
+    handler: Any = zenoh.handlers.Callback(note_origin, indirect=False)
+    session.declare_subscriber(f"{robot}/{keys.TF}", handler)
     # The subscriptions of this session do not count.
     probes = [
         session.declare_publisher(f"{robot}/{key}", allowed_destination=zenoh.Locality.REMOTE)

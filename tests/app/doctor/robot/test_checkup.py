@@ -443,6 +443,13 @@ def test_a_profile_of_another_robot(samples, profile):
     assert "1.20 m above the base, the profile says 0.60 m" in line.detail
 
 
+def test_a_mount_that_the_navigator_assumes_is_not_compared(samples, profile):
+    samples.is_mount_assumed = True
+    line = found(samples, profile)["profile"]
+    assert line.verdict == "ok"
+    assert "height, place and tilt are not compared" in line.detail
+
+
 @pytest.mark.slow
 def test_commands_that_reach_nobody_two_bridges_and_a_silent_navigator(samples, profile):
     line = found(samples)["commands"]
