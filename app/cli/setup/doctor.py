@@ -7,6 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Final
 
+import zenoh
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
@@ -23,8 +24,9 @@ from app.doctor.robot.checkup import check_robot
 from app.doctor.robot.recorded import SECONDS as CHECKED_S
 from app.doctor.robot.recorded import check_bag
 from app.doctor.robot.ros_graph import RosGraph
-from app.doctor.robot.samples import SECONDS, listen
+from app.doctor.robot.samples import SECONDS, Samples, listen
 from app.errors import UsageError
+from app.links.fleet.navigators import live_navigators
 from app.links.network.session import LinkError, open_client
 from app.recording.errors import RecordingError
 from app.recording.reading.repair import RecordingCheck, check
@@ -113,7 +115,11 @@ def _robot_findings(command: Doctor) -> list[Finding]:
     try:
         _tell(f"{robot} at {endpoint}, {SECONDS:g} s of its messages")
         samples = listen(session, robot)
-        found = [] if graph is None else graph.check()
+        found = _check_name(session, robot, samples)
+        if graph is not None:
+            # It says whether the robot's nodes take commands.
+            samples.onlookers = False
+            found += graph.check()
         if named is None:
             return [*found, *check_robot(samples, None, 0.0)]
         return [*found, *check_robot(samples, named.profile, named.clock_offset_s)]
@@ -121,6 +127,21 @@ def _robot_findings(command: Doctor) -> list[Finding]:
         if graph is not None:
             graph.close()
         session.close()  # pyright: ignore[reportUnknownMemberType]
+
+
+def _check_name(session: zenoh.Session, robot: str, samples: Samples) -> list[Finding]:
+    """Return a line where the router has navigators, and none of this name."""
+    names = [] if samples.navigator else live_navigators(session)
+    if not names or robot in names:
+        return []
+    return [
+        Finding(
+            # A robot may have its messages carried by the navigator of another one.
+            what="navigator", verdict="warning" if samples.arrivals else "missing",
+            detail=f"no navigator of {robot} on this router; there is {', '.join(names[:6])}",
+            do=f"name the robot, for example with --robot {names[0]}",
+        )
+    ]  # fmt: skip
 
 
 def _print_table(findings: Sequence[Finding], title: str) -> None:

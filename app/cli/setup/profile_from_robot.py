@@ -1,5 +1,6 @@
 """`ippon profile --from-robot`: reads the camera of a live robot and asks for the rest."""
 
+import json
 import sys
 from collections.abc import Callable
 from typing import Final
@@ -69,7 +70,7 @@ def write_profile(name: str, measured: MeasuredCamera, ask: Ask | None) -> str:
     if abs(measured.left_m) > 0.02:
         aside = f"  # It is {measured.left_m:.2f} m to the left; it is taken to be in the middle.\n"
     return f"""# Read: from the robot's messages. Answered: by you. Typical: measure it.
-name: {name}
+name: {json.dumps(name)}
 
 body:
   radius_m: {lines["radius_m"]}

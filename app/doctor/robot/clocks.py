@@ -122,10 +122,11 @@ def _offsets_s(samples: Samples) -> dict[str, np.ndarray[tuple[int], np.dtype[np
     streams = {
         "colour": (keys.COLOR, keys.COLOR_RAW),
         "depth": (keys.DEPTH, keys.DEPTH_RAW),
-        "pose": (keys.ODOM,),
+        # As the navigator does: odometry counts where no tf comes.
+        "pose": () if samples.arrivals.get(keys.TF) else (keys.ODOM,),
     }
     for name, topics in streams.items():
-        _, arrivals = samples.of(*topics)
+        arrivals = samples.of(*topics)[1] if topics else []
         pairs = [(a.at_ns, a.stamp_ns) for a in arrivals if a.stamp_ns is not None]
         found[name] = [1e-9 * (at - stamp) for at, stamp in pairs]
     for arrival in samples.arrivals.get(keys.TF, []):

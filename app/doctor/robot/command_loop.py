@@ -46,6 +46,25 @@ def check_commands(
             )
         )  # fmt: skip
         return findings
+    if samples.onlookers and not (samples.bridges or samples.simulated):
+        # Console and recorder subscribe to commands, too.
+        findings.append(
+            Finding(
+                what="commands", verdict="warning",
+                detail=f"it is not known whether the robot listens to {key}: a console, viewer or "
+                "recorder is there, which may be the only listener",
+                do="close it, and check again",
+            )
+        )  # fmt: skip
+        return findings
+    if goals and profile is not None and profile.takes_velocities and not samples.takes_velocities:
+        findings.append(
+            Finding(
+                what="driving by hand", verdict="warning",
+                detail=f"nobody listens to {keys.CMD_VEL}",
+                do="start the bridge with this profile, or leave `velocities` out of `takes`",
+            )
+        )  # fmt: skip
     commands = keys.NAVIGATION_ACTIVE if goals else keys.CMD_VEL
     if expects_commands or samples.arrivals.get(commands):
         findings.append(_loop(samples, key, goals=goals))

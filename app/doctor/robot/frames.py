@@ -20,25 +20,35 @@ from app.messages.motion import (
     read_transforms,
 )
 from app.nodes.navigator.localization.odometry_frame import OdometryFrame
+from app.nodes.navigator.stream_conversion import NO_MOUNT
+from ippon.robot import RobotProfile
 
 JUMP_M: Final = 0.5
 """Step of the pose between two messages that no robot makes."""
 SLOW_HZ: Final = 5.0
 
 
-def check_frames(samples: Samples, optical: str | None, stamps_ns: list[int]) -> list[Finding]:
+def check_frames(
+    samples: Samples,
+    optical: str | None,
+    stamps_ns: list[int],
+    profile: RobotProfile | None = None,
+) -> list[Finding]:
     """Check that tf is a tree that leads from `map` through `base_link` to the camera.
 
     Args:
         samples: What the robot sent.
         optical: Frame that camera_info names; None if unknown.
         stamps_ns: Stamps of the images.
+        profile: Says how the camera is carried; None if unknown.
     """
+    if profile is not None and profile.tracks_pose and not samples.arrivals.get(keys.TF):
+        return [_untracked(samples)]
     moving, problem = read_all(samples.arrivals.get(keys.TF, []), decode_transforms)
     fixed, fixed_problem = read_all(samples.arrivals.get(keys.TF_STATIC, []), decode_transforms)
     # As the navigator does: odometry counts where no tf comes.
     if not samples.arrivals.get(keys.TF) and samples.arrivals.get(keys.ODOM):
-        return _check_odometry(samples, [t for _, ts in fixed for t in ts], optical)
+        return _check_odometry(samples, [t for _, ts in fixed for t in ts], optical, profile)
     if not moving and not fixed:
         return [unreadable("tf", keys.TF, samples.arrivals.get(keys.TF, []), problem)]
     parents: dict[str, set[str]] = {}
@@ -55,9 +65,17 @@ def check_frames(samples: Samples, optical: str | None, stamps_ns: list[int]) ->
         return findings
     buffer = TransformBuffer(history=MOST_POSES)
     poses: list[StampedTransform] = []
-    for transforms, is_fixed in (*((t, True) for _, t in fixed), *((t, False) for _, t in moving)):
-        for transform in transforms:
-            buffer.add(transform, fixed=is_fixed)
+    try:
+        for read, is_fixed in ((fixed, True), (moving, False)):
+            for transform in (t for _, transforms in read for t in transforms):
+                buffer.add(transform, fixed=is_fixed)
+    except MessageError as error:
+        return [
+            Finding(
+                what="tf", verdict="failed", detail=str(error),
+                do="publish fewer; give each of several robots its own prefix",
+            )
+        ]  # fmt: skip
     for stamp in stamps_ns:
         T = buffer.lookup(WORLD_FRAME, BASE_FRAME, stamp)
         if T is not None:
@@ -67,6 +85,20 @@ def check_frames(samples: Samples, optical: str | None, stamps_ns: list[int]) ->
                 )
             )
     return [_judge(poses, len(stamps_ns), len(parents) + 1, rate_hz(samples.of(keys.TF)[1]))]
+
+
+def _untracked(samples: Samples) -> Finding:
+    """Return the line of a camera whose pose the navigator finds by its images, and has not yet."""
+    if samples.navigator:
+        return Finding(
+            what="pose", verdict="warning", detail="the navigator has not found the camera's place",
+            do="point the camera at something that it has seen before, at the start at furniture "
+            "with floor in front of it, and hold it still for a moment",
+        )  # fmt: skip
+    return Finding(
+        what="pose", verdict="warning", detail="no navigator tracks the camera by its images",
+        do="start `ippon navigate` with this profile",
+    )  # fmt: skip
 
 
 def _refused(samples: Samples, *problems: str) -> list[str]:
@@ -183,8 +215,13 @@ def _judge_motion(poses: list[StampedTransform], detail: str, hz: float) -> Find
 
 
 def _check_odometry(
-    samples: Samples, fixed: list[StampedTransform], optical: str | None
+    samples: Samples,
+    fixed: list[StampedTransform],
+    optical: str | None,
+    profile: RobotProfile | None,
 ) -> list[Finding]:
+    if profile is not None and profile.can_tilt:
+        return [Finding(what="odometry", verdict="failed", detail=NO_MOUNT)]
     arrivals = samples.arrivals[keys.ODOM]
     read, problem = read_all(arrivals, decode_odometry)
     if not read:

@@ -1,7 +1,7 @@
 """Colour, depth and intrinsics of a robot's camera."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final, TypeVar
 
 import numpy as np
@@ -114,9 +114,15 @@ def _check_color(samples: Samples, check: CameraCheck) -> None:
 def _check_depth(samples: Samples, check: CameraCheck) -> None:
     key, arrivals = samples.of(keys.DEPTH, keys.DEPTH_RAW)
     read, problem = read_all(arrivals, DEPTH_DECODERS[key])
+    unused = ""
     if not read:
-        check.findings.append(unreadable("depth", key, arrivals, problem))
-        return
+        # As the navigator does: uncompressed images count where no others can be read.
+        raw = samples.arrivals.get(keys.DEPTH_RAW, [])
+        read, _ = read_all(raw, DEPTH_DECODERS[keys.DEPTH_RAW])
+        if not read:
+            check.findings.append(unreadable("depth", key, arrivals, problem))
+            return
+        arrivals, unused = raw, f"uncompressed; on {key}: {problem}"
     check.depths = {image.stamp_ns: image.depth for _, image in read}
     image = read[-1][1].depth
     valid = np.concatenate([one.depth[one.depth > 0.0] for _, one in read])
@@ -131,7 +137,13 @@ def _check_depth(samples: Samples, check: CameraCheck) -> None:
             )
         )  # fmt: skip
         return
-    check.findings.append(_judge_depth(valid, share, size, hz))
+    finding = _judge_depth(valid, share, size, hz)
+    if unused and finding.verdict == "ok":
+        finding = replace(
+            finding, verdict="warning", detail=f"{finding.detail}, {unused}",
+            do="correct the topic of compressed depth, or leave it out",
+        )  # fmt: skip
+    check.findings.append(finding)
 
 
 def _judge_depth(valid: NDArray[np.float32], share: float, size: str, hz: float) -> Finding:

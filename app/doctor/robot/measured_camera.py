@@ -23,7 +23,7 @@ class MeasuredCamera:
     height: int
     horizontal_fov_deg: float
     height_m: float | None
-    """Above the base's frame; this and the next two are None without tf."""
+    """Above the base's frame; this and the next two are None without tf of the robot itself."""
     forward_m: float | None
     tilt_deg: float | None
     """Of the optical axis above the horizon."""
@@ -53,7 +53,7 @@ def measure_camera(samples: Samples) -> MeasuredCamera:
     frame = last_frame(samples, check)
     place: tuple[float | None, float | None, float | None] = (None, None, None)
     left_m = 0.0
-    if frame is not None:
+    if frame is not None and not samples.is_mount_assumed:
         T_base_camera = invert_transform(frame.T_world_base) @ frame.T_world_camera
         forward_m, left_m, height_m = (float(x) for x in T_base_camera[:3, 3])
         up = float(np.clip(T_base_camera[2, 2], -1.0, 1.0))

@@ -75,7 +75,7 @@ def read_samples(
     Raises:
         DatasetError: It lacks a topic, or none of its colour images can be read.
     """
-    samples, info = Samples(seconds=SECONDS), None
+    samples, info = Samples(seconds=SECONDS, is_mount_assumed=bool(poses.camera_frame)), None
     messages = bag_messages(
         path,
         0.0,

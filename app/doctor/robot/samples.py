@@ -46,6 +46,12 @@ class Samples:
     takes_velocities: bool = False
     """Somebody subscribes to `cmd_vel`."""
     takes_goals: bool = False
+    is_mount_assumed: bool = False
+    """The poses of the camera are computed with the mount of a profile: they do not measure it."""
+    simulated: bool = False
+    """Somebody serves the ground truth of a simulated robot, which takes commands."""
+    onlookers: bool = False
+    """Somebody subscribes to events, as console, viewers and recorder do, and no robot."""
 
     def of(self, *topics: str) -> tuple[str, list[Arrival]]:
         """Return the first of these keys that has messages, and them; the first key without."""
@@ -84,21 +90,31 @@ def listen(session: zenoh.Session, robot: str, seconds: float = SECONDS) -> Samp
             lambda payload, key=key: keep(key, payload),
             kept=key == keys.TF_STATIC,
         )
+
+    def note_origin(sample: zenoh.Sample) -> None:
+        attached = sample.attachment
+        if attached is not None and attached.to_bytes() == keys.COMPUTED:
+            samples.is_mount_assumed = True
+
+    handler: Any = zenoh.handlers.Callback(note_origin, indirect=False)
+    session.declare_subscriber(f"{robot}/{keys.TF}", handler)
     # The subscriptions of this session do not count.
     probes = [
         session.declare_publisher(f"{robot}/{key}", allowed_destination=zenoh.Locality.REMOTE)
-        for key in (keys.CMD_VEL, keys.NAVIGATION_GOAL)
+        for key in (keys.CMD_VEL, keys.NAVIGATION_GOAL, keys.EVENT)
     ]
+    truth = session.declare_querier(f"{robot}/{keys.SIM_TRUTH}")
     time.sleep(seconds)
     samples.bridges = _tokens(session, f"{robot}/alive/ros2/*")
     samples.navigator = bool(_tokens(session, f"{robot}/{keys.NAVIGATOR_ALIVE}"))
-    samples.takes_velocities, samples.takes_goals = (_is_heard(one) for one in probes)
+    samples.takes_velocities, samples.takes_goals, samples.onlookers = map(_is_heard, probes)
+    samples.simulated = _is_heard(truth)
     with lock:
         return samples
 
 
-def _is_heard(publisher: zenoh.Publisher) -> bool:
-    status: Any = publisher.matching_status
+def _is_heard(probe: zenoh.Publisher | zenoh.Querier) -> bool:
+    status: Any = probe.matching_status
     return bool(status.matching)
 
 

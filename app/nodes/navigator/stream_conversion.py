@@ -177,4 +177,4 @@ class StreamConverter:
 
     def _send(self, topic: str, payload: bytes) -> None:
         self._intake.inject(topic, payload)
-        self._put[topic](payload)
+        self._put[topic](payload, attachment=keys.COMPUTED if topic == keys.TF else None)

@@ -181,7 +181,7 @@ class PoseTracker:
         self._intake.inject(keys.TF, payload)
         self._intake.wake()
         try:
-            self._put(payload)
+            self._put(payload, attachment=keys.COMPUTED)
         except zenoh.ZError as error:
             logger.debug("a pose was not sent on: %s", error)
 

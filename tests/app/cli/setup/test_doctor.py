@@ -31,6 +31,7 @@ def listened(monkeypatch):
     session = SimpleNamespace(close=lambda: heard.append("closed"))
     monkeypatch.setattr(doctor, "open_client", lambda endpoint: heard.append(endpoint) or session)
     monkeypatch.setattr(doctor, "listen", listen)
+    monkeypatch.setattr(doctor, "live_navigators", lambda _: [])
     return heard
 
 
@@ -41,6 +42,17 @@ def test_a_silent_robot_fails_with_a_line_for_each_stream(listened, capsys):
     lines = json.loads(capsys.readouterr().out)
     assert [one["what"] for one in lines] == ["colour", "depth", "intrinsics", "tf", "commands"]
     assert all(one["verdict"] == "failed" and one["do"] for one in lines)
+
+
+def test_a_name_that_no_navigator_has_is_said_first(listened, capsys, monkeypatch):
+    monkeypatch.setattr(doctor, "live_navigators", lambda _: ["fleet/one", "two"])
+    command = Doctor(robot="scout", connect="tcp/127.0.0.1:1", json=True)
+    assert doctor.run_doctor(command) == doctor.EXIT_UNWELL
+    first = json.loads(capsys.readouterr().out)[0]
+    assert (first["what"], first["verdict"]) == ("navigator", "missing")
+    assert first["detail"] == "no navigator of scout on this router; there is fleet/one, two"
+    assert first["do"] == "name the robot, for example with --robot fleet/one"
+    assert listened[1] == "scout"
 
 
 def test_the_table_says_what_to_do(listened, capsys):

@@ -32,6 +32,13 @@ def test_what_is_read_and_what_is_answered_becomes_a_profile(tmp_path, capsys):
     assert "a number is needed; got 'tall'" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("name", ["7", "off", "a: b", "Büro"])
+def test_a_name_that_yaml_takes_for_something_else_is_read_back(name, tmp_path):
+    path = tmp_path / "robot.yaml"
+    path.write_text(write_profile(name, CAMERA, None), "utf-8")
+    assert read_profile(str(path)).name == name
+
+
 def test_a_level_camera_has_no_tilt_of_rounding_errors():
     level = replace(CAMERA, tilt_deg=-4.37e-15, forward_m=2e-17)
     text = write_profile("scout", level, None)

@@ -20,6 +20,7 @@ from app.messages.motion import (
     encode_transforms,
     encode_twist,
 )
+from app.nodes.navigator.stream_conversion import NO_MOUNT
 from ippon.geometry import base_pose, make_transform
 from tests.app.messages.depth.test_depth_images import HEADER, compressed
 from tests.app.messages.depth.test_rvl import encode_rvl
@@ -105,6 +106,17 @@ def test_depth_compressed_as_rvl(samples, change):
     change(keys.DEPTH, rvl)
     line = found(samples)["depth"]
     assert line.detail.startswith("30 x 20,"), line
+
+
+def test_raw_depth_is_used_where_compressed_depth_cannot_be_read(samples, change):
+    for one in list(samples.arrivals[keys.DEPTH]):
+        raw = depth_image(one.payload, "16UC1", lambda d: np.rint(1000.0 * d).astype("<u2"))
+        samples.add(keys.DEPTH_RAW, raw, one.at_ns)
+    change(keys.DEPTH, lambda _: encode_flag(True))
+    lines = found(samples)
+    assert lines["depth"].verdict == "warning"
+    assert "uncompressed; on camera/depth/image_raw/compressedDepth: " in lines["depth"].detail
+    assert lines["depth with colour"].verdict == "ok"
 
 
 @pytest.mark.slow
@@ -301,6 +313,26 @@ def test_odometry_takes_the_place_of_tf(samples):
     assert (line.verdict, line.detail.startswith("odometry")) == ("ok", True)
 
 
+def test_odometry_of_a_camera_that_tilts_fails_as_in_the_navigator(samples, profile):
+    for one in samples.arrivals.pop(keys.TF):
+        samples.add(keys.ODOM, odometry(one.at_ns, 0.0, 0.0, 0.0), one.at_ns)
+    line = found(samples, profile)["odometry"]
+    assert (line.verdict, line.detail) == ("failed", NO_MOUNT)
+    fixed = dataclasses.replace(profile, min_tilt_rad=0.0, max_tilt_rad=0.0)
+    assert found(samples, fixed)["pose"].verdict == "ok"
+
+
+def test_a_camera_whose_pose_is_tracked_needs_no_tf(samples, profile):
+    del samples.arrivals[keys.TF]
+    held = dataclasses.replace(profile, tracks_pose=True, takes_velocities=False)
+    lines = found(samples, held)
+    assert "tf" not in lines
+    assert lines["pose"].verdict == "warning"
+    assert lines["pose"].do.startswith("point the camera at something")
+    samples.navigator = False
+    assert found(samples, held)["pose"].do == "start `ippon navigate` with this profile"
+
+
 @pytest.mark.parametrize(
     ("child", "verdict"),
     [("base_link", "ok"), ("base_footprint", "ok"), ("wheel", "failed"), ("mast", "failed")],
@@ -411,6 +443,13 @@ def test_a_profile_of_another_robot(samples, profile):
     assert "1.20 m above the base, the profile says 0.60 m" in line.detail
 
 
+def test_a_mount_that_the_navigator_assumes_is_not_compared(samples, profile):
+    samples.is_mount_assumed = True
+    line = found(samples, profile)["profile"]
+    assert line.verdict == "ok"
+    assert "height, place and tilt are not compared" in line.detail
+
+
 @pytest.mark.slow
 def test_commands_that_reach_nobody_two_bridges_and_a_silent_navigator(samples, profile):
     line = found(samples)["commands"]
@@ -421,3 +460,32 @@ def test_commands_that_reach_nobody_two_bridges_and_a_silent_navigator(samples, 
     assert "two bridges serve this robot: 1-a-7 and 2-b-8" in found(samples)["bridge"].detail
     goals = dataclasses.replace(profile, takes_goals=True, takes_velocities=False)
     assert found(samples, goals)["commands"].detail == "nobody listens to navigation/goal"
+
+
+def test_velocities_that_a_robot_with_goals_does_not_take_are_a_warning(samples, profile):
+    samples.takes_goals, samples.takes_velocities = True, False
+    both = dataclasses.replace(profile, takes_goals=True, takes_velocities=True)
+    line = found(samples, both)["driving by hand"]
+    assert (line.verdict, line.detail) == ("warning", "nobody listens to cmd_vel")
+    goals = dataclasses.replace(both, takes_velocities=False)
+    assert "driving by hand" not in found(samples, goals)
+
+
+def test_the_clock_of_odometry_does_not_count_where_tf_comes(samples):
+    for one in list(samples.arrivals[keys.TF]):
+        for _ in range(3):
+            samples.add(keys.ODOM, odometry(one.at_ns - DAY_NS, 0.0, 0.0, 0.0), one.at_ns)
+    assert "clock of pose" not in found(samples)
+    del samples.arrivals[keys.TF]
+    assert "24.0 hours older" in found(samples)["clock of pose"].detail
+
+
+def test_a_console_or_recorder_is_no_robot_that_takes_commands(samples):
+    samples.onlookers = True
+    line = found(samples)["commands"]
+    assert line.verdict == "warning"
+    assert line.detail.startswith("it is not known whether the robot listens to cmd_vel")
+    samples.bridges = ("r/alive/ros2/1-a-7",)
+    assert "the navigator is silent" in found(samples)["commands"].detail
+    samples.bridges, samples.simulated = (), True
+    assert "the navigator is silent" in found(samples)["commands"].detail

@@ -14,6 +14,13 @@ def test_lens_and_mount_are_those_of_the_robot(samples):
     assert camera.tilt_deg == pytest.approx(0.0, abs=1e-6)
 
 
+def test_a_mount_that_the_navigator_assumes_is_not_measured(samples):
+    samples.is_mount_assumed = True
+    camera = measure_camera(samples)
+    assert (camera.height_m, camera.forward_m, camera.tilt_deg) == (None, None, None)
+    assert camera.left_m == 0.0
+
+
 def test_without_tf_the_mount_is_unknown_and_without_intrinsics_all_is(samples):
     del samples.arrivals[keys.TF]
     camera = measure_camera(samples)

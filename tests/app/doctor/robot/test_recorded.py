@@ -106,6 +106,17 @@ def test_odometry_of_a_moment_when_it_was_lost_is_skipped_and_told(samples, tmp_
     assert lost.detail.startswith("odom: 1 skipped as unreadable; the first: tf 'odom' -> ")
 
 
+def test_a_mount_that_a_bag_lacks_is_not_compared_with_itself(samples, profile, tmp_path):
+    for one in samples.arrivals.pop(keys.TF):
+        base = decode_transforms(one.payload)[0]
+        x, y = base.T_parent_child[:2, 3]
+        samples.add(keys.ODOM, odometry(base.stamp_ns, x, y, 0.0), one.at_ns)
+    robot = BagRobot(T_base_camera=profile.T_base_camera(0.0))
+    *_, last = check_bag(_bag(tmp_path / "bag", samples), robot, profile, 3.0)
+    assert (last.what, last.verdict) == ("profile", "ok")
+    assert "height, place and tilt are not compared" in last.detail
+
+
 def test_a_bag_without_a_readable_colour_image_is_told_so(samples, tmp_path, capsys):
     for one in samples.arrivals.pop(keys.COLOR):
         color = decode_color(one.payload)

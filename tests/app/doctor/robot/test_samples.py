@@ -3,6 +3,8 @@
 import threading
 import time
 
+import pytest
+
 from app.doctor.robot.samples import MOST_KEPT, Samples, listen
 from app.messages import keys
 from app.messages.motion import StampedTwist, encode_twist
@@ -43,6 +45,40 @@ def test_who_listens_itself_takes_no_commands(sessions):
     samples = listen(sessions[1], "r", 0.2)
     assert not samples.takes_velocities
     assert not samples.takes_goals
+
+
+@pytest.mark.parametrize("attachment", [None, keys.COMPUTED])
+def test_tf_that_the_navigator_computed_is_noted(sessions, attachment):
+    navigator, doctor = sessions
+    stop = threading.Event()
+
+    def speak():
+        while not stop.wait(0.02):
+            navigator.put(f"r/{keys.TF}", b"", attachment=attachment)
+
+    speaker = threading.Thread(target=speak)
+    speaker.start()
+    samples = listen(doctor, "r", 1.0)
+    stop.set()
+    speaker.join()
+    assert samples.arrivals[keys.TF]
+    assert samples.is_mount_assumed == (attachment is not None)
+
+
+def test_a_recorder_is_told_from_a_simulated_robot(sessions):
+    robot, doctor = sessions
+    recorder = robot.declare_subscriber("r/**", lambda _: None)
+    samples = listen(doctor, "r", 1.0)
+    assert samples.takes_velocities
+    assert samples.onlookers
+    assert not samples.simulated
+    recorder.undeclare()
+    truth = robot.declare_queryable(f"r/{keys.SIM_TRUTH}", lambda _: None)
+    velocities = robot.declare_subscriber(f"r/{keys.CMD_VEL}", lambda _: None)
+    samples = listen(doctor, "r", 1.0)
+    assert (samples.takes_velocities, samples.onlookers, samples.simulated) == (True, False, True)
+    truth.undeclare()
+    velocities.undeclare()
 
 
 def test_of_many_images_only_the_last_stay_whole():

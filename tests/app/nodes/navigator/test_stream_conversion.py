@@ -105,6 +105,7 @@ def test_raw_images_and_odometry_make_frames_and_go_to_the_others(make, sessions
         time.sleep(0.01)
     names = {(t.parent, t.child) for t in decode_transforms(heard[keys.TF].payload.to_bytes())}
     assert names == {("map", "base_link"), ("base_link", "optical")}
+    assert heard[keys.TF].attachment.to_bytes() == keys.COMPUTED
     del subscribers
 
 

@@ -75,7 +75,10 @@ def hand():
 
 @pytest.mark.slow
 def test_images_alone_give_frames_with_the_base_on_the_floor_behind_the_camera(hand):
+    sent = []
+    hand.tracker._put = lambda _, attachment: sent.append(attachment)
     frames = [hand.send(k) for k in range(6)]
+    assert set(sent) == {keys.COMPUTED}
     assert all(frame is not None for frame in frames)
     last = frames[-1]
     assert abs(last.T_world_base[2, 3]) < 1e-9
