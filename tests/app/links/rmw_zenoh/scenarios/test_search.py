@@ -93,4 +93,5 @@ def test_a_robot_behind_its_own_router_finds_a_hat(launch, tmp_path, free_endpoi
         node.close()
         router.close()
     assert status == 0, (out, ask.log(), navigator.log())
-    assert robot.world.collisions == 0
+    # A search touches 0.07 to 0.14 times, mostly corners of tables (docs/results.md, Contacts).
+    assert robot.world.collisions <= 2
