@@ -1,6 +1,7 @@
-"""Obstacles near the robot, from the map and the newest image, and the body's clearance."""
+"""Obstacles and drops near the robot, from map and newest image, and the body's clearance."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +10,12 @@ from ippon.compiling import njit
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, transform_points, yaw_of
 from ippon.mapping.arrays import OCCUPIED, MapArrays
-from ippon.planning.terrain.obstacle_columns import HeightBands
+from ippon.planning.terrain.obstacle_columns import (
+    DROP_COLUMNS,
+    FLOOR_ABSENT,
+    HeightBands,
+    floor_of_column,
+)
 from ippon.planning.voxel_lookup import block_row
 from ippon.robot import RobotProfile, disc_centres
 
@@ -20,6 +26,20 @@ _MOST_PIXELS = 6000
 """Pixels of a depth image that are used at most, on a regular raster."""
 _FEWEST_POINTS = 4
 """Least number of points in a column that count as an obstacle: fewer may be depth noise."""
+
+
+class Hazards(NamedTuple):
+    """What a body near it must not reach: (M, 2) float64 world x and y each, metres."""
+
+    obstacles: Float64Array
+    """At the height of the body."""
+    drops: Float64Array
+    """Where the floor ends: stairs that lead down, an edge."""
+
+    @property
+    def all(self) -> Float64Array:
+        """Both."""
+        return np.concatenate(self) if len(self.drops) else self.obstacles
 
 
 def mapped_obstacles(
@@ -73,14 +93,71 @@ def _mapped_obstacles_kernel(arrays, x, y, radius, low, high, out):
     return count
 
 
-def obstacles_around(
+def mapped_drops(
+    arrays: MapArrays, robot: RobotProfile, T_world_base: Float64Array, radius_m: float
+) -> Float64Array:
+    """List the columns in which the map shows that the floor ends, as the planner reads it.
+
+    A robot that stands where the map shows a drop is not at the height that the map has there, so
+    its drops are not believed.
+
+    Args:
+        arrays: The map.
+        robot: Its step height.
+        T_world_base: Pose of the robot.
+        radius_m: Radius of the search around it.
+
+    Returns:
+        (M, 2) float64 world x and y of their centres, metres.
+    """
+    v = arrays.voxel_size
+    bands = HeightBands.of(robot, float(T_world_base[2, 3]), v)
+    x, y = T_world_base[:2, 3].tolist()
+    side = 2 * math.ceil(radius_m / v) + 5
+    absent = np.empty((side, side), dtype=np.bool_)
+    out = np.empty((side * side, 2), dtype=np.float64)
+    count = _drops_kernel(arrays, x, y, radius_m, bands.floor_low, bands.floor_high, absent, out)
+    return out[:count]
+
+
+@njit(cache=True, nogil=True)
+def _drops_kernel(arrays, x, y, radius, low, high, absent, out):
+    v, side = arrays.voxel_size, absent.shape[0]
+    middle = side // 2
+    i0, j0 = math.floor(x / v) - middle, math.floor(y / v) - middle
+    some = False
+    for a in range(side):
+        for b in range(side):
+            absent[a, b] = floor_of_column(arrays, i0 + a, j0 + b, low, high) == FLOOR_ABSENT
+            some = some or absent[a, b]
+    count = 0
+    if not some:
+        return count
+    for a in range(1, side - 1):
+        for b in range(1, side - 1):
+            columns = 0
+            for c in range(a - 1, a + 2):
+                for d in range(b - 1, b + 2):
+                    columns += 1 if absent[c, d] else 0
+            if columns < DROP_COLUMNS:
+                continue
+            if a == middle and b == middle:
+                return 0
+            cx, cy = (i0 + a + 0.5) * v, (j0 + b + 0.5) * v
+            if (cx - x) ** 2 + (cy - y) ** 2 <= radius * radius:
+                out[count, 0], out[count, 1] = cx, cy
+                count += 1
+    return count
+
+
+def hazards_around(
     arrays: MapArrays,
     robot: RobotProfile,
     T_world_base: Float64Array,
     radius_m: float,
-    frame: Frame | None,
-) -> Float64Array:
-    """List the obstacles of the map and, where there is one, of the newest image.
+    frame: Frame | None = None,
+) -> Hazards:
+    """List the obstacles of the map and, where there is one, of the newest image, and the drops.
 
     Args:
         arrays: The map.
@@ -90,12 +167,13 @@ def obstacles_around(
         frame: The newest image; None for the map alone.
 
     Returns:
-        (M, 2) float64 world x and y, metres; see `mapped_obstacles` and `observed_obstacles`.
+        See `mapped_obstacles`, `observed_obstacles` and `mapped_drops`.
     """
-    mapped = mapped_obstacles(arrays, robot, T_world_base, radius_m)
-    if frame is None:
-        return mapped
-    return np.concatenate([mapped, observed_obstacles(frame, robot, arrays.voxel_size, radius_m)])
+    obstacles = mapped_obstacles(arrays, robot, T_world_base, radius_m)
+    if frame is not None:
+        seen = observed_obstacles(frame, robot, arrays.voxel_size, radius_m)
+        obstacles = np.concatenate([obstacles, seen])
+    return Hazards(obstacles, mapped_drops(arrays, robot, T_world_base, radius_m))
 
 
 def observed_obstacles(

@@ -8,7 +8,7 @@ import numpy as np
 
 from ippon.command import Command
 from ippon.control.acceleration_limits import limit_acceleration
-from ippon.control.obstacles import OVERLAP_TOLERANCE_M, disc_clearance, mapped_obstacles
+from ippon.control.obstacles import OVERLAP_TOLERANCE_M, disc_clearance, hazards_around
 from ippon.control.tilt_wait import TiltWait
 from ippon.geometry import Float64Array, wrap_angle, yaw_of
 from ippon.mapping.arrays import MapArrays
@@ -116,7 +116,7 @@ class PathFollower:
             return self._settle(target, T_world_base, tilt_rad, dt_s)
         self._tilt_wait.restart()
         path = remaining_path(plan.path_world[:, :2], here[0], here[1])
-        return self._drive(path, target, T_world_base, map_arrays, dt_s)
+        return self._drive(path, plan, target, T_world_base, map_arrays, dt_s)
 
     def _has_arrived(self, target: Viewpoint, T_world_base: Float64Array) -> bool:
         """Return whether the robot only has to turn to the target's yaw.
@@ -147,6 +147,7 @@ class PathFollower:
     def _drive(
         self,
         path: Float64Array,
+        plan: Plan,
         target: Viewpoint,
         T_world_base: Float64Array,
         map_arrays: MapArrays,
@@ -158,7 +159,7 @@ class PathFollower:
         off = wrap_angle(
             math.atan2(aim[1] - path[0, 1], aim[0] - path[0, 0]) - yaw_of(T_world_base)
         )
-        backwards = self._must_reverse(off, T_world_base, map_arrays)
+        backwards = self._must_reverse(off, plan, T_world_base, map_arrays)
         if backwards:
             path, off = path[:2], wrap_angle(off - math.pi)
         threshold = config.go_on_rad if self._turning else config.turn_in_place_rad
@@ -170,7 +171,7 @@ class PathFollower:
         braking = config.braking_share * robot.max_linear_acceleration_m_s2
         remaining = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
         reach = 0.5 * robot.max_linear_m_s**2 / braking + 0.4
-        obstacles = mapped_obstacles(map_arrays, robot, T_world_base, reach + robot.radius_m)
+        obstacles = hazards_around(map_arrays, robot, T_world_base, reach + robot.radius_m).all
         room, free = self._free_ahead(path, obstacles, reach, backwards=backwards)
         speed = robot.max_linear_m_s * self._speed_fraction(room) * max(0.2, math.cos(1.5 * off))
         if not backwards:
@@ -180,14 +181,17 @@ class PathFollower:
             speed = min(speed, math.sqrt(2.0 * braking * distance), distance / (1.5 * dt_s))
         return self._limit(-speed if backwards else speed, rate, tilt, dt_s)
 
-    def _must_reverse(self, off: float, T_world_base: Float64Array, map_arrays: MapArrays) -> bool:
+    def _must_reverse(
+        self, off: float, plan: Plan, T_world_base: Float64Array, map_arrays: MapArrays
+    ) -> bool:
         """Return whether a long body has to reverse, because it cannot turn to a path behind it."""
         robot = self._robot
         if robot.is_round or not robot.can_reverse or abs(off) < 0.5 * math.pi:
             return False
-        obstacles = mapped_obstacles(
-            map_arrays, robot, T_world_base, robot.radius_m + OVERLAP_TOLERANCE_M
-        )
+        if abs(off) > plan.free_turn_rad[1 if off > 0.0 else 0]:
+            return True
+        reach = robot.radius_m + OVERLAP_TOLERANCE_M
+        obstacles = hazards_around(map_arrays, robot, T_world_base, reach).all
         turn = np.linspace(0.0, off, math.ceil(abs(off) / _TURN_STEP_RAD) + 1)
         here = np.tile(T_world_base[:2, 3], (len(turn), 1))
         poses = np.column_stack([here, yaw_of(T_world_base) + turn])

@@ -1,4 +1,4 @@
-"""The safety filter: slows or stops commands that would drive the body into an obstacle."""
+"""The safety filter: slows or stops commands that would drive the body into obstacle or drop."""
 
 import math
 from dataclasses import replace
@@ -6,7 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from ippon.command import Command
-from ippon.control.obstacles import OVERLAP_TOLERANCE_M, body_clearance, obstacles_around
+from ippon.control.obstacles import (
+    OVERLAP_TOLERANCE_M,
+    Hazards,
+    body_clearance,
+    hazards_around,
+)
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, yaw_of
 from ippon.mapping.arrays import MapArrays
@@ -43,8 +48,8 @@ def filter_command(
         The safe command, and the reason if it differs from the requested one, else None.
     """
     reach_m = checked_reach_m(robot, abs(command.linear_m_s), horizon_s)
-    obstacles = obstacles_around(map_arrays, robot, T_world_base, reach_m, frame)
-    return filter_among_obstacles(command, T_world_base, robot, obstacles, horizon_s)
+    hazards = hazards_around(map_arrays, robot, T_world_base, reach_m, frame)
+    return filter_among_hazards(command, T_world_base, robot, hazards, horizon_s)
 
 
 def checked_reach_m(robot: RobotProfile, speed_m_s: float, horizon_s: float) -> float:
@@ -53,11 +58,11 @@ def checked_reach_m(robot: RobotProfile, speed_m_s: float, horizon_s: float) -> 
     return robot.radius_m + speed_m_s * (horizon_s + braking_s) + 0.3
 
 
-def filter_among_obstacles(
+def filter_among_hazards(
     command: Command,
     T_world_base: Float64Array,
     robot: RobotProfile,
-    obstacles: Float64Array,
+    hazards: Hazards,
     horizon_s: float,
     margin_m: float = -OVERLAP_TOLERANCE_M,
     slack_m: float = 0.002,
@@ -68,7 +73,7 @@ def filter_among_obstacles(
         command: The requested command.
         T_world_base: Pose of the robot.
         robot: Its body and limits.
-        obstacles: (M, 2) world x and y of occupied voxel columns within reach, metres.
+        hazards: Obstacles and drops within reach.
         horizon_s: Longest time until the next command, seconds.
         margin_m: Least free space beside the body; manual driving needs more than a planner that
             keeps away from obstacles itself.
@@ -77,6 +82,7 @@ def filter_among_obstacles(
     Returns:
         The safe command, and the reason if it differs from the requested one, else None.
     """
+    obstacles = hazards.all
     if len(obstacles) == 0:
         return command, None
     pose = np.array([[T_world_base[0, 3], T_world_base[1, 3], yaw_of(T_world_base)]])
@@ -88,7 +94,7 @@ def filter_among_obstacles(
 
     if is_free(command):
         return command, None
-    where = _where(command, T_world_base, obstacles)
+    where = _where(command, T_world_base, hazards)
     for share in _SHARES:
         tried = replace(
             command,
@@ -112,7 +118,7 @@ def limits_ahead(
         robot: Its body and limits.
         speed_m_s: Speed that is requested.
         horizon_s: Longest time until the next command.
-        margin_m: As for `filter_among_obstacles`.
+        margin_m: As for `filter_among_hazards`.
 
     Returns:
         Distances from the robot's centre in metres: at which the speed begins to be reduced, and at
@@ -178,9 +184,9 @@ def _integrated(driven: Float64Array, turned: Float64Array, pose: Float64Array) 
     )
 
 
-def _where(command: Command, T_world_base: Float64Array, obstacles: Float64Array) -> str:
-    """Return where the nearest obstacle in the way of a command is."""
-    offset = obstacles - T_world_base[:2, 3]
+def _where(command: Command, T_world_base: Float64Array, hazards: Hazards) -> str:
+    """Return what is in the way of a command: the nearest obstacle or drop, and where it is."""
+    offset = hazards.all - T_world_base[:2, 3]
     heading = yaw_of(T_world_base) + (math.pi if command.linear_m_s < 0.0 else 0.0)
     ahead = offset @ np.array([math.cos(heading), math.sin(heading)])
     distance = np.hypot(offset[:, 0], offset[:, 1])
@@ -188,4 +194,7 @@ def _where(command: Command, T_world_base: Float64Array, obstacles: Float64Array
     side = "behind" if command.linear_m_s < 0.0 else "ahead"
     if command.linear_m_s == 0.0 or not in_way.any():
         in_way, side = np.ones(len(ahead), dtype=np.bool_), "beside"
-    return f"obstacle {float(distance[in_way].min()):.2f} m {side}"
+    nearest = int(np.argmin(np.where(in_way, distance, np.inf)))
+    if nearest < len(hazards.obstacles):
+        return f"obstacle {distance[nearest]:.2f} m {side}"
+    return f"drop {distance[nearest]:.2f} m {side}"

@@ -93,6 +93,9 @@ class Plan:
     straight, or if a known obstacle blocks the line."""
     floor_gap: tuple[float, float] | None = None
     """World x and y of nearby unseen floor that separates the robot from a room, metres."""
+    free_turn_rad: tuple[float, float] = (math.pi, math.pi)
+    """How far a long body can turn on the spot, to the right and to the left, before it would reach
+    an obstacle, a drop or floor that was not seen."""
     full: bool = False
     """The roadmap is full: it takes no viewpoint beyond those that it has."""
     cut_short: bool = False

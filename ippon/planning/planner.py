@@ -198,7 +198,6 @@ class ViewpointPlanner:
         exhausted = done and not self._chances.relax()
         self._tree = tree
         exporter = self._exporter(self._viewpoints, tree, scores)
-        floor_gap = self._gaps.step(self._floor, reachable, (x, y), deadline)
         return Plan(
             target=exporter.target(selector.node, look),
             path_world=np.column_stack([path, np.full(len(path), self._floor.floor_z_m)]),
@@ -208,7 +207,8 @@ class ViewpointPlanner:
             closer_look=look is not None,
             out_of_reach_m=None if look is None else look.away_m,
             unseen_shortcut_m=unseen_shortcut_m(around.grid, around.limits, around.margin_m, path),
-            floor_gap=floor_gap,
+            floor_gap=self._gaps.step(self._floor, reachable, (x, y), deadline),
+            free_turn_rad=self._floor.free_turn(T_world_base),
             cut_short=deadline.cut_short,
             max_gain_per_s=max_gain_per_s(self.config.selection, scores),
             full=self._roadmap.room == 0,

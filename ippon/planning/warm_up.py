@@ -37,4 +37,5 @@ def warm_up(arrays: MapArrays, robot: RobotProfile, T_world_base: Float64Array) 
     FloorSurvey(TraversabilityConfig(), robot).read(arrays, T_world_base).ways()
     if not robot.is_round:
         can_turn(grid, limits, x, y, 0.0, 1.0, margin_m, margin_m)
+        floor.free_turn(T_world_base)
         straight_passage(NarrowPassageConfig(), grid, limits, x, y, margin_m)

@@ -62,6 +62,38 @@ def can_turn(
     return True
 
 
+@njit(cache=True, nogil=True)
+def free_turn(
+    grid: FloorGrid,
+    limits: BodyLimits,
+    x: float,
+    y: float,
+    yaw: float,
+    margin: float,
+    start_clearance: float,
+) -> tuple[float, float]:
+    """Return how far the body can turn from a heading to the right and to the left, radians.
+
+    See `can_turn` for the arguments, of which `yaw` is the heading. Half a turn where nothing is in
+    the way.
+    """
+    right = _free_turn(grid, limits, x, y, yaw, -1.0, margin, start_clearance)
+    left = _free_turn(grid, limits, x, y, yaw, 1.0, margin, start_clearance)
+    return right, left
+
+
+@njit(cache=True, nogil=True)
+def _free_turn(grid, limits, x, y, yaw, sign, margin, start_clearance):
+    turned = 0.0
+    while turned < math.pi:
+        more = min(turned + _TURN_STEP_RAD, math.pi)
+        end = yaw + sign * more
+        if not can_turn(grid, limits, x, y, end, end, margin, start_clearance):
+            break
+        turned = more
+    return turned
+
+
 def can_stand(grid: FloorGrid, limits: BodyLimits, point: Float64Array, margin: float) -> bool:
     """Return whether the body fits at a (2,) point and can turn, with `margin` metres to spare.
 

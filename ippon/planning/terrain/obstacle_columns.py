@@ -26,6 +26,9 @@ FLOOR_SEEN: Final = 4
 """Bit: a surface at the height of the floor."""
 FLOOR_ABSENT: Final = 8
 """Bit: free space at the height of the floor: a drop, or a stair that leads down."""
+DROP_COLUMNS: Final = 3
+"""Columns without floor that make a drop of a column, among it and its eight neighbours: rays
+through the edge of a floor free single voxels. The column before the edge counts as part of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +82,38 @@ def classify_columns(
 
 
 @njit(cache=True, nogil=True)
+def floor_of_column(arrays: MapArrays, i: int, j: int, low: int, high: int) -> int:
+    """Return `FLOOR_SEEN`, `FLOOR_ABSENT`, or 0 for a column whose floor is not known.
+
+    Args:
+        arrays: The map.
+        i: Voxel index of the column; likewise j.
+        j: See i.
+        low: Lowest layer of the floor's band.
+        high: Its highest layer.
+    """
+    column = ((i & 7) << 6) | ((j & 7) << 3)
+    empty = 0
+    for k in range(low, high + 1):
+        row = block_row(arrays, i, j, k)
+        if row < 0:
+            continue
+        state = arrays.state[row, column | (k & 7)]
+        if state == OCCUPIED:
+            return FLOOR_SEEN
+        if state == FREE:
+            empty += 1
+    if empty < high - low + 1:
+        return 0
+    # The last layer of the band may just miss a floor, so the layer below must have been seen too:
+    # as more free space, or as a lower surface.
+    row = block_row(arrays, i, j, low - 1)
+    if row < 0 or arrays.state[row, column | ((low - 1) & 7)] == UNKNOWN:
+        return 0
+    return FLOOR_ABSENT
+
+
+@njit(cache=True, nogil=True)
 def _read_columns_kernel(arrays, blocks, bands, min_seen, origin_i, origin_j, out):
     layers = bands[3] - bands[2] + 1
     for n in range(blocks.shape[0]):
@@ -104,26 +139,7 @@ def _read_columns_kernel(arrays, blocks, bands, min_seen, origin_i, origin_j, ou
                     value = COLUMN_BLOCKED
                 elif free >= min_seen * layers:
                     value = COLUMN_CLEAR
-                floor, empty = False, 0
-                for k in range(bands[0], bands[1] + 1):
-                    row = block_row(arrays, i, j, k)
-                    if row < 0:
-                        continue
-                    state = arrays.state[row, (a << 6) | (b << 3) | (k & 7)]
-                    if state == OCCUPIED:
-                        floor = True
-                    elif state == FREE:
-                        empty += 1
-                if floor:
-                    value |= FLOOR_SEEN
-                elif empty == bands[1] - bands[0] + 1:
-                    # The last layer of the band may just miss a floor, so the layer below must
-                    # have been seen too: as more free space, or as a lower surface.
-                    row = block_row(arrays, i, j, bands[0] - 1)
-                    if row >= 0:
-                        c = (a << 6) | (b << 3) | ((bands[0] - 1) & 7)
-                        if arrays.state[row, c] != UNKNOWN:
-                            value |= FLOOR_ABSENT
+                value |= floor_of_column(arrays, i, j, bands[0], bands[1])
                 out[i - origin_i, j - origin_j] = value
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ippon.command import Command
 from ippon.compiling import njit
-from ippon.geometry import Float64Array
+from ippon.geometry import Float64Array, yaw_of
 from ippon.mapping.arrays import MapArrays
 from ippon.planning.terrain.body_limits import body_limits_of
 from ippon.planning.terrain.clearance import clearance_at, clearance_at_pose
@@ -20,11 +20,12 @@ from ippon.planning.terrain.floor_grid import (
     FloorGrid,
     update_nearest_offsets,
 )
-from ippon.planning.terrain.motion_check import can_turn
+from ippon.planning.terrain.motion_check import can_turn, free_turn
 from ippon.planning.terrain.obstacle_columns import (
     COLUMN_BLOCKED,
     COLUMN_CLEAR,
     COLUMN_UNSEEN,
+    DROP_COLUMNS,
     FLOOR_ABSENT,
     FLOOR_SEEN,
     HeightBands,
@@ -205,6 +206,15 @@ class Traversability:
         x, y = float(at[0]), float(at[1])
         return can_turn(self.grid, self.limits, x, y, start, end, margin, leave)
 
+    def free_turn(self, T_world_base: Float64Array) -> tuple[float, float]:
+        """Return how far the body can turn where it stands, right and left, radians.
+
+        See `motion_check.free_turn`. The margin of moves is not asked for.
+        """
+        x, y, yaw = float(T_world_base[0, 3]), float(T_world_base[1, 3]), yaw_of(T_world_base)
+        leave = self.clearance_at_pose(x, y, yaw)
+        return free_turn(self.grid, self.limits, x, y, yaw, min(self.margin_m, 0.0), leave)
+
     @property
     def _farthest_m(self) -> float:
         """Distance up to which obstacles matter, metres: to a wide body also farther away."""
@@ -303,10 +313,8 @@ def _combine_kernel(columns, marks, box, kind, window):
                     floor += 1 if columns[a, b] & FLOOR_SEEN else 0
                     absent += 1 if columns[a, b] & FLOOR_ABSENT else 0
             value = columns[i, j] & 3
-            # Distant floor has holes of single voxels, and rays through the edge of the floor free
-            # single voxels, so neighbours decide. Three of them make a drop, and the column before
-            # the edge counts as part of it.
-            if value == COLUMN_BLOCKED or absent >= 3 or marks[i, j] & CONTACT:
+            # Distant floor has holes of single voxels, so neighbours decide.
+            if value == COLUMN_BLOCKED or absent >= DROP_COLUMNS or marks[i, j] & CONTACT:
                 now = OBSTACLE
             elif marks[i, j] & DRIVEN or (value == COLUMN_CLEAR and floor >= 3):
                 now = OPEN

@@ -14,8 +14,8 @@ from ippon.control.drive_mode import (
     follows_plan,
     scale_command,
 )
-from ippon.control.obstacles import mapped_obstacles
-from ippon.control.safety_filter import filter_among_obstacles
+from ippon.control.obstacles import hazards_around
+from ippon.control.safety_filter import filter_among_hazards
 from ippon.robot import HABITAT, ZED
 from ippon.simulation.robot.mobile_base import SimulatedBase
 from ippon.simulation.scene import Instance, Scene, StartPose
@@ -121,8 +121,8 @@ def test_a_thousand_random_commands_at_walls_touch_nothing(floor_with, robot):
         )
         for _ in range(round(HELD_S / TICK_S)):
             here = base.T_world_base
-            obstacles = mapped_obstacles(arrays, robot, here, 2.5)
-            safe, reason = filter_among_obstacles(wanted, here, robot, obstacles, 0.3, margin, 1e-6)
+            hazards = hazards_around(arrays, robot, here, 2.5)
+            safe, reason = filter_among_hazards(wanted, here, robot, hazards, 0.3, margin, 1e-6)
             stopped += reason is not None
             before = (base.x_m, base.y_m)
             base.step(safe, TICK_S)

@@ -246,6 +246,39 @@ def test_a_long_robot_backs_out_of_where_it_cannot_turn(floor_with):
     assert body_clearance(LONG, poses, obstacles).min() > -0.02
 
 
+def on_a_gangway(floor_with):
+    """A way 0.8 m wide, along which LONG fits and on which it cannot turn."""
+    return floor_with(holes=[(-2.0, -2.4, 2.0, -0.4), (-2.0, 0.4, 2.0, 2.4)])
+
+
+def test_a_long_robot_backs_off_a_gangway_that_it_cannot_turn_on(floor_with):
+    plan = make_plan([(1.0, 0.0), (-3.0, 0.0), (-3.0, 1.0)], yaw=math.pi / 2)
+    ride = Ride(on_a_gangway(floor_with), LONG, (1.0, 0.0, 0.0))
+    assert ride.run(plan, 40.0)
+    on_it = [(c, t) for c, t in zip(ride.commands, ride.track, strict=False) if t[0] > -1.5]
+    assert max(c.linear_m_s for c, _ in on_it) <= 0.0, "backwards only"
+    assert max(abs(yaw) for _, (_, _, yaw) in on_it) < 0.2
+    round_one = Ride(on_a_gangway(floor_with), ZED, (1.0, 0.0, 0.0))
+    assert round_one.run(make_plan([(1.0, 0.0), (-3.0, 0.0)], yaw=math.pi), 40.0)
+    assert min(c.linear_m_s for c in round_one.commands) >= 0.0, "a round one turns"
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_long_robot_turns_as_far_as_the_planner_has_seen_the_floor(floor_with, side):
+    plan = make_plan([(0.0, 0.0), (-2.0, 0.02 * side)], yaw=math.pi)
+    free = (0.5, math.pi) if side > 0.0 else (math.pi, 0.5)
+
+    def first(plan):
+        ride = Ride(floor_with(), LONG)
+        ride.run(plan, 2.0)
+        return ride.commands[-1]
+
+    assert first(plan).linear_m_s == 0.0, "it turns"
+    assert first(dataclasses.replace(plan, free_turn_rad=free)).linear_m_s == 0.0
+    other = free[::-1]
+    assert first(dataclasses.replace(plan, free_turn_rad=other)).linear_m_s < -0.2
+
+
 def test_a_round_robot_turns_in_the_same_corridor(floor_with):
     corridor = [(-1.0, y, 0.0, 2.0, y + 0.2, 1.0) for y in (-0.5, 0.3)]
     ride = Ride(floor_with(*corridor), ZED, (1.0, 0.0, 0.0))

@@ -9,11 +9,11 @@ from hypothesis import HealthCheck, assume, example, given, settings
 from hypothesis import strategies as st
 
 from ippon.command import Command
-from ippon.control.obstacles import body_clearance, mapped_obstacles
+from ippon.control.obstacles import Hazards, body_clearance, mapped_obstacles
 from ippon.control.safety_filter import (
     OVERLAP_TOLERANCE_M,
     _stopping_paths,
-    filter_among_obstacles,
+    filter_among_hazards,
     filter_command,
     limits_ahead,
 )
@@ -26,6 +26,12 @@ SHARES = (1.0, 0.75, 0.5, 0.3, 0.15)
 HORIZON_S = 0.4
 quick = settings(max_examples=30, deadline=None)
 AHEAD = Command(linear_m_s=0.8, tilt_rad=-0.2)
+NONE = np.zeros((0, 2))
+
+
+def filter_among(command, pose, robot, obstacles, *limits):
+    """Filter a command among obstacles, without drops."""
+    return filter_among_hazards(command, pose, robot, Hazards(obstacles, NONE), *limits)
 
 
 def motion(command: Command, pose, robot: RobotProfile, horizon_s: float, apart=True) -> np.ndarray:
@@ -146,7 +152,7 @@ def test_an_obstacle_slows_and_stops_at_the_limits_that_are_told(robot, margin_m
     def speed_with_obstacle_at(x):
         command = Command(linear_m_s=speed, yaw_rate_rad_s=0.0)
         obstacle = np.array([[x, 0.0]])
-        return filter_among_obstacles(command, HERE, robot, obstacle, horizon_s, margin_m)[
+        return filter_among(command, HERE, robot, obstacle, horizon_s, margin_m)[
             0
         ].linear_m_s
 
@@ -159,9 +165,9 @@ def test_an_obstacle_slows_and_stops_at_the_limits_that_are_told(robot, margin_m
 def test_room_that_one_obstacle_takes_is_not_granted_towards_another():
     behind = np.array([[-0.12, 0.0]])
     wall = np.column_stack([np.full(21, 0.6), np.linspace(-1.0, 1.0, 21)])
-    command, reason = filter_among_obstacles(AHEAD, HERE, ZED, np.vstack([behind, wall]), HORIZON_S)
+    command, reason = filter_among(AHEAD, HERE, ZED, np.vstack([behind, wall]), HORIZON_S)
     assert 0.0 < command.linear_m_s < AHEAD.linear_m_s, "away from the one behind"
-    assert command == filter_among_obstacles(AHEAD, HERE, ZED, wall, HORIZON_S)[0]
+    assert command == filter_among(AHEAD, HERE, ZED, wall, HORIZON_S)[0]
     assert reason is not None
     assert reason.endswith("0.60 m ahead")
 
@@ -170,7 +176,7 @@ def test_a_long_body_has_room_to_stop_turning():
     # The nose reaches it after 0.7 rad, beyond the 0.48 rad that 0.4 s of turning sweep.
     post = np.array([[0.252, 0.36]])
     turn = Command(yaw_rate_rad_s=1.2)
-    command, reason = filter_among_obstacles(turn, HERE, LONG, post, HORIZON_S)
+    command, reason = filter_among(turn, HERE, LONG, post, HORIZON_S)
     assert abs(command.yaw_rate_rad_s) < 1.2
     assert reason is not None
     swept = motion(command, (0.0, 0.0, 0.0), LONG, HORIZON_S)
@@ -188,7 +194,7 @@ def test_whatever_a_command_can_reach_is_looked_up_in_the_map(floor_with, robot,
         )
         command = Command(linear_m_s=speed, yaw_rate_rad_s=rate)
         everything = mapped_obstacles(arrays, robot, HERE, 4.5)
-        assert filter_command(command, HERE, robot, arrays, 0.5) == filter_among_obstacles(
+        assert filter_command(command, HERE, robot, arrays, 0.5) == filter_among(
             command, HERE, robot, everything, 0.5
         )
 
@@ -212,7 +218,7 @@ def test_a_share_of_a_command_is_taken_where_the_next_larger_one_is_not_free(sha
     speed = share * 0.8
     stopping_m = speed * HORIZON_S + 0.5 * speed**2 / ZED.max_linear_acceleration_m_s2
     post = np.array([[ZED.radius_m - OVERLAP_TOLERANCE_M + stopping_m + 0.001, 0.0]])
-    command, _ = filter_among_obstacles(AHEAD, HERE, ZED, post, HORIZON_S)
+    command, _ = filter_among(AHEAD, HERE, ZED, post, HORIZON_S)
     assert command.linear_m_s == pytest.approx(speed)
 
 
@@ -251,7 +257,7 @@ def test_the_paths_that_are_checked_are_both_ways_to_stop(linear, rate, robot):
 def test_a_robot_that_can_neither_drive_nor_turn_stands():
     posts = np.array([[0.33, 0.2141], [0.33, -0.2141]])
     command = Command(linear_m_s=0.8, yaw_rate_rad_s=1.2, tilt_rad=-0.2)
-    safe, reason = filter_among_obstacles(command, HERE, LONG, posts, HORIZON_S)
+    safe, reason = filter_among(command, HERE, LONG, posts, HORIZON_S)
     assert safe == Command(tilt_rad=-0.2)
     assert reason == "stopped: obstacle 0.39 m ahead"
 
@@ -261,7 +267,7 @@ def test_obstacles_are_allowed_two_millimetres_closer_a_command():
     for angle, moves in ((1.9e-3, True), (2.1e-3, False)):
         inside = np.array([[ZED.radius_m - 0.05, 0.0]])
         creep = Command(linear_m_s=angle / HORIZON_S)
-        safe, _ = filter_among_obstacles(creep, HERE, ZED, inside, HORIZON_S)
+        safe, _ = filter_among(creep, HERE, ZED, inside, HORIZON_S)
         assert (safe == creep) == moves
 
 
@@ -270,7 +276,7 @@ def test_two_centimetres_of_overlap_are_no_collision(room, passes):
     travelled = 0.4 * HORIZON_S + 0.5 * 0.4**2 / ZED.max_linear_acceleration_m_s2
     post = np.array([[ZED.radius_m + travelled + room, 0.0]])
     command = Command(linear_m_s=0.4)
-    assert (filter_among_obstacles(command, HERE, ZED, post, HORIZON_S)[1] is None) == passes
+    assert (filter_among(command, HERE, ZED, post, HORIZON_S)[1] is None) == passes
 
 
 obstacle = st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5))
@@ -290,8 +296,8 @@ def test_where_the_robot_stands_and_heads_does_not_matter(
     command, points = Command(linear_m_s=linear, yaw_rate_rad_s=rate), np.array(obstacles)
     pose = base_pose(x, y, 0.0, yaw)
     moved = points @ pose[:2, :2].T + (x, y)
-    here, why = filter_among_obstacles(command, HERE, robot, points + 1e-7, HORIZON_S)
-    there, why_there = filter_among_obstacles(command, pose, robot, moved + 1e-7, HORIZON_S)
+    here, why = filter_among(command, HERE, robot, points + 1e-7, HORIZON_S)
+    there, why_there = filter_among(command, pose, robot, moved + 1e-7, HORIZON_S)
     assert there.linear_m_s == pytest.approx(here.linear_m_s)
     assert there.yaw_rate_rad_s == pytest.approx(here.yaw_rate_rad_s)
     assert (why_there or "").partition(":")[0] == (why or "").partition(":")[0]
@@ -301,10 +307,10 @@ def test_where_the_robot_stands_and_heads_does_not_matter(
 @given(**scene)
 def test_the_mirrored_scene_gives_the_mirrored_command(linear, rate, obstacles, robot):
     points = np.array(obstacles)
-    left, why = filter_among_obstacles(
+    left, why = filter_among(
         Command(linear_m_s=linear, yaw_rate_rad_s=rate), HERE, robot, points, HORIZON_S
     )
-    right, why_right = filter_among_obstacles(
+    right, why_right = filter_among(
         Command(linear_m_s=linear, yaw_rate_rad_s=-rate), HERE, robot, points * (1, -1), HORIZON_S
     )
     assert right.linear_m_s == pytest.approx(left.linear_m_s)
@@ -316,8 +322,8 @@ def test_the_mirrored_scene_gives_the_mirrored_command(linear, rate, obstacles, 
 @given(**scene, another=obstacle)
 def test_an_obstacle_more_never_makes_a_command_faster(linear, rate, obstacles, robot, another):
     command = Command(linear_m_s=linear, yaw_rate_rad_s=rate)
-    few, _ = filter_among_obstacles(command, HERE, robot, np.array(obstacles), HORIZON_S)
-    more, _ = filter_among_obstacles(
+    few, _ = filter_among(command, HERE, robot, np.array(obstacles), HORIZON_S)
+    more, _ = filter_among(
         command, HERE, robot, np.array([*obstacles, another]), HORIZON_S
     )
     assert abs(more.linear_m_s) <= abs(few.linear_m_s)
@@ -328,7 +334,7 @@ def test_an_obstacle_more_never_makes_a_command_faster(linear, rate, obstacles, 
 def test_a_filtered_command_is_a_share_of_the_wanted_one(linear, rate, obstacles, robot):
     command = Command(linear_m_s=linear, yaw_rate_rad_s=rate)
     points = np.array(obstacles)
-    safe, why = filter_among_obstacles(command, HERE, robot, points, HORIZON_S)
+    safe, why = filter_among(command, HERE, robot, points, HORIZON_S)
     assert (why is None) == (safe == command)
     if why is not None and why.startswith("slowed"):
         share = next(s for s in SHARES if why.startswith(f"slowed to {s:.0%}"))
@@ -355,7 +361,7 @@ def test_the_largest_share_that_is_free_is_taken(linear, rate, obstacles, robot)
         return float((body_clearance(robot, poses, points) - allowed).min())
 
     command = Command(linear_m_s=linear, yaw_rate_rad_s=rate)
-    safe, why = filter_among_obstacles(command, HERE, robot, points, HORIZON_S)
+    safe, why = filter_among(command, HERE, robot, points, HORIZON_S)
     rooms = {share: least_room(share) for share in SHARES}
     # Samples are up to 3 cm apart: between two, a robot may get closer by a part of that, and
     # where one rate ends between two samples its path is a little another.
@@ -391,6 +397,32 @@ def test_the_reason_names_distance_and_side_of_what_is_in_the_way(
         # Nearer, but on the other side.
         points.append((-np.sign(post[0]) * 0.26, 0.0))
     world = np.array(points) @ T_world_base[:2, :2].T + (x, y)
-    _, reason = filter_among_obstacles(command, T_world_base, robot, world, HORIZON_S)
+    _, reason = filter_among(command, T_world_base, robot, world, HORIZON_S)
     assert reason is not None
     assert reason.endswith(f"obstacle {where}")
+
+
+def test_a_drop_stops_as_an_obstacle_does_and_is_named():
+    edge = np.array([[0.5, 0.02 * k] for k in range(-20, 20)])
+    as_obstacle, why = filter_among_hazards(AHEAD, HERE, ZED, Hazards(edge, NONE), HORIZON_S)
+    as_drop, why_drop = filter_among_hazards(AHEAD, HERE, ZED, Hazards(NONE, edge), HORIZON_S)
+    assert as_drop == as_obstacle != AHEAD
+    assert "obstacle 0.50 m ahead" in why
+    assert "drop 0.50 m ahead" in why_drop
+    nearer = np.array([[0.4, 0.0]])
+    _, why = filter_among_hazards(AHEAD, HERE, ZED, Hazards(nearer, edge), HORIZON_S)
+    assert "obstacle 0.40 m ahead" in why, "the nearest is named"
+
+
+def test_an_edge_of_the_floor_stops_the_robot(floor_with):
+    for distance in (1.5, 1.0, 0.8, 0.6):
+        arrays = floor_with(holes=[(distance, -2.0, distance + 2.0, 2.0)])
+        at, command = HERE, AHEAD
+        for _ in range(60):
+            command, why = filter_command(AHEAD, at, ZED, arrays, 0.2)
+            at = base_pose(at[0, 3] + 0.2 * command.linear_m_s, 0.0, 0.0, 0.0)
+        assert command.linear_m_s == 0.0
+        assert why.startswith("stopped: drop ")
+        assert at[0, 3] + ZED.radius_m < distance
+    back = Command(linear_m_s=-0.4)
+    assert filter_command(back, at, ZED, arrays, 0.2) == (back, None), "it may leave the edge"

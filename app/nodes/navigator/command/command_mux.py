@@ -28,11 +28,11 @@ from ippon.control.drive_mode import (
     follows_plan,
     scale_command,
 )
-from ippon.control.obstacles import obstacles_around
+from ippon.control.obstacles import Hazards, hazards_around
 from ippon.control.safety_filter import (
     OVERLAP_TOLERANCE_M,
     checked_reach_m,
-    filter_among_obstacles,
+    filter_among_hazards,
     limits_ahead,
 )
 from ippon.frame import Frame
@@ -96,7 +96,7 @@ class CommandMux:
         self._planned = Command()
         self._waypoint: tuple[float, float] | None = None
         self._pose: Float64Array | None = None
-        self._obstacles: Float64Array | None = None
+        self._hazards: Hazards | None = None
         self._voxel_m = 0.05
         self._stamp_ns = 0
         self._framed_at = -math.inf
@@ -170,11 +170,11 @@ class CommandMux:
         """
         # The next command comes a tick later, or two.
         horizon_s = max(HORIZON_S, min(age_s, MAX_AGE_S) + 2 * TICK_S)
-        obstacles = self._obstacles_near(frame, arrays, horizon_s)
+        hazards = self._hazards_near(frame, arrays, horizon_s)
         with self._lock:
             self._horizon_s = horizon_s
             self._planned, self._waypoint = planned, waypoint
-            self._pose, self._obstacles = frame.T_world_base, obstacles
+            self._pose, self._hazards = frame.T_world_base, hazards
             self._voxel_m = arrays.voxel_size
             self._stamp_ns = frame.stamp_ns
             self._framed_at = time.monotonic()
@@ -184,13 +184,13 @@ class CommandMux:
                 self._tilt_rad = frame.tilt_rad
             return self._tick(self._framed_at)
 
-    def _obstacles_near(self, frame: Frame, arrays: MapArrays, horizon_s: float) -> Float64Array:
-        """Copy the obstacles that matter: only the mission's thread may read the map."""
+    def _hazards_near(self, frame: Frame, arrays: MapArrays, horizon_s: float) -> Hazards:
+        """Copy the obstacles and drops that matter: only the mission's thread may read the map."""
         robot = self._profile
         reach_m = max(LEAST_REACH_M, checked_reach_m(robot, robot.max_linear_m_s, horizon_s))
         # In Auto the mission's command is filtered already.
         newest = None if self._mode is DriveMode.AUTO else frame
-        return obstacles_around(arrays, robot, frame.T_world_base, reach_m, newest)
+        return hazards_around(arrays, robot, frame.T_world_base, reach_m, newest)
 
     def status(self) -> DriveStatus:
         """Return drive mode, waypoint, limits and the filter's last intervention."""
@@ -300,7 +300,7 @@ class CommandMux:
     def _filtered(self, wanted: Command, now: float, *, as_planned: bool) -> Command:
         still = dataclasses.replace(wanted, linear_m_s=0.0, yaw_rate_rad_s=0.0)
         silent_s = now - self._framed_at
-        if self._pose is None or self._obstacles is None or silent_s > self._stale_s:
+        if self._pose is None or self._hazards is None or silent_s > self._stale_s:
             self._intervention = f"stopped: no picture for {silent_s:.1f} s"
             return still
         if self._age_s > MAX_AGE_S:  # The filter does not look so far ahead.
@@ -313,8 +313,8 @@ class CommandMux:
         if is_blocked:
             wanted = dataclasses.replace(wanted, linear_m_s=0.0)
         margin = -OVERLAP_TOLERANCE_M if as_planned else self._hand_margin_m
-        safe, reason = filter_among_obstacles(
-            wanted, self._pose, self._profile, self._obstacles, self._horizon_s, margin, 1e-6
+        safe, reason = filter_among_hazards(
+            wanted, self._pose, self._profile, self._hazards, self._horizon_s, margin, 1e-6
         )
         if is_blocked:
             reason = "stopped: the bumper is pressed"

@@ -60,6 +60,28 @@ def test_a_way_that_closes_in_a_passage_is_backed_out_of(searcher, room):
 
 
 @pytest.mark.slow
+def test_a_way_that_closes_on_a_gangway_is_backed_off_without_a_turn(searcher, room):
+    home = [
+        ("floor", "floor", (-0.1, -0.1, -0.1), (3.2, 4.1, 0.0)),
+        ("floor", "floor", (3.2, 1.55, -0.1), (5.4, 2.45, 0.0)),
+        ("floor", "floor", (5.4, -0.1, -0.1), (8.7, 4.1, 0.0)),
+        ("floor", "floor", (-0.1, -0.1, -1.1), (8.7, 4.1, -1.0)),
+        *room(8.6, 4.0)[1:],
+        toilet(7.9, 0.3),
+    ]
+    robot = searcher(home, 1.5, 2.0, 0.0, robot=LONG)
+    robot.ask("toilet")
+    robot.search(60.0, lambda _: robot.at[0] > 4.3)
+    assert 4.3 < robot.at[0] < 4.6, "it is on the gangway"
+    robot.rebuild([*home, ("box", "box", (5.25, 1.2, 0.0), (5.4, 2.8, 1.5))])
+    headings = []
+    robot.search(90.0, lambda _: robot.at[0] < 3.4 or headings.append(robot.world.base.yaw_rad))
+    assert robot.at[0] < 3.4, "off it again"
+    assert max(map(abs, headings)) < 0.5
+    assert robot.world.collisions == 0
+
+
+@pytest.mark.slow
 def test_a_round_robot_takes_the_same_way_as_ever(searcher, room):
     robot = searcher(parted(room, 0.75), 1.5, 3.0, 1.0, robot=ZED)
     robot.ask("toilet")

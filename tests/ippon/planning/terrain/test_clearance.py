@@ -22,7 +22,7 @@ from ippon.planning.terrain.floor_grid import (
     FloorGrid,
     update_nearest_offsets,
 )
-from ippon.planning.terrain.motion_check import can_stand, can_turn, move_between, straight_move
+from ippon.planning.terrain.motion_check import can_stand, can_turn, free_turn, move_between, straight_move
 from tests.reference import planning_floor as reference
 
 LIMITS = BodyLimits(
@@ -185,6 +185,20 @@ def test_a_long_body_fits_along_a_corridor_and_not_across():
     assert can_turn(grid, LONG, 1.5, 2.0, 0.0, 0.1, 0.0, math.inf)
     assert can_turn(grid, LONG, 1.5, 2.0, 3.0, -3.0, 0.0, math.inf), "the shorter way"
     assert can_turn(grid, LIMITS, 1.5, 2.0, 0.0, 1.6, 0.0, math.inf), "a round one does"
+
+
+def test_how_far_a_long_body_can_turn():
+    kind = np.full((60, 40), OPEN)
+    kind[:, 22:] = UNSEEN
+    grid = make_grid(kind)
+    right, left = free_turn(grid, LONG, 3.0, 2.0, 0.0, 0.0, 1.5)
+    assert 0.3 <= left < math.pi / 2, "until its nose would be over what was not seen"
+    assert right == pytest.approx(left, abs=0.101), "or its tail"
+    assert can_turn(grid, LONG, 3.0, 2.0, 0.0, left, 0.0, 1.5)
+    assert not can_turn(grid, LONG, 3.0, 2.0, 0.0, left + 0.1, 0.0, 1.5)
+    half = (math.pi, math.pi)
+    assert free_turn(grid, LIMITS, 3.0, 2.0, 0.0, 0.0, 1.5) == half, "a round one does not ask"
+    assert free_turn(make_grid(np.full((60, 40), OPEN)), LONG, 3.0, 2.0, 0.0, 0.0, 1.5) == half
 
 
 def test_a_long_body_that_stands_too_close_may_turn_away():

@@ -93,5 +93,6 @@ def test_a_robot_behind_its_own_router_finds_a_hat(launch, tmp_path, free_endpoi
         node.close()
         router.close()
     assert status == 0, (out, ask.log(), navigator.log())
-    # A search touches 0.07 to 0.14 times, mostly corners of tables (docs/results.md, Contacts).
-    assert robot.world.collisions <= 2
+    # Now and then a search touches the corner of a table (docs/results.md, Contacts), and again as
+    # it backs off. Commands that come late would touch everything.
+    assert robot.world.collisions <= 4

@@ -30,6 +30,7 @@ from ippon.frame import Frame
 from ippon.geometry import base_pose
 from ippon.mapping.voxel_map import MapConfig, VoxelMap
 from ippon.robot import ZED
+from tests.floor_map import floor_with
 
 ROBOT = "ippon"
 STALE_S = 1.0
@@ -273,7 +274,7 @@ def test_a_picture_that_was_old_when_it_was_in_the_map_does_not_drive(guarded):
 def test_the_reason_stays_while_slow_commands_pass_the_filter(bench, monkeypatch):
     reasons = itertools.cycle(["stopped: obstacle 0.3 m ahead", None, None])
     monkeypatch.setattr(
-        command_mux, "filter_among_obstacles", lambda wanted, *_: (wanted, next(reasons))
+        command_mux, "filter_among_hazards", lambda wanted, *_: (wanted, next(reasons))
     )
     assert command_mux.REASON_S > 3 * TICK_S, "two commands pass between two that do not"
     monkeypatch.setattr(command_mux, "REASON_S", PATIENCE_S)
@@ -505,6 +506,15 @@ def test_who_steps_in_front_stops_the_hand_with_the_first_image(bench, mode):
     assert _filtered(bench, mode=mode) == 0.8
     assert _filtered(bench, mode=mode, ahead_m=ZED.radius_m + 0.1) < 0.2
     assert _filtered(bench, mode=mode, ahead_m=3.0) == 0.8
+
+
+@pytest.mark.parametrize("mode", [DriveMode.MANUAL, DriveMode.ASSISTED])
+def test_a_hand_does_not_drive_over_the_edge_of_the_floor(bench, mode):
+    bench.arrays = floor_with(holes=[(ZED.radius_m + 0.2, -2.0, 3.0, 2.0)])
+    with bench.mux._lock:  # No tick without a key comes between.
+        assert _filtered(bench, mode=mode) == 0.0
+        assert bench.mux.status().intervention == "stopped: drop 0.35 m ahead"
+        assert _filtered(bench, -0.4, mode=mode) == -0.4, "away from it"
 
 
 def test_the_later_a_frame_comes_the_farther_ahead_the_hand_is_checked(bench):
