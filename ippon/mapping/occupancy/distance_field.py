@@ -6,6 +6,7 @@ passes along x and z take the minimum over shifted copies of int16, in pieces th
 cache: more operations than a lower envelope of parabolas, but all of them in vector registers.
 """
 
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
@@ -18,6 +19,9 @@ from ippon.mapping.blocks import N_ROWS, Pools
 FAR: Final = 20000
 """Squared distance in voxels that stands for no obstacle; FAR + (MAX_REACH + 1)^2 fits in int16."""
 MAX_REACH: Final = 110
+PIECE_BLOCKS: Final = 40
+"""Longest edge on the floor of a box that is computed at once: an image changes less at 5 cm. At
+the memory limit blocks far from the robot are dropped, and the box around both can be the map."""
 
 
 class DistanceField:
@@ -71,13 +75,9 @@ class DistanceField:
             return 0
         stale = np.zeros(tuple(int(s) for s in high - low), np.uint8)
         _mark_kernel(changed - low, fresh - low, self._offsets, directory, low - origin, stale)
-        box = np.argwhere(stale)
-        if len(box) == 0:
-            return 0
-        stale = stale[tuple(slice(a, b) for a, b in zip(box.min(0), box.max(0) + 1, strict=True))]
-        low = low + box.min(axis=0)
-        self._transform(pools, directory, origin, low, np.ascontiguousarray(stale), (least, most))
-        return len(box) * 512
+        for piece_low, piece in _pieces(low, stale):
+            self._transform(pools, directory, origin, piece_low, piece, (least, most))
+        return int(stale.sum()) * 512
 
     def _widen_extent(
         self, pools: Pools, fresh: NDArray[np.int64]
@@ -139,6 +139,20 @@ def _offsets_in_reach(reach: int) -> NDArray[np.int64]:
     grid = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     gap = np.where(grid == 0, 0, (np.abs(grid) - 1) * 8 + 1)
     return grid[(gap**2).sum(axis=1) <= reach**2].astype(np.int64)
+
+
+def _pieces(
+    low: NDArray[np.int64], stale: NDArray[np.uint8]
+) -> Iterator[tuple[NDArray[np.int64], NDArray[np.uint8]]]:
+    """Cut the box that starts at block `low` into pieces, each as small as its stale blocks."""
+    for x in range(0, stale.shape[0], PIECE_BLOCKS):
+        for y in range(0, stale.shape[1], PIECE_BLOCKS):
+            piece = stale[x : x + PIECE_BLOCKS, y : y + PIECE_BLOCKS]
+            at = np.argwhere(piece)
+            if len(at):
+                first, last = at.min(axis=0), at.max(axis=0) + 1
+                cut = piece[tuple(slice(a, b) for a, b in zip(first, last, strict=True))]
+                yield low + (x, y, 0) + first, np.ascontiguousarray(cut)
 
 
 @njit(cache=True, nogil=True)

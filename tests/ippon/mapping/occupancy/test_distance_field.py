@@ -8,6 +8,7 @@ from scipy.ndimage import distance_transform_edt
 
 from ippon.mapping.arrays import OCCUPIED
 from ippon.mapping.blocks import BlockDirectory, allocate_block, make_pools
+from ippon.mapping.occupancy import distance_field
 from ippon.mapping.occupancy.distance_field import MAX_REACH, DistanceField
 from ippon.mapping.queries import to_metres
 from tests.reference.distance_field import nearest_occupied
@@ -96,6 +97,35 @@ def test_exact_after_any_sequence_of_changes(seed, voxel_size, distance_max):
         volume.update(changed, fresh)
         if volume.coords:
             volume.check()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_exact_where_a_change_is_computed_in_pieces(monkeypatch, seed):
+    monkeypatch.setattr(distance_field, "PIECE_BLOCKS", 2)
+    volume = Volume(0.1, 1.0, seed)
+    coords = [volume.add_block((x, y, z)) for x in range(-3, 4) for y in range(5) for z in range(2)]
+    for coord in coords:
+        volume.set_random(coord, 0.002)
+    volume.update(coords, coords)
+    volume.check()
+    changed = [coords[0], coords[-1]]
+    for coord in changed:
+        volume.set_random(coord, 0.01)
+    volume.update(changed)
+    volume.check()
+
+
+def test_what_lies_between_two_changes_far_apart_is_not_computed():
+    volume = Volume(0.1, 1.0)
+    coords = [volume.add_block((x, 0, 0)) for x in (0, 600)]
+    for coord in coords:
+        volume.set_random(coord, 0.01)
+    assert volume.update(coords, coords) == 2 * 512
+    assert volume.field._work.size < 10 * 512
+    for coord in coords:
+        state = volume.pools.state[volume.row(coord)].reshape(8, 8, 8)
+        exact = np.minimum(distance_transform_edt(state != OCCUPIED) * 0.1, 1.0)
+        assert np.abs(volume.metres(coord).reshape(8, 8, 8) - exact).max() < 1e-6
 
 
 def test_agrees_with_the_plain_twin():
