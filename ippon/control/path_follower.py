@@ -188,7 +188,7 @@ class PathFollower:
         robot = self._robot
         if robot.is_round or not robot.can_reverse or abs(off) < 0.5 * math.pi:
             return False
-        if abs(off) > plan.free_turn_rad[1 if off > 0.0 else 0]:
+        if not plan.can_turn(off):
             return True
         reach = robot.radius_m + OVERLAP_TOLERANCE_M
         obstacles = hazards_around(map_arrays, robot, T_world_base, reach).all

@@ -109,6 +109,11 @@ class Plan:
     rule_reason: str = ""
     """Why the rule chose it, in its own words."""
 
+    def can_turn(self, turn_rad: float) -> bool:
+        """Return whether the body can turn so far on the spot; positive is to the left."""
+        right, left = self.free_turn_rad
+        return -right <= turn_rad <= left
+
     @property
     def ends_search(self) -> bool:
         """The search ends at the target."""

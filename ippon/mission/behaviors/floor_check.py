@@ -69,6 +69,8 @@ class FloorCheck:
             check = None
         if check is None:
             check = self._on_path(plan, at, yaw, tilt_rad) or self._at_gap(plan, at, yaw)
+            if check is not None and not plan.can_turn(wrap_angle(check.bearing_rad - yaw)):
+                check = None
             if check is not None:
                 self._earlier.append(check)
         self._active = check

@@ -74,8 +74,9 @@ def test_looks_along_the_straight_way_once():
         plan_to(0.0, 2.0, cost_s=30.0, unseen_m=0.0),
         plan_to(0.0, 2.0, cost_s=12.0, unseen_m=1.5),
         replace(plan_to(0.0, 2.0, cost_s=30.0, unseen_m=1.5), target=None),
+        replace(plan_to(0.0, 2.0, cost_s=30.0, unseen_m=1.5), free_turn_rad=(math.pi, 1.0)),
     ],
-    ids=["nothing unseen", "hardly a way round", "no target"],
+    ids=["nothing unseen", "hardly a way round", "no target", "no room to turn"],
 )
 def test_goes_on_where_a_look_would_not_pay(plan: Plan):
     assert FloorCheck(FloorCheckConfig(), HABITAT).step(plan, base(0.0), 0.0, DT_S) is None

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from ippon.command import Command
+from ippon.control.obstacles import hazards_around
+from ippon.control.safety_filter import filter_among_hazards
 from ippon.mission.behaviors.config import TravelPitchConfig
 from ippon.mission.config import MissionConfig
 from ippon.mission.snapshot import MissionState
@@ -144,6 +146,31 @@ def test_a_drop_is_never_driven_onto_even_with_the_object_below(searcher, room):
     assert robot.last.outcome == "out_of_reach", "it was seen from above"
     assert robot.world.collisions == 0
     assert robot.world.trajectory[:, 0].max() < 3.0 - ZED.radius_m
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.6, -0.9])
+def test_a_drop_is_not_driven_onto_by_hand(searcher, room, yaw):
+    stairs = [
+        ("stairs", "stairs", (3.0 + 0.3 * k, -0.1, -2.0), (3.3 + 0.3 * k, 4.1, -0.17 * (k + 1)))
+        for k in range(6)
+    ]
+    ground = ("floor", "floor", (-0.1, -0.1, -0.1), (3.0, 4.1, 0.0))
+    robot = searcher([ground, *room(8.0, 4.0)[1:], *stairs], 1.0, 2.0)
+    robot.ask("toilet")
+    robot.search(20.0)
+    arrays, base = robot.mission.voxel_map.arrays(), robot.world.base
+    margin_m, reasons = 0.5 * arrays.voxel_size + 0.03, []
+    base.yaw_rad = yaw
+    for _ in range(400):
+        wanted, here = Command(linear_m_s=0.4), base.T_world_base
+        hazards = hazards_around(arrays, ZED, here, 2.5)
+        safe, why = filter_among_hazards(wanted, here, ZED, hazards, 0.3, margin_m, 1e-6)
+        reasons.append(why)
+        robot.world.step(safe, 0.05)
+    assert base.linear_m_s == 0.0
+    assert reasons[-1].startswith("stopped: drop ")
+    assert robot.world.collisions == 0, "its wheels never reached the edge"
+    assert 2.2 < base.x_m < 3.0
 
 
 def test_stairs_up_are_no_floor(searcher, room):
