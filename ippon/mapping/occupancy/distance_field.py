@@ -152,7 +152,7 @@ def _pieces(
             if len(at):
                 first, last = at.min(axis=0), at.max(axis=0) + 1
                 cut = piece[tuple(slice(a, b) for a, b in zip(first, last, strict=True))]
-                yield low + (x, y, 0) + first, np.ascontiguousarray(cut)
+                yield low + first + np.array([x, y, 0]), np.ascontiguousarray(cut)
 
 
 @njit(cache=True, nogil=True)
