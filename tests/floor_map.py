@@ -24,9 +24,8 @@ def floor_with(*boxes: Box, holes: Sequence[Hole] = (), voxel_size: float = 0.1)
     state = np.full(shape, FREE, dtype=np.uint8)
     state[:, :, :8] = OCCUPIED
     for x0, y0, x1, y1 in holes:
-        i0, j0, i1, j1 = (
-            round(c / v) - 8 * o for c, o in zip((x0, y0, x1, y1), (*origin[:2], *origin[:2]))
-        )
+        low, high = (np.round(np.array(xy) / v).astype(int) for xy in ((x0, y0), (x1, y1)))
+        (i0, j0), (i1, j1) = low - origin[:2] * 8, high - origin[:2] * 8
         state[i0:i1, j0:j1, 1:8] = FREE
     for x0, y0, z0, x1, y1, z1 in boxes:
         low = np.round(np.array([x0, y0, z0]) / v).astype(int) - origin * 8
