@@ -19,7 +19,7 @@ from app.messages import keys
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.localization.alignment import Alignment, said_registration
 from app.nodes.navigator.node import Navigator
-from app.nodes.navigator.state.map_aside import move_aside, new_map_for_tracking
+from app.nodes.navigator.state.map_aside import move_aside, new_map_for_tracking, without_map
 from app.nodes.navigator.state.persistence import RunState, SavedState
 from app.nodes.navigator.warm_up import warm_up
 from app.process.stop_signal import ProcessStopSignal, StopSignal
@@ -156,7 +156,8 @@ def _align(
         if config.keep_map:
             kept = f"kept as {move_aside(Path(config.keep_map)).name}"
         note = f"the kept map cannot be aligned: {problem}; it is {kept}, and a new map begins"
-        return replace(saved, voxel_map=None), None, note
+        saved, note = without_map(saved, note)
+        return saved, None, note
     if registration is None:
         return saved, None, ""
     return saved, registration.T_map_world, said_registration(registration)
