@@ -74,9 +74,7 @@ def run_navigator(
             alignment = Alignment(session, config, saved.voxel_map, held=held)
             saved, T_map_world, note = _align(alignment, config, saved, stop)
             # What subscribed for the alignment ends with its session; robot and console come back.
-            if link is not None:
-                link.close()
-            session.close()  # pyright: ignore[reportUnknownMemberType]
+            _close(session, link)
             # Until now a Stop was answered.
             saved = _after(alignment, saved)
             session = open_router(config.listen)
@@ -91,9 +89,13 @@ def run_navigator(
     finally:
         if entry is not None:
             entry.close()
-        if link is not None:
-            link.close()
-        session.close()  # pyright: ignore[reportUnknownMemberType]
+        _close(session, link)
+
+
+def _close(session: zenoh.Session, link: RobotLink | None) -> None:
+    if link is not None:
+        link.close()
+    session.close()  # pyright: ignore[reportUnknownMemberType]
 
 
 @contextlib.contextmanager
