@@ -85,6 +85,8 @@ class SimulatedWorld:
         """Noise-free images of the last frame, with the true instance of every pixel."""
         self._seed = seed
         self._is_instance_of = is_instance_of
+        self._touched = False
+        """The base was in contact since the last frame."""
         self._trajectory = [(start.x, start.y, start.z)]
         self._renderer = SceneRenderer(scene)
         self._noise = SensorNoise(
@@ -157,6 +159,7 @@ class SimulatedWorld:
             pose = (base.x_m, base.y_m, base.yaw_rad)
             command = self.navigation.velocities(command.goal, pose, command.tilt_rad)
         self.base.step(command, dt_s)
+        self._touched = self._touched or self.base.contact
         self.stamp_ns += round(dt_s * 1e9)
         position = (self.base.x_m, self.base.y_m, self.base.z_m)
         if position != self._trajectory[-1]:  # A standing robot does not fill the memory.
@@ -167,7 +170,7 @@ class SimulatedWorld:
         return command.linear_m_s == command.yaw_rate_rad_s == 0.0
 
     def observe(self) -> Frame:
-        """Return the frame at the current time."""
+        """Return the frame at the current time, with a contact since the last one."""
         index = self.frames
         self.frames += 1
         rng = np.random.Generator(np.random.PCG64([self._seed, 0xF7A3E, index]))
@@ -178,6 +181,7 @@ class SimulatedWorld:
         seen = rendering.color
         if self._attribute_errors is not None:
             seen = self._attribute_errors.apply(rendering, T_world_camera[:3, 3])
+        touched, self._touched = self._touched or self.base.contact, False
         color = self._noise.corrupt_color(seen, rng)
         depth = self._noise.corrupt_depth(rendering.depth, rng)
         return Frame(
@@ -189,7 +193,7 @@ class SimulatedWorld:
             T_world_base=T_world_base,
             tilt_rad=self.base.tilt_rad,
             heatmap=self._segment(rendering, depth, T_world_camera, index),
-            contact=self.base.contact,
+            contact=touched,
         )
 
     def path_length_m(self) -> float:

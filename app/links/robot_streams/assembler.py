@@ -84,7 +84,7 @@ class FrameAssembler:
         self._image_stamps: deque[int] = deque(maxlen=REMEMBERED_IMAGES)
         self._camera: StampedCamera | None = None
         self._transforms = TransformBuffer()
-        self._contact = False
+        self._pressed = self._contact = False
         self._taken_ns = -1
         self._without: dict[int, Frame] = {}
         self._late: deque[Frame] = deque(maxlen=MAX_LATE)
@@ -170,7 +170,8 @@ class FrameAssembler:
             self._transforms.add(transform, fixed=fixed)
 
     def add_contact(self, pressed: bool) -> None:
-        """Take the bumper's state; a press is kept until the next frame."""
+        """Take the bumper's state, which holds until the next one; a press reaches a frame."""
+        self._pressed = pressed
         self._contact = self._contact or pressed
 
     def take(self) -> Frame | None:
@@ -250,7 +251,7 @@ class FrameAssembler:
         assert T_world_camera is not None
         assert T_world_base is not None
         T_base_camera = invert_transform(T_world_base) @ T_world_camera
-        contact, self._contact = self._contact, False
+        contact, self._contact = self._contact or self._pressed, False
         return Frame(
             stamp_ns=stamp,
             color=decompress_color(color.encoded),

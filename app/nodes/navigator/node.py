@@ -171,7 +171,7 @@ class Navigator:
         """Integrate a frame, decide, command, publish."""
         started = time.perf_counter()
         frame = in_map_frame(frame, self._T_map_world)
-        if self._kept.check(frame):
+        if self._kept.check(frame, held=self._mission.operator.held is not None):
             self._mission.operator.stop()
         try:
             self._mission.observe(frame)

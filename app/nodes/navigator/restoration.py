@@ -1,4 +1,7 @@
-"""Goals and a Stop of an earlier run are restored; the robot waits, or goes on after a crash."""
+"""What an earlier run leaves: its goals, and after a crash its Stop and its speed limit.
+
+The robot waits, or goes on after a crash.
+"""
 
 from collections.abc import Callable
 
@@ -40,16 +43,16 @@ def restore_goals(
     """
     if saved is None:
         return
-    if not saved.requests:
-        if saved.interrupted is not None and saved.interrupted.held:
-            mission.operator.stop()
-        return
-    interrupted = saved.interrupted if resume else None
-    goes_on = interrupted is not None and interrupted.may_go_on
-    if goes_on and interrupted is not None:
+    interrupted = saved.interrupted
+    if interrupted is not None:
         services.mux.set_mode(DriveMode.AUTO, interrupted.speed_limit)
         mission.operator.limit_speed(interrupted.speed_limit)
-    else:
+    if not saved.requests:
+        if interrupted is not None and interrupted.held:
+            mission.operator.stop()
+        return
+    goes_on = resume and interrupted is not None and interrupted.may_go_on
+    if not goes_on:
         mission.operator.stop()
     first: dict[int, int] = {}
     """Number now of the first goal of each tour, by its place in the file."""

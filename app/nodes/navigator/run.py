@@ -7,18 +7,19 @@ from collections.abc import Callable, Generator
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import zenoh
 
 from app.links.language_model.interface import LanguageModelInterface
 from app.links.loopback import reachable
-from app.links.network.registry import RunningNavigator, register
+from app.links.network.registry import Registration, RunningNavigator, register
 from app.links.network.session import is_open_to_all, open_router
 from app.links.rmw_zenoh.robot_link import RobotLink
 from app.messages import keys
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.localization.alignment import Alignment, said_registration
 from app.nodes.navigator.node import Navigator
-from app.nodes.navigator.state.map_aside import move_aside, new_map_for_tracking
+from app.nodes.navigator.state.map_aside import move_aside, new_map_for_tracking, without_map
 from app.nodes.navigator.state.persistence import RunState, SavedState
 from app.nodes.navigator.warm_up import warm_up
 from app.process.stop_signal import ProcessStopSignal, StopSignal
@@ -59,7 +60,7 @@ def run_navigator(
     """
     stop = ProcessStopSignal()
     session = open_router(config.listen)
-    link = None
+    link = entry = None
     try:
         with stop.interrupting(), starting(session, config.robot):
             warm_up(config, lambda fraction: progress(0.98 * fraction))
@@ -67,11 +68,15 @@ def run_navigator(
         T_map_world = None
         saved, note = new_map_for_tracking(config, saved)
         if align and saved is not None and saved.voxel_map is not None:
-            saved, T_map_world, note = _align(session, config, saved, stop)
+            # Before the turn: who sees the robot move must be able to stop it.
+            entry = _list(config)
+            held = saved.interrupted is not None and saved.interrupted.held
+            alignment = Alignment(session, config, saved.voxel_map, held=held)
+            saved, T_map_world, note = _align(alignment, config, saved, stop)
             # What subscribed for the alignment ends with its session; robot and console come back.
-            if link is not None:
-                link.close()
-            session.close()  # pyright: ignore[reportUnknownMemberType]
+            _close(session, link)
+            # Until now a Stop was answered.
+            saved = _after(alignment, saved)
             session = open_router(config.listen)
             link = ros2 and RobotLink(session, config.robot, ros2)
         navigator = Navigator(
@@ -79,11 +84,18 @@ def run_navigator(
         )
         if note:
             navigator.report_alignment(note)
+        entry = entry or _list(config)
         _serve(navigator, config, progress, stop)
     finally:
-        if link is not None:
-            link.close()
-        session.close()  # pyright: ignore[reportUnknownMemberType]
+        if entry is not None:
+            entry.close()
+        _close(session, link)
+
+
+def _close(session: zenoh.Session, link: RobotLink | None) -> None:
+    if link is not None:
+        link.close()
+    session.close()  # pyright: ignore[reportUnknownMemberType]
 
 
 @contextlib.contextmanager
@@ -102,11 +114,8 @@ def _serve(
     progress: Callable[[float], None],
     stop: StopSignal,
 ) -> None:
-    """List the navigator among those of this machine, and run it until it is stopped."""
-    entry = None
+    """Run the navigator until it is stopped."""
     try:
-        endpoint = reachable(config.listen)
-        entry = register(RunningNavigator(pid=os.getpid(), robot=config.robot, endpoint=endpoint))
         progress(1.0)
         logger.info("navigator ready at %s, prefix %s", config.listen, config.robot)
         if is_open_to_all(config.listen):
@@ -118,12 +127,16 @@ def _serve(
         navigator.run(stop)
     finally:
         navigator.close()
-        if entry is not None:
-            entry.close()
+
+
+def _list(config: NavigatorConfig) -> Registration | None:
+    """List the navigator among those of this machine."""
+    endpoint = reachable(config.listen)
+    return register(RunningNavigator(pid=os.getpid(), robot=config.robot, endpoint=endpoint))
 
 
 def _align(
-    session: zenoh.Session, config: NavigatorConfig, saved: SavedState, stop: StopSignal
+    alignment: Alignment, config: NavigatorConfig, saved: SavedState, stop: StopSignal
 ) -> tuple[SavedState, Float64Array | None, str]:
     """Find the robot's place in the kept map.
 
@@ -135,22 +148,25 @@ def _align(
         NoFrameError: No image came.
         OSError: The kept map cannot be put aside.
     """
-    assert saved.voxel_map is not None
-    alignment, registration, problem = Alignment(session, config, saved.voxel_map), None, ""
+    registration, problem = None, ""
     try:
         registration = alignment.run(stop)
     except RegistrationError as error:
         problem = str(error)
-    if alignment.is_stopped:
-        # A Stop that came meanwhile holds until Resume, also without a goal to restore.
-        held = RunState(held=True, mode="auto", speed_limit=1.0)
-        saved = replace(saved, interrupted=held)
     if problem:
         kept = "kept"
         if config.keep_map:
             kept = f"kept as {move_aside(Path(config.keep_map)).name}"
         note = f"the kept map cannot be aligned: {problem}; it is {kept}, and a new map begins"
-        return replace(saved, voxel_map=None), None, note
+        saved, note = without_map(saved, note)
+        return saved, None, note
     if registration is None:
         return saved, None, ""
     return saved, registration.T_map_world, said_registration(registration)
+
+
+def _after(alignment: Alignment, saved: SavedState) -> SavedState:
+    """Return the state in which a Stop holds until Resume, also without a goal to restore."""
+    was = saved.interrupted or RunState(held=False, mode="auto", speed_limit=1.0)
+    now = msgspec.structs.replace(was, held=alignment.is_stopped)
+    return saved if now == was else replace(saved, interrupted=now)

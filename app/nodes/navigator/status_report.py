@@ -36,6 +36,8 @@ from ippon.planning.plan import Plan
 PLAN_WINDOW: Final = 50
 """Frames over which truncated plans are counted; if half are truncated, the operator is told."""
 STILL = 1e-3
+_CAMERA: Final = {"colour", "depth"}
+"""Streams whose silence explains a lost pose, and not the other way round."""
 GOES_ON = ("looking_around", "searching", "approaching", "manual")
 
 
@@ -159,7 +161,7 @@ def _state(
         return "stopped", "stopped: press Resume to continue"
     if lost and intake.ended:
         return "ended", intake.ended
-    if lost and localization:
+    if lost and localization and not _CAMERA & {name for name, _ in lost}:
         return "lost", localization
     if lost:
         silent = ", ".join(f"{name} ({age_s or 0.0:.1f} s)" for name, age_s in lost)

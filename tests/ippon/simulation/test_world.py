@@ -112,6 +112,17 @@ def test_contact_reaches_the_frame_and_is_counted(furnished, camera):
     assert world.collisions == 1
 
 
+def test_a_contact_that_ended_before_the_image_is_in_its_frame_once(furnished, camera):
+    world = world_of(furnished, camera)
+    while not world.base.contact:
+        world.step(Command(linear_m_s=0.8), 0.1)
+    while world.base.contact:
+        world.step(Command(linear_m_s=-0.3), 0.1)
+    assert world.observe().contact
+    world.step(Command(linear_m_s=-0.3), 0.1)
+    assert not world.observe().contact
+
+
 def test_a_drifting_robot_believes_in_another_pose_than_the_true_one(furnished, camera):
     config = WorldConfig(
         drift=DriftConfig(position_per_sqrt_m=0.05), base=BaseConfig(latency_s=0.1)

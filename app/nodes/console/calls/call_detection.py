@@ -93,7 +93,8 @@ class CallDetection:
         elif status.localization:
             lost = Occasion(kind="lost", text=status.localization)
             found.append((lost, None, LASTS_S))
-        elif status.state == "lost":
+        told = silence_s > LASTS_S or (status.localization and status.localization in status.why)
+        if status.state == "lost" and not told:
             found.append((Occasion(kind="contact", text=status.why), "streams", LASTS_S))
         find = _find(status, self._words)
         if find is not None:

@@ -7,15 +7,19 @@ import dataclasses
 import logging
 import math
 import time
+from importlib.metadata import version
 from typing import Final
 
 import numpy as np
 import zenoh
 
+from app.links.network.latched_topic import LatchedTopic
 from app.links.network.requests import RequestRefusedError, serve
+from app.links.network.sender import Sender
 from app.links.robot_streams.robot_detector import RobotDetector
 from app.messages import keys
-from app.messages.control import ControlReply, ControlRequest
+from app.messages.control import ControlReply, ControlRequest, encode
+from app.messages.status import Status, Timings
 from app.nodes.navigator.command.command_stream import CommandStream
 from app.nodes.navigator.config import NavigatorConfig
 from app.nodes.navigator.frame_intake import FrameIntake
@@ -48,6 +52,7 @@ _EVERY_RAD: Final = math.radians(20.0)
 """Turn from one view that is used to the next."""
 _REACH_M: Final = 6.0
 _IDLE_S: Final = 0.05
+_STATUS_EVERY_S: Final = 0.4
 
 
 class NoFrameError(Exception):
@@ -61,10 +66,16 @@ class Alignment:
         session: A router that the robot is connected to; close it when the place is found.
         config: Of the navigator.
         voxel_map: The kept map.
+        held: A Stop is in force: the turn begins after Resume.
     """
 
     def __init__(
-        self, session: zenoh.Session, config: NavigatorConfig, voxel_map: VoxelMap
+        self,
+        session: zenoh.Session,
+        config: NavigatorConfig,
+        voxel_map: VoxelMap,
+        *,
+        held: bool = False,
     ) -> None:
         self._config, self._map = config, voxel_map
         robot = config.robot
@@ -77,12 +88,16 @@ class Alignment:
             session, robot, config.command_hz, config.stale_s,
             velocities=config.profile.takes_velocities,
         )  # fmt: skip
+        self.is_stopped = held
+        """The operator has stopped the robot."""
+        if held:
+            self._stream.halt()
+        self._sender, self._status_at = Sender(), 0.0
+        self._status = LatchedTopic(session, f"{robot}/{keys.STATUS}", self._sender)
         self._control = serve(
             session, f"{robot}/{keys.CONTROL}", ControlRequest, self._obey,
             on_stop=self._stream.hold,
         )  # fmt: skip
-        self.is_stopped = False
-        """The operator has stopped the robot."""
         # A map of its own: the kept one is in another frame.
         self._seen = VoxelMap(config.mission.map, config.labels)
         self._motion = SafeMotion(config.profile, self._seen)
@@ -104,6 +119,7 @@ class Alignment:
                 if stop.is_set():
                     return None
                 self._converter.check()
+                self._publish_status()
                 frame = self._intake.take(_IDLE_S)
                 if frame is not None:
                     self._step(frame)
@@ -114,6 +130,7 @@ class Alignment:
         finally:
             self._stream.close()
             self._converter.close()
+            self._sender.close()
         assert self._last is not None, "it has turned"
         floor_z_m = float(self._last.T_world_base[2, 3])
         surface = surface_points(self._map)
@@ -150,16 +167,26 @@ class Alignment:
         return "".join(f"; {text}" for text in told)
 
     def _step(self, frame: Frame) -> None:
-        hold = Command(tilt_rad=frame.tilt_rad)
         try:
             self._seen.integrate(frame)
         except FrameRejectedError as error:
             self._intake.refuse_frame(str(error), frame.stamp_ns)
-            self._stream.give(hold, frame.stamp_ns)
+            self._stream.give(Command(tilt_rad=frame.tilt_rad), frame.stamp_ns)
             return
         self._intake.accept()
         dt_s = 0.0 if self._last is None else (frame.stamp_ns - self._last.stamp_ns) / NANOSECONDS
         self._note_turn(frame)
+        command = self._command(frame, dt_s)
+        is_free = moves_base(command) or self.is_stopped
+        self._blocked_s = 0.0 if is_free else self._blocked_s + dt_s
+        self._stream.give(command, frame.stamp_ns)
+        self._last = frame
+
+    def _command(self, frame: Frame, dt_s: float) -> Command:
+        """Return the next command of the turn; it stands while stopped, and where it touches."""
+        if self.is_stopped or frame.contact:
+            self._motion.resume_from(Command())
+            return Command(tilt_rad=frame.tilt_rad)
         profile = self._config.profile
         wanted = Command(
             yaw_rate_rad_s=_SHARE_OF_SPEED * profile.max_yaw_rate_rad_s,
@@ -167,10 +194,7 @@ class Alignment:
         )
         eased = self._motion.accelerate(wanted, max(dt_s, 1e-3), brakes_at_once=False)
         age_s = time.perf_counter() - self._intake.arrived_at
-        command, _ = self._motion.avoid_collision(eased, frame, dt_s, age_s)
-        self._blocked_s = 0.0 if moves_base(command) else self._blocked_s + dt_s
-        self._stream.give(command, frame.stamp_ns)
-        self._last = frame
+        return self._motion.avoid_collision(eased, frame, dt_s, age_s)[0]
 
     def _note_turn(self, frame: Frame) -> None:
         """Add the turn since the last frame, and the points in view at intervals of it."""
@@ -184,6 +208,13 @@ class Alignment:
             self._since_view_rad = 0.0
             self._views.append(seen_points(frame, _REACH_M))
 
+    def _publish_status(self) -> None:
+        """Tell pages and programs at intervals what the robot does, and whether it is stopped."""
+        if time.monotonic() - self._status_at < _STATUS_EVERY_S:
+            return
+        self._status_at = time.monotonic()
+        self._status.put(encode(status_of(self._config, is_stopped=self.is_stopped)))
+
     def _obey(self, request: ControlRequest) -> ControlReply:
         """Stop and resume the turn; called in the thread of the key."""
         if request.action == "cancel":
@@ -194,6 +225,33 @@ class Alignment:
             self._stream.halt()
             self.is_stopped = True
         return ControlReply(state="stopped" if self.is_stopped else "starting")
+
+
+def status_of(config: NavigatorConfig, *, is_stopped: bool) -> Status:
+    """Return the status of a navigator that aligns the robot: it has neither goals nor a map."""
+    why = "the robot turns once where it stands, to find its place in the map"
+    return Status(
+        robot=config.robot,
+        version=version("ippon"),
+        stamp_ns=0,
+        wall_ns=time.time_ns(),
+        state="stopped" if is_stopped else "starting",
+        why="stopped: press Resume to continue" if is_stopped else why,
+        goal=None,
+        queue=[],
+        history=[],
+        find=None,
+        streams=[],
+        timings=Timings(),
+        frames=0,
+        elapsed_s=0.0,
+        path_length_m=0.0,
+        best_ooi=0.0,
+        explored_m2=0.0,
+        surface_voxels=0,
+        voxel_size_m=config.mission.map.voxel_size_m,
+        map_revision=0,
+    )
 
 
 def in_map_frame(frame: Frame, T_map_world: Float64Array | None) -> Frame:

@@ -34,8 +34,8 @@ class MapCheck:
         self._check = None if voxel_map is None else FrameCheck(voxel_map)
         self._report_event, self._config = report_event, config
         self.problem = ""
-        """What is wrong, for the operator; the robot must not move on by itself."""
-        self._given_up = ""
+        """What is wrong, for the operator, until Resume; the robot must not move on by itself."""
+        self._noted = ""
 
     def waits(self) -> bool:
         """Return whether the map may be of another frame: nothing of it is to be overwritten."""
@@ -49,15 +49,21 @@ class MapCheck:
                 "the kept map is not confirmed yet: too little of it has been in view to know that "
                 "the robot's frame is the same; its file stays as it is until then"
             )
-        return self.problem or self._given_up
+        return self.problem or self._noted
 
-    def check(self, frame: Frame) -> bool:
+    def check(self, frame: Frame, *, held: bool = True) -> bool:
         """Look at a frame; return whether the frames up to this one contradict the map.
 
         The map goes on in the new frame, and its file is written: a copy keeps what was there.
+
+        Args:
+            frame: Before it is fused.
+            held: The robot stands until Resume; if not, a contradiction is only noted from now on.
         """
         check = self._check
         if check is None:
+            if not held:
+                self._noted, self.problem = self.note, ""
             return False
         check.add(frame)
         if check.is_enough:
@@ -71,11 +77,11 @@ class MapCheck:
                 self._report_event("error", self.problem)
         elif check.views >= MOST_VIEWS:
             self._check = None
-            self._given_up = (
+            self._noted = (
                 f"the kept map was not confirmed: too little of it was in view of {MOST_VIEWS} "
                 f"images; if the robot's frame has changed: {self._copied()}"
             )
-            self._report_event("memory", self._given_up)
+            self._report_event("memory", self._noted)
         return bool(self.problem)
 
     def _copied(self) -> str:

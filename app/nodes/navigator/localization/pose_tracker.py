@@ -54,6 +54,8 @@ class PoseTracker:
         profile: How the camera is held.
         intake: Gets the poses.
         events: Hears that the camera is lost, and found again.
+        camera_clock_offset_s: How far the camera's clock is behind that of the poses, by which the
+            intake looks them up.
     """
 
     def __init__(
@@ -63,7 +65,9 @@ class PoseTracker:
         profile: RobotProfile,
         intake: FrameIntake,
         events: EventPublisher,
+        camera_clock_offset_s: float = 0.0,
     ) -> None:
+        self._offset_ns = round(NANOSECONDS * camera_clock_offset_s)
         self._profile, self._intake, self._events = profile, intake, events
         self._put = session.declare_publisher(
             f"{robot}/{keys.TF}",
@@ -175,7 +179,10 @@ class PoseTracker:
             return
         self.problem, self._had_pose = "", True
         poses = transforms_of(
-            tracked.T_world_camera, self._profile.camera_forward_m, stamp_ns, self._frame_id
+            tracked.T_world_camera,
+            self._profile.camera_forward_m,
+            stamp_ns + self._offset_ns,
+            self._frame_id,
         )
         payload = encode_transforms(poses)
         self._intake.inject(keys.TF, payload)
@@ -202,7 +209,8 @@ def pose_tracker(
     """Return a tracker where the profile asks for one; None where the robot sends its pose."""
     if not config.profile.tracks_pose:
         return None
-    return PoseTracker(session, config.robot, config.profile, intake, events)
+    offset_s = config.camera_clock_offset_s
+    return PoseTracker(session, config.robot, config.profile, intake, events, offset_s)
 
 
 def transforms_of(
@@ -213,7 +221,7 @@ def transforms_of(
     Args:
         T_map_camera: Pose of the camera.
         forward_m: Distance of the camera in front of the base.
-        stamp_ns: Stamp of the image.
+        stamp_ns: Stamp of the image, by the clock of the poses.
         camera_frame: Its coordinate frame.
     """
     T_map_base = base_below(T_map_camera) @ base_pose(-forward_m, 0.0, 0.0, 0.0)

@@ -5,6 +5,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
+
 from app.memory.memory_file import journal_path, memory_path
 from app.memory.room_names import room_names_path
 from app.nodes.navigator.config import NavigatorConfig
@@ -54,7 +56,27 @@ def new_map_for_tracking(
         "a tracked camera begins another frame at each start: the map as it was is kept as "
         f"{aside.name}, and a new map begins"
     )
-    return replace(saved, voxel_map=None), note
+    return without_map(saved, note)
+
+
+def without_map(saved: SavedState, note: str) -> tuple[SavedState, str]:
+    """Return a state for another frame, in which nobody knows where the finds of the last one are.
+
+    Args:
+        saved: The state with its map.
+        note: What to tell the operator.
+
+    Returns:
+        The state without map and finds: what was counted is counted anew. And the note, which says
+        so if there were any.
+    """
+    if any(one.counted or one.rejected for one in saved.requests):
+        told = "finds that were counted or rejected before are forgotten and may come again"
+        note = f"{note}; {told}"
+    requests = tuple(
+        msgspec.structs.replace(one, counted=[], rejected=[]) for one in saved.requests
+    )
+    return replace(saved, voxel_map=None, requests=requests), note
 
 
 def _put_aside(map_path: Path, put: Callable[[Path, Path], object]) -> Path:

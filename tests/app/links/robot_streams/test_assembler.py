@@ -157,6 +157,16 @@ def test_a_press_of_the_bumper_is_carried_once(assembler):
     assert not assembler.take().contact
 
 
+def test_a_bumper_that_tells_its_changes_only_is_pressed_until_its_release(assembler):
+    assembler.add_contact(pressed=True)
+    for k in (1, 2):
+        feed(assembler, k * PERIOD)
+        assert assembler.take().contact
+    assembler.add_contact(pressed=False)
+    feed(assembler, 3 * PERIOD)
+    assert not assembler.take().contact
+
+
 def test_old_stamps_are_not_offered_again(assembler):
     feed(assembler, 3 * PERIOD)
     assembler.take()

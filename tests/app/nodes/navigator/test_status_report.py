@@ -23,7 +23,10 @@ from ippon.robot import ZED
 from ippon.vocabulary import MATTERPORT_40
 
 
-def state_of(report, mission, *, lost=(), notes=(), frames=0, refused="", ended="", camera=""):
+def state_of(
+    report, mission, *, lost=(), notes=(), frames=0, refused="", ended="", camera="",
+    localization="",
+):  # fmt: skip
     intake = SimpleNamespace(
         frames=frames,
         refused=refused,
@@ -42,6 +45,7 @@ def state_of(report, mission, *, lost=(), notes=(), frames=0, refused="", ended=
         drive=DriveStatus(),
         lease=LeaseStatus(),
         notes=notes,
+        localization=localization,
     )
 
 
@@ -70,6 +74,21 @@ def test_stopped_is_shown_before_the_first_frame_too(report, mission):
 )
 def test_what_is_silent_or_lacking_is_named(report, mission, lost, why):
     assert state_of(report, mission, lost=lost, frames=3).why == why
+
+
+@pytest.mark.parametrize(
+    ("lost", "why"),
+    [
+        ([("pose", 2.0)], "the camera has lost its place"),
+        ([("colour", 2.0), ("pose", 2.0)], "waiting for colour (2.0 s), pose (2.0 s)"),
+    ],
+)
+def test_a_lost_place_explains_that_poses_are_missing_and_no_more(report, mission, lost, why):
+    status = state_of(
+        report, mission, lost=lost, frames=3, localization="the camera has lost its place"
+    )
+    assert (status.state, status.why) == ("lost", why)
+    assert status.localization == "the camera has lost its place"
 
 
 def test_a_replay_that_has_ended_is_not_lost(report, mission):

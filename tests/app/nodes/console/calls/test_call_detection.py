@@ -134,9 +134,13 @@ def test_what_is_lost_for_a_moment_calls_nobody(watch):
 
 
 def test_a_robot_that_does_not_know_where_it_is_calls_for_that_alone(watch):
-    astray = status_of("lost", localization="the pose jumped by 4.2 m")
+    jumped = "the pose jumped by 4.2 m"
+    astray = status_of("lost", localization=jumped, why=f"frames are refused: {jumped}")
     watch(astray, 0.0)
-    assert watch(astray, LASTS_S) == [("lost", "the pose jumped by 4.2 m")]
+    assert watch(astray, LASTS_S) == [("lost", jumped)]
+    silent = status_of("lost", localization=jumped, why="waiting for colour (5.0 s)")
+    watch(silent, 20.0)
+    assert watch(silent, 20.0 + LASTS_S) == [("contact", "waiting for colour (5.0 s)")]
 
 
 def test_a_robot_that_does_not_get_on_calls_and_one_that_touches_twice_does_not(watch):

@@ -1,8 +1,10 @@
 """A robot that starts anew, in a home that it knows."""
 
+import contextlib
 import dataclasses
 import functools
 import math
+import os
 import threading
 import time
 from types import SimpleNamespace
@@ -11,11 +13,13 @@ import numpy as np
 import pytest
 
 from app.cli.main import run
-from app.links.network.requests import RequestRefusedError, ask
+from app.links.network.registry import running_navigators
+from app.links.network.requests import RequestRefusedError, ask, last_message
 from app.memory.memory_file import memory_path
 from app.memory.room_names import room_names_path
 from app.messages import keys
-from app.messages.control import ControlReply, ControlRequest
+from app.messages.control import ControlReply, ControlRequest, decode
+from app.messages.status import Status
 from app.nodes.navigator import run as navigator_run
 from app.nodes.navigator import stream_conversion
 from app.nodes.navigator.config import NavigatorConfig
@@ -176,6 +180,56 @@ def test_the_age_of_an_image_counts_in_the_turn(align):
     alignment._stream.close()
 
 
+def turns(alignment):
+    alignment._step(alignment._intake.take(0.0))
+    return alignment._stream.sent.yaw_rate_rad_s
+
+
+def test_a_stop_of_the_last_run_holds_the_turn_until_resume(sessions, yesterday):
+    alignment = Alignment(sessions[0], CONFIG, yesterday, held=True)
+    alignment._intake = Robot(world_at(2.2, 1.6, 0.4), lambda: alignment._stream.sent)
+    assert [turns(alignment) for _ in range(3)] == [0.0, 0.0, 0.0]
+    resume = ControlRequest(action="resume")
+    assert ask(sessions[1], f"r/{keys.CONTROL}", resume, ControlReply, 20.0).state == "starting"
+    assert turns(alignment) > 0.0
+    alignment._stream.close()
+
+
+def test_a_stop_is_no_lack_of_space_and_the_turn_begins_slowly_after_it(align):
+    alignment = align(world_at(2.2, 1.6, 0.4))
+    before = [turns(alignment) for _ in range(5)]
+    alignment._obey(ControlRequest(action="stop"))
+    for _ in range(30):
+        assert turns(alignment) == 0.0
+    assert alignment._blocked_s == 0.0
+    alignment._obey(ControlRequest(action="resume"))
+    assert 0.0 < turns(alignment) <= before[1] < before[4]
+    alignment._stream.close()
+
+
+def test_the_turn_ends_while_the_bumper_is_pressed(align):
+    alignment = align(world_at(2.2, 1.6, 0.4))
+    free = alignment._intake.take
+    assert [turns(alignment) for _ in range(3)][-1] > 0.0
+    alignment._intake.take = lambda _: dataclasses.replace(free(_), contact=True)
+    assert turns(alignment) == 0.0
+    with pytest.raises(RegistrationError, match="no space to turn"):
+        alignment.run(threading.Event())
+
+
+def test_its_status_tells_what_it_does_and_whether_it_is_stopped(sessions, yesterday):
+    alignment = Alignment(sessions[0], CONFIG, yesterday, held=True)
+    for state, why in (("stopped", "press Resume"), ("starting", "find its place in the map")):
+        alignment._status_at = 0.0
+        alignment._publish_status()
+        status = decode(last_message(sessions[1], f"r/{keys.STATUS}", 20.0), Status)
+        assert (status.state, status.goal, status.frames) == (state, None, 0)
+        assert why in status.why
+        assert status.voxel_size_m == MAP.voxel_size_m, "another one would count as another map"
+        alignment._obey(ControlRequest(action="resume"))
+    alignment._stream.close()
+
+
 def test_at_the_end_of_the_process_it_ends(align):
     stop = threading.Event()
     stop.set()
@@ -219,8 +273,8 @@ def test_without_an_image_the_map_stays_as_it_is(
     monkeypatch.setattr(Alignment, "run", run)
     monkeypatch.setattr(stream_conversion, "SILENT_S", 60.0)
     config = dataclasses.replace(CONFIG, keep_map=str(kept))
-    saved = SavedState(voxel_map=yesterday, requests=(), interrupted=None)
-    stop = threading.Event()
+    saved = SavedState(voxel_map=yesterday, requests=())
+    stop, alignment = threading.Event(), Alignment(sessions[0], config, yesterday)
 
     def robot():
         for n in range(1, 100):
@@ -232,7 +286,7 @@ def test_without_an_image_the_map_stays_as_it_is(
     thread.start()
     try:
         with pytest.raises(NoFrameError, match=r"home\.map stays as it is") as raised:
-            navigator_run._align(sessions[0], config, saved, stop)
+            navigator_run._align(alignment, config, saved, stop)
     finally:
         stop.set()
         thread.join()
@@ -271,16 +325,65 @@ def test_an_alignment_is_said_in_degrees_and_metres():
 
 
 @pytest.mark.parametrize("is_stopped", [False, True])
-def test_a_stop_during_the_alignment_holds_the_search_of_a_killed_run(monkeypatch, is_stopped):
-    monkeypatch.setattr(
-        navigator_run,
-        "Alignment",
-        lambda *_: SimpleNamespace(run=lambda _: None, is_stopped=is_stopped),
-    )
-    ran = RunState(held=False, mode="auto", speed_limit=1.0)
+@pytest.mark.parametrize("was_held", [False, True])
+def test_a_stop_during_the_alignment_holds_the_search_of_a_killed_run(
+    monkeypatch, was_held, is_stopped
+):
+    """Also one that is answered after the turn, until the session closes; Resume releases it."""
+    ran = RunState(held=was_held, mode="auto", speed_limit=0.4)
     saved = SavedState(voxel_map=VoxelMap(MAP, ("wall",)), requests=(), interrupted=ran)
-    left, _, _ = navigator_run._align(None, CONFIG, saved, threading.Event())
-    assert left.interrupted == RunState(held=is_stopped, mode="auto", speed_limit=1.0)
+    begun, served = [], []
+
+    class Session:
+        def close(self):
+            if begun:
+                begun[0].is_stopped = is_stopped
+
+    def begin(*_, held):
+        begun.append(SimpleNamespace(run=lambda _: None, is_stopped=held))
+        return begun[0]
+
+    def navigator(config, session, model, left, *_):
+        assert begun[0].is_stopped == is_stopped, "the session of the alignment is closed"
+        served.append(left)
+
+    monkeypatch.setattr(navigator_run, "ProcessStopSignal", ProcessStop)
+    monkeypatch.setattr(navigator_run, "open_router", lambda _: Session())
+    monkeypatch.setattr(navigator_run, "starting", lambda *_: contextlib.nullcontext())
+    monkeypatch.setattr(navigator_run, "warm_up", lambda *_: None)
+    monkeypatch.setattr(navigator_run, "Alignment", begin)
+    monkeypatch.setattr(navigator_run, "Navigator", navigator)
+    monkeypatch.setattr(navigator_run, "register", lambda _: None)
+    monkeypatch.setattr(navigator_run, "_serve", lambda *_: None)
+    navigator_run.run_navigator(CONFIG, lambda _: None, saved=saved, align=True)
+    assert served[0].interrupted == RunState(held=is_stopped, mode="auto", speed_limit=0.4)
+
+
+class ProcessStop(threading.Event):
+    """The stop signal of a process, without its signal handlers."""
+
+    def interrupting(self):
+        return contextlib.nullcontext()
+
+
+def test_it_is_listed_while_it_turns(monkeypatch, free_endpoint, tmp_path):
+    """So that `ippon control stop` finds it."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(navigator_run, "ProcessStopSignal", ProcessStop)
+    monkeypatch.setattr(navigator_run, "warm_up", lambda *_: None)
+    monkeypatch.setattr(navigator_run, "Alignment", lambda *_, **__: None)
+
+    def turn(*_):
+        listed = [one for one in running_navigators() if one.pid == os.getpid()]
+        assert [one.robot for one in listed] == ["r"]
+        raise NoFrameError("it turned")
+
+    monkeypatch.setattr(navigator_run, "_align", turn)
+    config = dataclasses.replace(CONFIG, listen=free_endpoint)
+    saved = SavedState(voxel_map=VoxelMap(MAP, ("wall",)), requests=())
+    with pytest.raises(NoFrameError, match="it turned"):
+        navigator_run.run_navigator(config, lambda _: None, saved=saved, align=True)
+    assert not [one for one in running_navigators() if one.pid == os.getpid()]
 
 
 def test_without_a_certain_place_the_map_keeps_its_memory_and_its_room_names(monkeypatch, tmp_path):
@@ -291,12 +394,9 @@ def test_without_a_certain_place_the_map_keeps_its_memory_and_its_room_names(mon
     def run(_):
         raise RegistrationError("two places fit")
 
-    monkeypatch.setattr(
-        navigator_run, "Alignment", lambda *_: SimpleNamespace(run=run, is_stopped=False)
-    )
     config = dataclasses.replace(CONFIG, keep_map=str(kept))
     saved = SavedState(voxel_map=VoxelMap(MAP, ("wall",)), requests=())
-    left, _, note = navigator_run._align(None, config, saved, threading.Event())
+    left, _, note = navigator_run._align(SimpleNamespace(run=run), config, saved, threading.Event())
     assert left.voxel_map is None
     assert "two places fit; it is kept as home.map.aside-1, and a new map begins" in note
     aside = tmp_path / "home.map.aside-1"

@@ -102,6 +102,9 @@ def test_an_image_that_contradicts_the_map_is_reported_once_and_the_map_copied(
     for name, content in KEPT.items():
         copy = name.replace("home.map", "home.map.aside-1")
         assert (kept / copy).read_bytes() == (kept / name).read_bytes() == content
+    problem = check.problem
+    assert not check.check(frame, held=False)
+    assert (check.problem, check.note) == ("", problem), "Resume has answered it"
     follower = check_of(yesterday, takes_velocities=False)
     assert follower.check(frame)
     assert follower.problem.endswith("home.map.aside-2; start again with another --map")

@@ -17,6 +17,7 @@ from app.nodes.navigator.localization.pose_tracker import LOST_TEXT, PoseTracker
 from app.robot_file import read_profile
 from ippon.camera import PinholeCamera
 from ippon.simulation.camera.renderer import SceneRenderer
+from ippon.tracking.hand_held import HandHeldCamera
 from tests.boxes import boxes_scene
 from tests.ippon.tracking.conftest import ROOM, held_pose
 
@@ -35,11 +36,13 @@ class Events:
 class Hand:
     """A hand-held camera that sends images, a navigator's intake, and its tracker."""
 
-    def __init__(self, session):
-        self.intake = FrameIntake(session, "held", lambda _: None)
+    def __init__(self, session, offset_s=0.0):
+        self.intake = FrameIntake(session, "held", lambda _: None, None, offset_s)
         self.events = Events()
         self.profile = read_profile("hand-held")
-        self.tracker = PoseTracker(session, "held", self.profile, self.intake, self.events)
+        self.tracker = PoseTracker(
+            session, "held", self.profile, self.intake, self.events, offset_s
+        )
         self._renderer = SceneRenderer(boxes_scene(ROOM))
         self._stamp_ns = 10**12
 
@@ -62,12 +65,17 @@ class Hand:
 
 
 @pytest.fixture
-def hand():
+def offset_s():
+    return 0.0
+
+
+@pytest.fixture
+def hand(offset_s):
     config = zenoh.Config()
     config.insert_json5("scouting/multicast/enabled", "false")
     config.insert_json5("listen/endpoints", "[]")
     session = zenoh.open(config)
-    hand = Hand(session)
+    hand = Hand(session, offset_s)
     yield hand
     hand.tracker.close()
     session.close()
@@ -88,6 +96,23 @@ def test_images_alone_give_frames_with_the_base_on_the_floor_behind_the_camera(h
     moved = np.linalg.norm(last.T_world_camera[:3, 3] - frames[0].T_world_camera[:3, 3])
     true = np.linalg.norm(held_pose(5)[:3, 3] - held_pose(0)[:3, 3])
     assert moved == pytest.approx(true, abs=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("offset_s", [0.04, -0.08])
+def test_a_pose_is_that_of_its_image_whatever_the_clock_offset(hand):
+    tracked, track = [], HandHeldCamera.track
+
+    def note(camera, *images):
+        tracked.append(track(camera, *images))
+        return tracked[-1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(HandHeldCamera, "track", note)
+        for k in range(3):
+            frame = hand.send(k)
+            assert frame is not None, "not one image later"
+            assert np.allclose(frame.T_world_camera, tracked[-1].T_world_camera, atol=1e-9)
 
 
 @pytest.mark.slow

@@ -437,11 +437,25 @@ def test_a_stop_holds_over_a_crash_also_without_a_goal(sessions, held, state):
         navigator.close()
 
 
-def test_a_run_that_goes_on_keeps_its_speed_limit_in_command_and_mission(sessions):
-    ran = RunState(held=False, mode="auto", speed_limit=0.3)
-    saved = SavedState(voxel_map=None, requests=(SavedGoal(object="hat"),), interrupted=ran)
-    navigator = Navigator(NavigatorConfig(robot="r", resume=True), sessions[0], saved=saved)
+@pytest.mark.parametrize(
+    ("resume", "requests", "held"),
+    [
+        (True, (SavedGoal(object="hat"),), False),
+        (True, (SavedGoal(object="hat"),), True),
+        (False, (SavedGoal(object="hat"),), False),
+        (False, (), True),
+    ],
+)
+def test_a_killed_run_hands_on_its_speed_limit_to_command_and_mission(
+    sessions, resume, requests, held
+):
+    """Also where the robot waits for Resume."""
+    ran = RunState(held=held, mode="auto", speed_limit=0.3)
+    saved = SavedState(voxel_map=None, requests=requests, interrupted=ran)
+    navigator = Navigator(NavigatorConfig(robot="r", resume=resume), sessions[0], saved=saved)
     try:
+        stands = not resume or held
+        assert (navigator._mission.state is MissionState.STOPPED) == stands
         assert navigator._services.mux.status().speed_limit == 0.3
         assert navigator._mission.operator.speed_limit == 0.3
     finally:
