@@ -318,6 +318,23 @@ def test_depth_of_another_unit_is_told(fake, tmp_path, capsys, unit_m, millimetr
     assert bool(note) == ("depth" in told)
 
 
+def test_a_page_takes_images_whose_sides_are_no_multiples_of_each_other(fake, tmp_path, capsys):
+    Image.fromarray(np.zeros((480, 848, 3), np.uint8)).save(tmp_path / "0.png")
+    Image.fromarray(np.full((480, 848), 1500, np.uint16)).save(tmp_path / "0.depth.png")
+    read = json.loads((tmp_path / "sequence.json").read_text())
+    read |= {"width": 848, "height": 480}
+    read["intrinsics"] = {"fx": 600.0, "fy": 600.0, "cx": 423.5, "cy": 239.5}
+    (tmp_path / "sequence.json").write_text(json.dumps(read))
+    cup = Instance(label="cup", score=0.9, box_px=(380.0, 200.0, 460.0, 280.0))
+    fake.segment = lambda *_: Detections(
+        source="own", labels=("cup",), ooi=None, image_size=(480, 848), instances=(cup,)
+    )
+    page = tmp_path / "page.html"
+    assert run(["recognise", str(tmp_path), "--find", "cup", "--page", str(page)]) == 0
+    assert capsys.readouterr().out.startswith("cup: 1\n")
+    assert page.read_text().count('class="find"') == 1
+
+
 def test_a_page_of_a_network_without_instances_says_nothing_of_them(
     tmp_path, monkeypatch, fake, capsys
 ):
