@@ -31,6 +31,8 @@ from ippon.segmentation.segmenter import Segmenter
 logger = logging.getLogger(__name__)
 
 IDLE_S: Final = 0.2
+RETRY_S: Final = 0.5
+"""Pause between two attempts to reach the navigator."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,6 +80,8 @@ class SegmentNode:
             key: zenoh.ext.declare_advanced_publisher(
                 session, f"{config.robot}/{key}", cache=zenoh.ext.CacheConfig(max_samples=1),
                 publisher_detection=True,
+                # A lost name is not sent again.
+                congestion_control=zenoh.CongestionControl.BLOCK,
             )
             for key in (keys.LABEL_NAMES, keys.DETECTOR_NAME)
         }  # fmt: skip
@@ -188,10 +192,15 @@ def run_segment(config: SegmentConfig, segmenter: Segmenter) -> None:
 def _connected(config: SegmentConfig, stop: StopSignal) -> zenoh.Session | None:
     """Open a session, waiting for the navigator; None when stopped meanwhile."""
     deadline = time.monotonic() + config.wait_s
+    waits = False
     while not stop.is_set():
         try:
             return open_client(config.connect, timeout_s=2.0)
-        except LinkError:
+        except LinkError as error:
             if time.monotonic() > deadline:
                 raise
+            if not waits:
+                logger.info("waiting up to %.0f s for the navigator: %s", config.wait_s, error)
+            waits = True
+            stop.wait(RETRY_S)
     return None

@@ -213,10 +213,15 @@ def test_an_observation_model_of_another_network_is_refused(fake, tmp_path, caps
     assert "ippon: fell.json: a weak score of other labels told more" in capsys.readouterr().err
     assert run([*arguments, str(tmp_path / "other.json")]) == 2
     assert "the observation model is that of 'other'" in capsys.readouterr().err
-    where = ["--segmentation.where", "here", "--segmentation.backend", "detector"]
-    arguments = ["navigate", *where, "--segmentation.model", "a/own.onnx", "--observation-model"]
-    assert run([*arguments, str(tmp_path / "other.json")]) == 2
-    assert "and the network is 'own' (scores)" in capsys.readouterr().err
+    for backend, network in (
+        ("detector", "'own' (scores)"), ("owlv2", "'owlv2' (scores)"),
+        ("clipseg", "'clipseg' (scores)"), ("sam3-lite", "'sam3-lite' (scores)"),
+        ("grounding-dino", "'grounding-dino' (scores)"), ("san", "'san' (distribution)"),
+    ):  # fmt: skip
+        where = ["--segmentation.where", "here", "--segmentation.backend", backend]
+        arguments = ["navigate", *where, "--segmentation.model", "a/own.onnx"]
+        assert run([*arguments, "--observation-model", str(tmp_path / "other.json")]) == 2
+        assert f"and the network is {network}" in capsys.readouterr().err
 
 
 def test_no_image_is_looked_at_for_what_the_network_cannot_tell(fake, tmp_path, capsys):
