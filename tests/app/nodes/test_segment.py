@@ -128,6 +128,41 @@ def test_instances_are_sent_as_detections_with_names_and_masks(wired, monkeypatc
     assert heatmaps == []
 
 
+class Names:
+    """A detector that sees nothing of some classes."""
+
+    def __init__(self, vocabulary, labels=()):
+        self.labels = labels
+        if vocabulary is not None:
+            self.vocabulary = vocabulary
+
+    def segment(self, color, labels, ooi):
+        return Detections(
+            source="x", labels=self.labels, ooi=None, image_size=color.shape[:2], instances=()
+        )
+
+
+@pytest.mark.parametrize(
+    ("network", "names"),
+    [
+        (Names(ClosedVocabulary(("ding", "cup"), (("mug", "jar"), ("cup",)))), ["mug/jar", "cup"]),
+        (Names(ClosedVocabulary(("x",), (("mug", "a" * 80),))), ["mug", "a" * 80]),
+        (Names(None), None),
+    ],
+)  # fmt: skip
+def test_label_info_says_what_classes_answer_to(sessions, network, names):
+    router, client = sessions
+    came = []
+    for key in (keys.LABEL_NAMES, keys.BOXES):
+        kept = key == keys.LABEL_NAMES
+        subscribe(router, f"r/{key}", lambda p, k=key: came.append((k, p)), kept=kept)
+    node = SegmentNode(SegmentConfig(connect="", robot="r"), client, network)
+    node._segment(image(1), SegmentationLabels(labels=["wall"], ooi="mug"))
+    wait_until(lambda: keys.BOXES in dict(came) and (not names or keys.LABEL_NAMES in dict(came)))
+    told = dict(came).get(keys.LABEL_NAMES)
+    assert (told and list(decode_label_names(told).names.values())) == names
+
+
 def test_scores_are_sent_whole_with_the_name_of_their_network(wired, monkeypatch):
     router, _, heatmaps, network, _ = wired
 

@@ -224,6 +224,21 @@ def test_an_observation_model_of_another_network_is_refused(fake, tmp_path, caps
         assert f"and the network is {network}" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(("asked", "status"), [("cup,lamp", 0), ("lamp", 2)])
+def test_an_installed_network_without_a_vocabulary_may_know_few_labels(
+    fake, tmp_path, capsys, asked, status
+):
+    del fake.vocabulary
+    seen = Detections(source="own", labels=("cup",), ooi=None, image_size=(120, 160), instances=())
+    fake.segment = lambda *_: seen
+    arguments = ["--segmentation.backend", "installed", "--segmentation.model", "own"]
+    assert run(["recognise", str(tmp_path), "--find", asked, *arguments]) == status
+    ran = capsys.readouterr()
+    assert ran.out == "".join(f"{name}: none\n" for name in asked.split(","))
+    assert ran.err.count("ippon: this network gives no label") == 1
+    assert "this network gives no label 'lamp'" in ran.err
+
+
 def test_no_image_is_looked_at_for_what_the_network_cannot_tell(fake, tmp_path, capsys):
     assert run(["recognise", str(tmp_path), "--find", "unicorn"]) == 2
     assert fake.images == 0
