@@ -152,7 +152,9 @@ def test_an_obstacle_slows_and_stops_at_the_limits_that_are_told(robot, margin_m
     def speed_with_obstacle_at(x):
         command = Command(linear_m_s=speed, yaw_rate_rad_s=0.0)
         obstacle = np.array([[x, 0.0]])
-        return filter_among(command, HERE, robot, obstacle, horizon_s, margin_m)[0].linear_m_s
+        return filter_among(command, HERE, robot, obstacle, horizon_s, margin_m)[
+            0
+        ].linear_m_s
 
     assert speed_with_obstacle_at(slow_m + 0.02) == speed
     assert 0.0 < speed_with_obstacle_at(slow_m - 0.02) < speed
@@ -321,7 +323,9 @@ def test_the_mirrored_scene_gives_the_mirrored_command(linear, rate, obstacles, 
 def test_an_obstacle_more_never_makes_a_command_faster(linear, rate, obstacles, robot, another):
     command = Command(linear_m_s=linear, yaw_rate_rad_s=rate)
     few, _ = filter_among(command, HERE, robot, np.array(obstacles), HORIZON_S)
-    more, _ = filter_among(command, HERE, robot, np.array([*obstacles, another]), HORIZON_S)
+    more, _ = filter_among(
+        command, HERE, robot, np.array([*obstacles, another]), HORIZON_S
+    )
     assert abs(more.linear_m_s) <= abs(few.linear_m_s)
 
 

@@ -22,13 +22,7 @@ from ippon.planning.terrain.floor_grid import (
     FloorGrid,
     update_nearest_offsets,
 )
-from ippon.planning.terrain.motion_check import (
-    can_stand,
-    can_turn,
-    free_turn,
-    move_between,
-    straight_move,
-)
+from ippon.planning.terrain.motion_check import can_stand, can_turn, free_turn, move_between, straight_move
 from tests.reference import planning_floor as reference
 
 LIMITS = BodyLimits(
