@@ -24,15 +24,15 @@ scene = trimesh.load_scene(folder / "scene.glb")
 instances = []
 for node in scene.graph.nodes_geometry:
     pose, name = scene.graph[node]
-    corners = trimesh.transform_points(trimesh.bounds.corners(scene.geometry[name].bounds), pose)
+    points = trimesh.transform_points(scene.geometry[name].vertices, pose)
     category = node.rpartition(".")[0]
     instances.append(
         {
             "node": node,
             "category": category if category in MATTERPORT_40 else "others",
             "label": category.replace("_", " "),
-            "aabb_min": corners.min(axis=0).tolist(),
-            "aabb_max": corners.max(axis=0).tolist(),
+            "aabb_min": points.min(axis=0).tolist(),
+            "aabb_max": points.max(axis=0).tolist(),
         }
     )
 

@@ -334,6 +334,16 @@ def _read_scannet(folder: Path, poses: bool) -> Dataset:
 
 def _with_poses(dataset: Dataset) -> Dataset:
     """Skip frames without a valid pose: trackers write NaN or infinity where tracking was lost."""
-    frames = tuple(frame for frame in dataset.frames if is_rigid(frame.T_world_camera, 1e-2))
+    frames = tuple(
+        replace(frame, T_world_camera=_rigid(frame.T_world_camera))
+        for frame in dataset.frames
+        if is_rigid(frame.T_world_camera, 1e-2)
+    )
     left_out = dataset.left_out + len(dataset.frames) - len(frames)
     return replace(dataset, frames=frames, left_out=left_out)
+
+
+def _rigid(pose: Float64Array) -> Float64Array:
+    """Return a pose with the nearest rotation: files round theirs, some to three decimals."""
+    u, _, vt = np.linalg.svd(pose[:3, :3])
+    return make_transform(u @ vt, pose[:3, 3])

@@ -67,7 +67,7 @@ def _fetch(name: str, folder: Path, hub: str) -> None:
         files = {one.rfilename: one.size or 0 for one in said.siblings or ()}
         files = {path: size for path, size in files.items() if _is_taken(path)}
         licence = (said.card_data or {}).get("license") or "not stated"
-        _check(files, folder)
+        _check(files, folder, partial)
         logger.info(
             "fetching %s: %.0f MB, licence %s (%s/%s), into %s",
             name,
@@ -105,11 +105,13 @@ def _is_taken(path: str) -> bool:
     return "/" not in path and any(Path(path).match(pattern) for pattern in _FILES)
 
 
-def _check(files: dict[str, int], folder: Path) -> None:
+def _check(files: dict[str, int], folder: Path, partial: Path) -> None:
     if not any(path.endswith(_WEIGHTS) for path in files):
         raise ModelHubError("it holds no weights in safetensors, and pickles can run code")
     folder.mkdir(parents=True, exist_ok=True)
-    free, needed = shutil.disk_usage(folder).free, sum(files.values())
+    # What an interrupted fetch left is not fetched again.
+    here = sum(path.stat().st_size for path in partial.rglob("*") if path.is_file())
+    free, needed = shutil.disk_usage(folder).free, max(0, sum(files.values()) - here)
     if free < needed:
         raise ModelHubError(
             f"it needs {needed / 1e6:.0f} MB, and {folder} has {free / 1e6:.0f} MB left"

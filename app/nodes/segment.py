@@ -3,6 +3,7 @@
 import logging
 import threading
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -18,19 +19,25 @@ from app.messages.cdr import MessageError
 from app.messages.control import decode
 from app.messages.images import CompressedColor, decode_color, decompress_color
 from app.messages.perception.detection_masks import encode_masks
-from app.messages.perception.detections import encode_detections
+from app.messages.perception.detections import MAX_NAME, encode_detections
 from app.messages.perception.detector_info import encode_detector_name, encode_label_names
 from app.messages.perception.heatmaps import encode_heatmap
 from app.messages.status import SegmentationLabels
 from app.process.stop_signal import ProcessStopSignal, StopSignal
 from ippon.observation import Detections, Heatmap
-from ippon.segmentation.detectors.vocabulary import closed_vocabulary, unsupported_reason
+from ippon.segmentation.detectors.vocabulary import (
+    ClosedVocabulary,
+    closed_vocabulary,
+    unsupported_reason,
+)
 from ippon.segmentation.errors import SegmentationError
-from ippon.segmentation.segmenter import Segmenter
+from ippon.segmentation.segmenter import Segmenter, segment_tour
 
 logger = logging.getLogger(__name__)
 
 IDLE_S: Final = 0.2
+RETRY_S: Final = 0.5
+"""Pause between two attempts to reach the navigator."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,8 +47,8 @@ class SegmentConfig:
     connect: str
     robot: str
     keep: int = 4
-    """Labels sent for each pixel, including the object of interest; more lose less information and
-    take more bandwidth."""
+    """Labels sent for each pixel, including the object of interest and besides further ones of a
+    tour; more lose less information and take more bandwidth."""
     wait_s: float = 300.0
     """Time to wait for the navigator, which compiles its kernels before it answers."""
 
@@ -78,6 +85,8 @@ class SegmentNode:
             key: zenoh.ext.declare_advanced_publisher(
                 session, f"{config.robot}/{key}", cache=zenoh.ext.CacheConfig(max_samples=1),
                 publisher_detection=True,
+                # A lost name is not sent again.
+                congestion_control=zenoh.CongestionControl.BLOCK,
             )
             for key in (keys.LABEL_NAMES, keys.DETECTOR_NAME)
         }  # fmt: skip
@@ -103,13 +112,16 @@ class SegmentNode:
     def _segment(self, payload: bytes, request: SegmentationLabels) -> None:
         try:
             color = decode_color(payload)
-            seen = self._segmenter.segment(
-                decompress_color(color.encoded), [*request.labels, *request.also], request.ooi
+            seen = segment_tour(
+                self._segmenter,
+                decompress_color(color.encoded),
+                [*request.labels, *request.also],
+                _goals(request),
             )
             if isinstance(seen, Detections):
                 self._publish_detections(seen, color)
             else:
-                self._publish_heatmap(seen, color)
+                self._publish_heatmap(seen, color, request.also)
         except (MessageError, SegmentationError, ValueError) as error:
             self._fail(str(error))
             return
@@ -118,17 +130,23 @@ class SegmentNode:
             logger.info("segmentation works again")
             self._problem = ""
 
-    def _publish_heatmap(self, heatmap: Heatmap, color: CompressedColor) -> None:
-        message = encode_heatmap(heatmap, color.stamp_ns, color.frame_id, keep=self._config.keep)
+    def _publish_heatmap(
+        self, heatmap: Heatmap, color: CompressedColor, also: Sequence[str]
+    ) -> None:
+        message = encode_heatmap(
+            heatmap, color.stamp_ns, color.frame_id, keep=self._config.keep, also=also
+        )
         self._publishers[keys.HEATMAP].put(message)
 
     def _publish_detections(self, seen: Detections, color: CompressedColor) -> None:
         vocabulary = closed_vocabulary(self._segmenter)
-        told = seen.source, seen.labels if vocabulary is None else vocabulary.names
+        told = seen.source, seen.labels if vocabulary is None else _names_of(vocabulary)
         if told != self._told:
             self._told = told
             self._kept[keys.DETECTOR_NAME].put(encode_detector_name(told[0], color.stamp_ns))
-            self._kept[keys.LABEL_NAMES].put(encode_label_names(told[1], color.stamp_ns))
+            # A detector that was asked for nothing it knows has no names to tell.
+            if told[1]:
+                self._kept[keys.LABEL_NAMES].put(encode_label_names(told[1], color.stamp_ns))
         masks = encode_masks(seen, color.stamp_ns, color.frame_id)
         if masks is not None:
             self._publishers[keys.MASKS_COMPRESSED].put(masks)
@@ -149,8 +167,7 @@ class SegmentNode:
             self.failed += 1
             logger.warning("labels skipped: %s", error)
             return
-        wanted = [label for label in (request.ooi, *request.also) if label is not None]
-        refusals = (unsupported_reason(self._segmenter, label) for label in wanted)
+        refusals = (unsupported_reason(self._segmenter, label) for label in _goals(request))
         refusal = next(filter(None, refusals), None)
         if refusal is not None and refusal != self._refusal:
             logger.warning("%s", refusal)
@@ -164,6 +181,19 @@ class SegmentNode:
             self.skipped += self._image is not None
             self._image = payload
             self._changed.notify()
+
+
+def _goals(request: SegmentationLabels) -> list[str]:
+    """Return the objects of interest, the first one first."""
+    return [label for label in (request.ooi, *request.also) if label is not None]
+
+
+def _names_of(vocabulary: ClosedVocabulary) -> tuple[str, ...]:
+    """Return the names for label info; several in one that is too long for it are split."""
+    names = (
+        (name,) if len(name) <= MAX_NAME else name.split("/") for name in vocabulary.told_names
+    )
+    return tuple(dict.fromkeys(one for some in names for one in some))
 
 
 def run_segment(config: SegmentConfig, segmenter: Segmenter) -> None:
@@ -188,10 +218,15 @@ def run_segment(config: SegmentConfig, segmenter: Segmenter) -> None:
 def _connected(config: SegmentConfig, stop: StopSignal) -> zenoh.Session | None:
     """Open a session, waiting for the navigator; None when stopped meanwhile."""
     deadline = time.monotonic() + config.wait_s
+    waits = False
     while not stop.is_set():
         try:
             return open_client(config.connect, timeout_s=2.0)
-        except LinkError:
+        except LinkError as error:
             if time.monotonic() > deadline:
                 raise
+            if not waits:
+                logger.info("waiting up to %.0f s for the navigator: %s", config.wait_s, error)
+            waits = True
+            stop.wait(RETRY_S)
     return None

@@ -1,7 +1,7 @@
 """Recognition of requested objects in a recording, with network and map."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any, Final
@@ -246,6 +246,30 @@ def labels_of(segmenter: Segmenter, objects: Sequence[str]) -> dict[str, str]:
         return {name: next(x for x in labels if same_object(name, x)) for name in objects}
     found = {name: vocabulary.label_for(name, labels) for name in objects}
     return {name: label for name, label in found.items() if label is not None}
+
+
+def given_labels(
+    segmenter: Segmenter, source: FrameSource, label_of: Mapping[str, str]
+) -> dict[str, str]:
+    """Return the objects whose label a network gives for the first frame, with their labels.
+
+    For a network of another package that has no `vocabulary`, and still may know few labels.
+
+    Args:
+        segmenter: The network.
+        source: The recording.
+        label_of: Label of each object, see `labels_of`.
+
+    Raises:
+        DatasetError: The recording cannot be read.
+        SegmentationError: The network failed.
+    """
+    frame = next(source.frames(), None)
+    if frame is None or closed_vocabulary(segmenter) is not None:
+        return dict(label_of)
+    labels = tuple(dict.fromkeys((*MATTERPORT_40, *label_of.values())))
+    given = segmenter.segment(frame.color, labels, None).labels
+    return {name: label for name, label in label_of.items() if label in given}
 
 
 def recognise(

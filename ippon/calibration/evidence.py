@@ -71,6 +71,7 @@ class EvidenceCollector:
         self._keys: list[NDArray[np.int64]] = []
         self._places: list[NDArray[np.uint8]] = []
         self._values: list[NDArray[np.uint8]] = []
+        self._grouped: tuple[tuple[int | None, ...], _Groups] | None = None
 
     def add(self, frame: Frame, heatmap: Heatmap) -> None:
         """Add a frame; labels that the heatmap lacks are skipped.
@@ -118,39 +119,77 @@ class EvidenceCollector:
         """
         if not self._keys[frames]:
             return []
-        keys, places = np.concatenate(self._keys[frames]), np.concatenate(self._places[frames])
-        values = np.concatenate(self._values[frames])
-        order = np.argsort(keys, kind="stable")
-        order = order[_taught(keys[order], places[order])]
-        voxels, voxel_of = np.unique(keys[order], return_inverse=True)
-        groups, group_of = np.unique(voxel_of * _PLACES + places[order], return_inverse=True)
-        images = np.bincount(group_of)
-        shares = (1.0 / images).astype(np.float32)[group_of]
-        owner = groups // _PLACES
-        centres = (_unpack(voxels).astype(np.float64) + 0.5) * self._size
+        groups = self._groups(frames)
         found: list[Evidence] = []
         for k, label in enumerate(self.labels):
-            of_object, objects = _objects_at(centres, known, label, T_map_world)
+            of_object, objects = _objects_at(groups.centres, known, label, T_map_world)
             used = (of_object >= 0) | ((of_object == _NO_OBJECT) & known.is_complete(label))
             if not used.any():
                 continue
-            all_values = csr_matrix(
-                (shares, (group_of, values[order, k])), shape=(len(groups), 256), dtype=np.float32
-            )
-            rows = used[owner]
-            owners = owner[rows]
+            rows = used[groups.owner]
+            seen = rows[groups.of_image]
+            row_of = (np.cumsum(rows) - 1)[groups.of_image[seen]]
+            shares = (1.0 / groups.images).astype(np.float32)[groups.of_image[seen]]
             found.append(
                 Evidence(
                     label=label,
-                    values=all_values[rows],
-                    place=(groups[rows] % _PLACES).astype(np.uint8),
-                    images=images[rows],
-                    first=np.flatnonzero(np.diff(owners, prepend=-1)),
+                    values=csr_matrix(
+                        (shares, (row_of, groups.values[seen, k])),
+                        shape=(np.count_nonzero(rows), 256),
+                        dtype=np.float32,
+                    ),
+                    place=groups.place[rows],
+                    images=groups.images[rows],
+                    first=np.flatnonzero(np.diff(groups.owner[rows], prepend=-1)),
                     of_object=of_object[used],
                     objects=objects,
                 )
             )
         return found
+
+    def _groups(self, frames: slice) -> "_Groups":
+        """Return the images of some frames by voxel and place; those of the last call are kept."""
+        asked = frames.start, frames.stop, frames.step, self.frames
+        if self._grouped is None or self._grouped[0] != asked:
+            keys, places = np.concatenate(self._keys[frames]), np.concatenate(self._places[frames])
+            values = np.concatenate(self._values[frames])
+            self._grouped = asked, _grouped(keys, places, values, self._size)
+        return self._grouped[1]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Groups:
+    """Images of voxels by voxel and place."""
+
+    values: NDArray[np.uint8]
+    """(N, labels) heatmap values of each image of a voxel."""
+    of_image: NDArray[np.int64]
+    """(N,) group of each of them."""
+    place: NDArray[np.uint8]
+    """(G,) place of each group."""
+    images: NDArray[np.int64]
+    """(G,) number of its images."""
+    owner: NDArray[np.int64]
+    """(G,) its voxel."""
+    centres: Float64Array
+    """(V, 3) centres of the voxels."""
+
+
+def _grouped(
+    keys: NDArray[np.int64], places: NDArray[np.uint8], values: NDArray[np.uint8], size_m: float
+) -> _Groups:
+    order = np.argsort(keys, kind="stable")
+    order = order[_taught(keys[order], places[order])]
+    voxels, voxel_of = np.unique(keys[order], return_inverse=True)
+    groups, of_image = np.unique(voxel_of * _PLACES + places[order], return_inverse=True)
+    return _Groups(
+        values=values[order],
+        of_image=of_image,
+        place=(groups % _PLACES).astype(np.uint8),
+        images=np.bincount(of_image),
+        owner=groups // _PLACES,
+        centres=(_unpack(voxels).astype(np.float64) + 0.5) * size_m,
+    )
 
 
 _NO_OBJECT: Final = -1

@@ -1,5 +1,6 @@
 """Compact heatmaps: the labels with the largest values at each pixel."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ WHOLE = 255
 
 @dataclass(frozen=True, slots=True)
 class TopClasses:
-    """Largest channels of each pixel, always including the object of interest."""
+    """Largest channels of each pixel, always including the objects of interest."""
 
     channels: NDArray[np.uint16]
     """(k, h, w), distinct at each pixel."""
@@ -19,23 +20,24 @@ class TopClasses:
     """(k, h, w), in units of 1/255."""
 
 
-def keep_top(probabilities: NDArray[np.uint8], count: int, always: int | None = None) -> TopClasses:
+def keep_top(
+    probabilities: NDArray[np.uint8], count: int, always: Sequence[int] = ()
+) -> TopClasses:
     """Return the largest channels of each pixel.
 
     Args:
         probabilities: (h, w, C) uint8.
-        count: Number of channels to keep.
-        always: Channel that is always kept: that of the object of interest.
+        count: Number of channels to keep; more if `always` has more.
+        always: Channels that are always kept: those of the objects of interest.
 
     Raises:
         ValueError: `count` is below 1.
     """
     if count < 1:
         raise ValueError(f"at least one label a pixel is kept; got {count}")
-    count = min(count, probabilities.shape[2])
+    count = min(max(count, len(always)), probabilities.shape[2])
     ranks = probabilities.astype(np.int16)
-    if always is not None:
-        ranks[..., always] += WHOLE + 1
+    ranks[..., list(always)] += WHOLE + 1
     # Largest first, because planes of similar values compress better.
     order = np.argsort(-ranks, axis=2, kind="stable")[..., :count]
     values = np.take_along_axis(probabilities, order, axis=2)

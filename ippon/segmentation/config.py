@@ -47,8 +47,8 @@ class SegmentationConfig:
     short_side_px: int = 640
     """Shorter side of SAN's input image; larger detects smaller objects and takes longer."""
     small_objects: bool = False
-    """Segment a crop a second time where the object of interest appears small (`san`,
-    `clipseg`)."""
+    """Segment a crop a second time where the object of interest appears small (`san`, `clipseg`);
+    without one, as in recordings, images get one pass."""
     labels_file: str = ""
     """Classes of the `detector`, one per line in the order of its outputs; `couch = sofa, settee`
     lists the labels of a class. Empty for the classes in the model's files, else COCO's."""

@@ -87,18 +87,28 @@ class CropSegmenter:
     """Segments the whole image, then a crop, whose heatmap replaces that part.
 
     The crop is at the highest score of the object of interest while it appears small. Without such
-    a score the crops scan the image over a few frames. Each image takes at most two passes.
+    a score the crops scan the image over a few frames. Each image takes at most two passes; several
+    objects of interest take turns.
     """
 
     def __init__(self, segmenter: DenseSegmenter, config: CropConfig | None = None) -> None:
         self._segmenter = segmenter
         self._config = config or CropConfig()
         self._turn = 0
+        self._images = 0
 
     def segment(self, color: NDArray[np.uint8], labels: Sequence[str], ooi: str | None) -> Heatmap:
         """Return the heatmap of both passes; see `Segmenter.segment`."""
+        return self.segment_tour(color, labels, () if ooi is None else (ooi,))
+
+    def segment_tour(
+        self, color: NDArray[np.uint8], labels: Sequence[str], goals: Sequence[str]
+    ) -> Heatmap:
+        """Return the heatmap of both passes; see `segment_tour`."""
+        ooi = goals[0] if goals else None
         whole = self._segmenter.segment(color, labels, ooi)
-        window = self._window(whole)
+        window = self._window(whole, goals[self._images % len(goals)]) if goals else None
+        self._images += 1
         if window is None:
             return whole
         rows, columns = window.pixels((color.shape[0], color.shape[1]))
@@ -106,10 +116,10 @@ class CropSegmenter:
         exact = Window.of(rows, columns, (color.shape[0], color.shape[1]))
         return paste_heatmap(whole, part, exact, self._config.margin_share)
 
-    def _window(self, whole: Heatmap) -> Window | None:
-        """Return the window of the second pass; None without one."""
+    def _window(self, whole: Heatmap, goal: str) -> Window | None:
+        """Return the window of the second pass for an object of interest; None without one."""
         config = self._config
-        channel = whole.ooi_channel
+        channel = whole.channel_of(goal)
         if channel is None:
             return None
         p = whole.probabilities[..., channel]

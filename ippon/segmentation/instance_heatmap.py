@@ -52,7 +52,9 @@ def heatmap_of_instances(
         ValueError: Depth and image differ in proportions.
     """
     rows, columns = detections.image_size
-    if abs(depth.shape[0] * columns - depth.shape[1] * rows) > max(depth.shape):
+    # Sizes are whole pixels, so a proportional one differs by less than a pixel per side.
+    off = abs(depth.shape[0] * columns - depth.shape[1] * rows)
+    if off > max(*depth.shape, rows, columns):
         raise ValueError(
             f"depth of {depth.shape[1]}x{depth.shape[0]} does not fit an image of {columns}x{rows}"
         )

@@ -1,7 +1,7 @@
 """The interface of a segmentation: image and labels in, heatmap or instances out."""
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +37,37 @@ class Segmenter(Protocol):
             SegmentationError: The network failed.
         """
         ...
+
+
+@runtime_checkable
+class TourSegmenter(Protocol):
+    """A segmenter that treats all objects of interest of a tour alike, not the first alone."""
+
+    def segment_tour(
+        self, color: NDArray[np.uint8], labels: Sequence[str], goals: Sequence[str]
+    ) -> Observation:
+        """Return what an image shows of some labels; see `segment_tour`."""
+        ...
+
+
+def segment_tour(
+    segmenter: Segmenter, color: NDArray[np.uint8], labels: Sequence[str], goals: Sequence[str]
+) -> Observation:
+    """Return what an image shows of some labels in a search for several objects.
+
+    Args:
+        segmenter: One that is no `TourSegmenter` gets the first goal as its object of interest.
+        color: (H, W, 3) uint8 RGB, of any size.
+        labels: Common labels, then the goals but the first that are none of them.
+        goals: Canonical labels of the objects of interest, most important first; may be empty.
+
+    Raises:
+        ValueError: The image or the labels are invalid.
+        SegmentationError: The network failed.
+    """
+    if isinstance(segmenter, TourSegmenter):
+        return segmenter.segment_tour(color, labels, goals)
+    return segmenter.segment(color, labels, goals[0] if goals else None)
 
 
 class DenseSegmenter(Protocol):

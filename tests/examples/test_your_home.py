@@ -19,12 +19,16 @@ def test_a_mesh_becomes_a_home(tmp_path, monkeypatch, capsys):
     ):
         pose = trimesh.transformations.translation_matrix(centre)
         scene.add_geometry(trimesh.creation.box(size), node_name=node, transform=pose)
+    turned = trimesh.transformations.rotation_matrix(np.pi / 4, (0.0, 0.0, 1.0))
+    turned[:3, 3] = (1.5, 4.0, 0.3)
+    vase = trimesh.creation.cylinder(0.4, 0.6)
+    scene.add_geometry(vase, node_name="vase.0", transform=turned)
     folder = tmp_path / "mine"
     folder.mkdir()
     scene.export(folder / "scene.glb")
     monkeypatch.setattr(sys, "argv", ["your_home.py", str(folder), "1", "1.5"])
     runpy.run_path(str(ROOT / "examples" / "your_home.py"))
-    assert capsys.readouterr().out.endswith("scene.json: 3 things\n")
+    assert capsys.readouterr().out.endswith("scene.json: 4 things\n")
     home = load_home(str(folder))
     things = {one.node: one for one in home.instances}
     assert things["hat.0"].category == "others"

@@ -160,8 +160,11 @@ def _observation_model(command: Navigate) -> ObservationModel | None:
         return None
     try:
         model = read_observation_model(path)
-        if network.where == "here" and network.backend == "detector":
-            model.check_network(source_name(Path(network.model)), "scores")
+        if network.where == "here" and network.backend != "installed":
+            # The other backends have their own name as source.
+            is_file = network.backend == "detector"
+            source = source_name(Path(network.model)) if is_file else network.backend
+            model.check_network(source, "distribution" if network.backend == "san" else "scores")
     except ObservationModelError as error:
         raise UsageError(str(error)) from error
     if model.note:

@@ -9,7 +9,7 @@ import platformdirs
 from app.cli.options.nodes import Segment
 from app.cli.options.segmentation import Segmentation
 from app.errors import UsageError
-from app.links.network.session import LinkError
+from app.links.network.session import LinkError, check_client
 from app.process.parent_watch import end_with_parent
 from ippon.segmentation.config import SegmentationConfig
 from ippon.segmentation.errors import SegmentationError
@@ -31,7 +31,8 @@ def run_segment_command(command: Segment) -> int:
         config = SegmentConfig(
             connect=command.connect, robot=command.robot, keep=command.keep_labels
         )
-    except ValueError as error:
+        check_client(command.connect)
+    except (ValueError, LinkError) as error:
         raise UsageError(str(error)) from error
     segmenter = segmenter_of(command.segmentation)
     try:

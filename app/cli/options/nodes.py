@@ -153,7 +153,8 @@ class Segment:
     robot: str = "ippon"
     """Key prefix of the robot."""
     keep_labels: int = 4
-    """Labels sent for each pixel; more labels lose less information and send more bytes."""
+    """Labels sent for each pixel, and besides the further objects of a tour; more labels lose less
+    information and send more bytes."""
     segmentation: Segmentation = field(default_factory=Segmentation)
     parent_pid: int | None = None
     """Exit when this process has ended."""

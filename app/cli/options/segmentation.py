@@ -37,7 +37,8 @@ class Segmentation:
     """Shorter side of SAN's input image in pixels; larger images show smaller objects and take
     longer."""
     small_objects: bool = True
-    """Segment a crop as well where the object of interest is small or not found."""
+    """In a search with san or clipseg, segment a crop as well where the object of interest is small
+    or not found; recordings get one pass over each image."""
     labels_file: str = ""
     """File of the detector's classes, one per line in the order of its outputs; "couch = sofa,
     settee" adds synonyms. Empty uses the classes in the model file, else COCO's 80."""

@@ -19,6 +19,7 @@ from app.recognition.page import page_of
 from app.recognition.recognition import (
     RecognisedFind,
     Recognition,
+    given_labels,
     in_own_world,
     labels_of,
     recognise,
@@ -70,6 +71,8 @@ def run_recognise(command: Recognise) -> int:
         models = ObservationModels([] if own is None else [own])
         segmenter = segmenter_of(command.segmentation)
         label_of = labels_of(segmenter, objects)
+        if command.segmentation.backend == "installed":
+            label_of = given_labels(segmenter, source, label_of)
         _report_unknown(segmenter, [name for name in objects if name not in label_of])
         if not label_of:
             for name in objects:
@@ -153,7 +156,8 @@ def _observed(
 
 def _report_unknown(segmenter: Segmenter, objects: list[str]) -> None:
     for name in objects:
-        print(f"ippon: {unsupported_reason(segmenter, name)}", file=sys.stderr)
+        reason = unsupported_reason(segmenter, name)
+        print(f"ippon: {reason or f'this network gives no label {name!r}'}", file=sys.stderr)
 
 
 def _print(name: str, finds: list[RecognisedFind], *, as_json: bool) -> None:

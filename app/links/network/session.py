@@ -38,6 +38,16 @@ def check_endpoint(endpoint: str) -> None:
         )
 
 
+def check_client(connect: str) -> None:
+    """Refuse what no waiting mends: an invalid endpoint, or configuration in `PROFILE`.
+
+    Raises:
+        LinkError: One of them is invalid; the text says what would work.
+    """
+    check_endpoint(connect)
+    _profile(PROFILE)
+
+
 def is_open_to_all(listen: str) -> bool:
     """Return whether programs of other machines reach an endpoint without a certificate."""
     protocol, _, address = listen.partition("/")

@@ -152,5 +152,6 @@ class RobotDetector:
 
     def _vocabulary_of(self, names: Sequence[str]) -> ClosedVocabulary | None:
         classes = tuple(dict.fromkeys(canonical_label(name) for name in names))
-        self._labelled = {*classes, *self._own.values()}
+        kinds = (kind for name in classes for kind in name.split("/"))
+        self._labelled = {*classes, *kinds, *self._own.values()}
         return ClosedVocabulary(classes, tuple(map(self._answers_of, classes))) if names else None

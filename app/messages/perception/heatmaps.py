@@ -1,5 +1,6 @@
 """Heatmaps as messages: complete, or the most probable labels of each pixel."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -32,7 +33,12 @@ class StampedHeatmap:
 
 
 def encode_heatmap(
-    heatmap: Heatmap, stamp_ns: int, frame_id: str, *, keep: int | None = None
+    heatmap: Heatmap,
+    stamp_ns: int,
+    frame_id: str,
+    *,
+    keep: int | None = None,
+    also: Sequence[str] = (),
 ) -> bytes:
     """Write a heatmap, compressed with zstd.
 
@@ -42,6 +48,7 @@ def encode_heatmap(
         frame_id: Frame of the colour image.
         keep: Labels to keep per pixel, including the object of interest; None keeps all. Scores are
             always kept, because a missing score is evidence as well.
+        also: Further objects of interest, kept in addition.
     """
     height, width, _ = heatmap.probabilities.shape
     if heatmap.kind == "scores":
@@ -49,7 +56,9 @@ def encode_heatmap(
     if keep is None:
         packed = pack_whole(heatmap.probabilities)
     else:
-        packed = pack_top(heatmap.probabilities, keep, heatmap.ooi_channel)
+        goals = (heatmap.ooi_channel, *map(heatmap.channel_of, also))
+        always = tuple(dict.fromkeys(channel for channel in goals if channel is not None))
+        packed = pack_top(heatmap.probabilities, keep + len(also), always)
     return encode(
         _HEATMAP,
         header=header(stamp_ns, frame_id),
@@ -100,7 +109,7 @@ def pack_whole(probabilities: NDArray[np.uint8]) -> bytes:
     return zstandard.ZstdCompressor(level=1).compress(np.ascontiguousarray(probabilities).data)
 
 
-def pack_top(probabilities: NDArray[np.uint8], count: int, always: int | None) -> bytes:
+def pack_top(probabilities: NDArray[np.uint8], count: int, always: Sequence[int]) -> bytes:
     """Compress the `count` largest channels of each pixel, always including `always`."""
     top = keep_top(probabilities, count, always)
     narrow = probabilities.shape[2] <= 256

@@ -130,7 +130,10 @@ class OutlinedSegmenter:
         self, color: NDArray[np.uint8], labels: Sequence[str], ooi: str | None
     ) -> Detections:
         """Find the instances of each label, with masks; see `Segmenter.segment`."""
-        seen = self._segmenter.segment(color, labels, ooi)
+        return self.outlined(color, self._segmenter.segment(color, labels, ooi))
+
+    def outlined(self, color: NDArray[np.uint8], seen: Detections) -> Detections:
+        """Return the instances of an (H, W, 3) uint8 RGB image with masks."""
         bare = [k for k, one in enumerate(seen.instances) if one.mask is None][:MOST_MASKS]
         if not bare:
             return seen

@@ -1,8 +1,13 @@
 """Loading of open-vocabulary detectors and of the network that adds masks to their boxes."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
+from ippon.observation import Detections
 from ippon.segmentation.backends.box_masks import BoxMasks, BoxSegmenter, OutlinedSegmenter
 from ippon.segmentation.backends.grounding_dino import GroundingDinoSegmenter
 from ippon.segmentation.backends.owlv2 import Owlv2Segmenter
@@ -52,8 +57,15 @@ class OutlinedDetector(OutlinedSegmenter):
 
     def __init__(self, detector: Detector, masks: BoxMasks, longest_side_px: int) -> None:
         super().__init__(detector, masks, longest_side_px)
+        self._detector = detector
         self.vocabulary: ClosedVocabulary = detector.vocabulary
         """Its classes."""
+
+    def segment_tour(
+        self, color: NDArray[np.uint8], labels: Sequence[str], goals: Sequence[str]
+    ) -> Detections:
+        """Find the instances of each label, with masks; see `segment_tour`."""
+        return self.outlined(color, self._detector.segment_tour(color, labels, goals))
 
 
 def outlined_detector(

@@ -98,10 +98,17 @@ class Detector:
         self, color: NDArray[np.uint8], labels: Sequence[str], ooi: str | None
     ) -> Detections:
         """Return the instances of the labels that the network knows; see `Segmenter.segment`."""
+        return self.segment_tour(color, labels, () if ooi is None else (ooi,))
+
+    def segment_tour(
+        self, color: NDArray[np.uint8], labels: Sequence[str], goals: Sequence[str]
+    ) -> Detections:
+        """Return the instances of the labels that the network knows; see `segment_tour`."""
+        ooi = goals[0] if goals else None
         checked_channels(color, labels, ooi)
         values, place = self.image_input.prepare(color)
         found = self._read(self._network.run(self._feeds(values)))
-        return self._detections(found, place, self.vocabulary.assign(labels, ooi))
+        return self._detections(found, place, self.vocabulary.assign(labels, ooi, goals[1:]))
 
     def _feeds(self, values: NDArray[np.float32]) -> Tensors:
         """Return the network's inputs for one prepared image."""

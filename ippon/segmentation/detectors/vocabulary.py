@@ -51,6 +51,21 @@ class ClosedVocabulary:
         """The classes, each once."""
         return tuple(dict.fromkeys(name for name in self.classes if name != NO_CLASS))
 
+    @cached_property
+    def told_names(self) -> tuple[str, ...]:
+        """Names that tell others what the classes answer to, each once.
+
+        A class that a file of labels gives other labels is named by those, as in "mug/beaker",
+        which `synonyms_of_class` reads.
+        """
+        told = (
+            name
+            if name in answers and set(answers) <= set(synonyms_of_class(name))
+            else "/".join(answers)
+            for name, answers in zip(self.classes, self.answers, strict=True)
+        )
+        return tuple(dict.fromkeys(name for name in told if name != NO_CLASS))
+
     def knows(self, label: str) -> bool:
         """Tell whether a class has a label."""
         wanted = canonical_label(label)
@@ -88,20 +103,23 @@ class ClosedVocabulary:
             "an open-vocabulary network (--segmentation.backend san or owlv2) takes any word"
         )
 
-    def assign(self, labels: Sequence[str], ooi: str | None) -> Assignment:
+    def assign(
+        self, labels: Sequence[str], ooi: str | None, also: Sequence[str] = ()
+    ) -> Assignment:
         """Assign a label to each class.
 
-        The object of interest takes precedence: a detector with one class for cups and mugs returns
+        Objects of interest take precedence: a detector with one class for cups and mugs returns
         cups in a search for a mug. Otherwise the best requested label of a class counts.
 
         Args:
             labels: Common labels, canonical and distinct.
             ooi: Object of interest, or None.
+            also: Further ones of a tour, which are among `labels`, most important first.
         """
         asked = tuple(labels) if ooi is None or ooi in labels else (*labels, ooi)
         wanted = set(asked)
         label_of_class = tuple(
-            ooi if ooi in answers else next((one for one in answers if one in wanted), None)
+            next((one for one in (ooi, *also, *answers) if one in wanted and one in answers), None)
             for answers in self.answers
         )
         told = {label for label in label_of_class if label is not None}

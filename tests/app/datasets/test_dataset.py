@@ -1,11 +1,14 @@
 """Images of a dataset that are not what its description says."""
 
+import json
+
 import numpy as np
 import pytest
 from PIL import Image
 
 from app.datasets.dataset import DatasetError, open_dataset, read_color, read_depth
 from ippon.camera import PinholeCamera
+from ippon.geometry import is_rigid, make_transform, rotation_y, rotation_z
 
 CAMERA = PinholeCamera(width=8, height=6, fx=7.0, fy=7.0, cx=3.5, cy=2.5)
 
@@ -80,3 +83,18 @@ def test_a_pose_that_is_cut_off_is_named(tmp_path, marker, name):
     (tmp_path / name).write_text(whole[: 2 * len(whole) // 3])
     with pytest.raises(DatasetError, match=rf"{name} is damaged: "):
         open_dataset(tmp_path)
+
+
+def test_poses_that_are_rounded_are_made_rotations(tmp_path):
+    pose = make_transform(rotation_z(2.2) @ rotation_y(0.5), (1.0, 2.0, 3.0))
+    frame = {"color": "0.png", "depth": "1.png", "camera_to_world": pose.round(3).tolist()}
+    assert not is_rigid(pose.round(3))
+    content = {
+        "name": "x", "width": 4, "height": 3, "depth_unit_m": 0.001, "rate_hz": 10.0,
+        "intrinsics": {"fx": 4.0, "fy": 4.0, "cx": 2.0, "cy": 1.5},
+        "gravity_world": [0, 0, -1], "frames": [frame],
+    }  # fmt: skip
+    (tmp_path / "sequence.json").write_text(json.dumps(content))
+    (read,) = open_dataset(tmp_path).frames
+    assert is_rigid(read.T_world_camera, 1e-9)
+    np.testing.assert_allclose(read.T_world_camera, pose, atol=0.002)

@@ -179,10 +179,15 @@ def test_without_a_network_the_reason_is_said(tmp_path, said):
 
 
 def test_a_full_disk_is_noticed_before(hub, tmp_path, said, monkeypatch):
-    usage = type("Usage", (), {"free": 5_000})
+    usage = type("Usage", (), {"free": 7_010})
     monkeypatch.setattr(model_hub.shutil, "disk_usage", lambda _: usage)
     fetch_missing(["some/tiny"], tmp_path, hub)
     assert said.messages[0].startswith("some/tiny was not fetched: it needs 0 MB, and ")
+    below = tmp_path / "some--tiny.partial" / ".cache"
+    below.mkdir(parents=True)
+    (below / "weights.incomplete").write_bytes(bytes(100))
+    fetch_missing(["some/tiny"], tmp_path, hub)
+    assert is_here("some/tiny", tmp_path), "what an interrupted fetch left is not fetched again"
 
 
 def test_a_model_that_another_process_fetched_meanwhile_is_taken(hub, tmp_path, said, monkeypatch):

@@ -5,10 +5,11 @@ import time
 
 import numpy as np
 import pytest
+import zenoh
 
 from app.links.network.latched_topic import LatchedTopic
 from app.links.network.sender import Sender
-from app.links.network.session import open_client
+from app.links.network.session import LinkError, open_client
 from app.links.network.subscription import subscribe
 from app.messages import keys
 from app.messages.control import encode
@@ -18,6 +19,7 @@ from app.messages.perception.detections import decode_detections
 from app.messages.perception.detector_info import decode_detector_name, decode_label_names
 from app.messages.perception.heatmaps import decode_heatmap
 from app.messages.status import SegmentationLabels
+from app.nodes import segment
 from app.nodes.segment import SegmentConfig, SegmentNode
 from ippon.observation import Detections, Heatmap, Instance
 from ippon.segmentation.detectors.vocabulary import ClosedVocabulary
@@ -126,6 +128,41 @@ def test_instances_are_sent_as_detections_with_names_and_masks(wired, monkeypatc
     assert heatmaps == []
 
 
+class Names:
+    """A detector that sees nothing of some classes."""
+
+    def __init__(self, vocabulary, labels=()):
+        self.labels = labels
+        if vocabulary is not None:
+            self.vocabulary = vocabulary
+
+    def segment(self, color, labels, ooi):
+        return Detections(
+            source="x", labels=self.labels, ooi=None, image_size=color.shape[:2], instances=()
+        )
+
+
+@pytest.mark.parametrize(
+    ("network", "names"),
+    [
+        (Names(ClosedVocabulary(("ding", "cup"), (("mug", "jar"), ("cup",)))), ["mug/jar", "cup"]),
+        (Names(ClosedVocabulary(("x",), (("mug", "a" * 80),))), ["mug", "a" * 80]),
+        (Names(None), None),
+    ],
+)  # fmt: skip
+def test_label_info_says_what_classes_answer_to(sessions, network, names):
+    router, client = sessions
+    came = []
+    for key in (keys.LABEL_NAMES, keys.BOXES):
+        kept = key == keys.LABEL_NAMES
+        subscribe(router, f"r/{key}", lambda p, k=key: came.append((k, p)), kept=kept)
+    node = SegmentNode(SegmentConfig(connect="", robot="r"), client, network)
+    node._segment(image(1), SegmentationLabels(labels=["wall"], ooi="mug"))
+    wait_until(lambda: keys.BOXES in dict(came) and (not names or keys.LABEL_NAMES in dict(came)))
+    told = dict(came).get(keys.LABEL_NAMES)
+    assert (told and list(decode_label_names(told).names.values())) == names
+
+
 def test_scores_are_sent_whole_with_the_name_of_their_network(wired, monkeypatch):
     router, _, heatmaps, network, _ = wired
 
@@ -228,6 +265,30 @@ def test_labels_that_are_none_are_skipped(wired):
     router.put(f"r/{keys.LABELS}", b"{}")
     wait_until(lambda: node.failed == 1)
     assert node._labels.ooi == "hat"
+
+
+def test_names_that_are_sent_once_are_not_dropped(wired):
+    *_, node = wired
+    for publisher in node._kept.values():
+        assert publisher.congestion_control == zenoh.CongestionControl.BLOCK
+
+
+def test_waiting_for_the_navigator_is_told_once_and_pauses(free_endpoint, monkeypatch, caplog):
+    caplog.set_level("INFO", logger=segment.__name__)
+    tries, pauses = iter([LinkError("nobody"), LinkError("nobody"), None]), []
+
+    def open_client(*_, **__):
+        if (error := next(tries)) is not None:
+            raise error
+        return "session"
+
+    monkeypatch.setattr(segment, "open_client", open_client)
+    stop = threading.Event()
+    monkeypatch.setattr(stop, "wait", pauses.append)
+    config = SegmentConfig(connect=free_endpoint, robot="r")
+    assert segment._connected(config, stop) == "session"
+    assert pauses == [segment.RETRY_S] * 2
+    assert caplog.messages == ["waiting up to 300 s for the navigator: nobody"]
 
 
 def test_numbers_of_labels_that_cannot_be_sent_are_refused():

@@ -213,10 +213,30 @@ def test_an_observation_model_of_another_network_is_refused(fake, tmp_path, caps
     assert "ippon: fell.json: a weak score of other labels told more" in capsys.readouterr().err
     assert run([*arguments, str(tmp_path / "other.json")]) == 2
     assert "the observation model is that of 'other'" in capsys.readouterr().err
-    where = ["--segmentation.where", "here", "--segmentation.backend", "detector"]
-    arguments = ["navigate", *where, "--segmentation.model", "a/own.onnx", "--observation-model"]
-    assert run([*arguments, str(tmp_path / "other.json")]) == 2
-    assert "and the network is 'own' (scores)" in capsys.readouterr().err
+    for backend, network in (
+        ("detector", "'own' (scores)"), ("owlv2", "'owlv2' (scores)"),
+        ("clipseg", "'clipseg' (scores)"), ("sam3-lite", "'sam3-lite' (scores)"),
+        ("grounding-dino", "'grounding-dino' (scores)"), ("san", "'san' (distribution)"),
+    ):  # fmt: skip
+        where = ["--segmentation.where", "here", "--segmentation.backend", backend]
+        arguments = ["navigate", *where, "--segmentation.model", "a/own.onnx"]
+        assert run([*arguments, "--observation-model", str(tmp_path / "other.json")]) == 2
+        assert f"and the network is {network}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("asked", "status"), [("cup,lamp", 0), ("lamp", 2)])
+def test_an_installed_network_without_a_vocabulary_may_know_few_labels(
+    fake, tmp_path, capsys, asked, status
+):
+    del fake.vocabulary
+    seen = Detections(source="own", labels=("cup",), ooi=None, image_size=(120, 160), instances=())
+    fake.segment = lambda *_: seen
+    arguments = ["--segmentation.backend", "installed", "--segmentation.model", "own"]
+    assert run(["recognise", str(tmp_path), "--find", asked, *arguments]) == status
+    ran = capsys.readouterr()
+    assert ran.out == "".join(f"{name}: none\n" for name in asked.split(","))
+    assert ran.err.count("ippon: this network gives no label") == 1
+    assert "this network gives no label 'lamp'" in ran.err
 
 
 def test_no_image_is_looked_at_for_what_the_network_cannot_tell(fake, tmp_path, capsys):
@@ -316,6 +336,23 @@ def test_depth_of_another_unit_is_told(fake, tmp_path, capsys, unit_m, millimetr
     told = capsys.readouterr().err
     assert note in told
     assert bool(note) == ("depth" in told)
+
+
+def test_a_page_takes_images_whose_sides_are_no_multiples_of_each_other(fake, tmp_path, capsys):
+    Image.fromarray(np.zeros((480, 848, 3), np.uint8)).save(tmp_path / "0.png")
+    Image.fromarray(np.full((480, 848), 1500, np.uint16)).save(tmp_path / "0.depth.png")
+    read = json.loads((tmp_path / "sequence.json").read_text())
+    read |= {"width": 848, "height": 480}
+    read["intrinsics"] = {"fx": 600.0, "fy": 600.0, "cx": 423.5, "cy": 239.5}
+    (tmp_path / "sequence.json").write_text(json.dumps(read))
+    cup = Instance(label="cup", score=0.9, box_px=(380.0, 200.0, 460.0, 280.0))
+    fake.segment = lambda *_: Detections(
+        source="own", labels=("cup",), ooi=None, image_size=(480, 848), instances=(cup,)
+    )
+    page = tmp_path / "page.html"
+    assert run(["recognise", str(tmp_path), "--find", "cup", "--page", str(page)]) == 0
+    assert capsys.readouterr().out.startswith("cup: 1\n")
+    assert page.read_text().count('class="find"') == 1
 
 
 def test_a_page_of_a_network_without_instances_says_nothing_of_them(

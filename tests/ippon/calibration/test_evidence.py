@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ippon.calibration import evidence as evidence_module
 from ippon.calibration.evidence import EvidenceCollector
 from ippon.calibration.fit import score_of
 from ippon.calibration.known_objects import KnownObject, KnownObjects
@@ -68,6 +69,25 @@ def test_an_object_its_surroundings_and_the_rest(wall):
     unclear = KnownObjects(objects=(), complete_for=frozenset({"cup"}), unclear=(CUP,))
     (without,) = collected(images, unclear)
     assert len(without.of_object) < len(all_of_it.of_object)
+
+
+def test_images_are_grouped_once_for_all_questions(wall, monkeypatch):
+    calls, grouped = [], evidence_module._grouped
+    monkeypatch.setattr(
+        evidence_module, "_grouped", lambda *given: calls.append(1) or grouped(*given)
+    )
+    known = KnownObjects(objects=(CUP,))
+    collector = EvidenceCollector(["cup"], 0.1, 4.0)
+    for n in range(2):
+        collector.add(*wall(100, n=n))
+    first, again = (collector.evidence(known, np.eye(4))[0] for _ in range(2))
+    assert len(calls) == 1
+    assert (first.values != again.values).nnz == 0
+    (half,) = collector.evidence(known, np.eye(4), slice(1))
+    assert (len(calls), half.images.max()) == (2, 1)
+    collector.add(*wall(100, n=2))
+    (more,) = collector.evidence(known, np.eye(4))
+    assert more.images.max() == 3
 
 
 def test_an_object_that_is_listed_twice_is_one(wall):

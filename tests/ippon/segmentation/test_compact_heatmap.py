@@ -32,8 +32,14 @@ def test_the_largest_are_kept(probabilities):
 
 
 def test_the_object_of_interest_is_exact_however_small(probabilities):
-    back = expand_top(keep_top(probabilities, 2, always=7), 12)
+    back = expand_top(keep_top(probabilities, 2, always=(7,)), 12)
     np.testing.assert_array_equal(back[..., 7], probabilities[..., 7])
+
+
+def test_several_objects_of_interest_are_exact_however_many(probabilities):
+    always = (7, 2, 5)
+    back = expand_top(keep_top(probabilities, 2, always), 12)
+    np.testing.assert_array_equal(back[..., always], probabilities[..., always])
 
 
 def test_the_remainder_is_shared_equally():

@@ -5,6 +5,7 @@ import pytest
 
 from ippon.observation import Heatmap
 from ippon.segmentation.crop_segmenter import CropConfig, CropSegmenter, Window, paste_heatmap
+from ippon.segmentation.segmenter import segment_tour
 
 LABELS = ("wall",)
 
@@ -51,6 +52,26 @@ def test_without_a_hint_the_tiles_take_turns_and_cover_the_image():
     segmenter = CropSegmenter(Coarse(2.0 * share))
     seen = [segmenter.segment(color, LABELS, "hat").probabilities[..., 1].max() for _ in range(9)]
     assert 1 <= sum(p == 255 for p in seen) < 9
+
+
+def test_the_objects_of_a_tour_take_turns():
+    corners = {"hat": (slice(3, 6), slice(4, 8)), "mug": (slice(36, 39), slice(55, 59))}
+
+    seen = []
+
+    class Both:
+        def segment(self, color, labels, ooi):
+            seen.append(color)
+            p = np.zeros((40, 60, 3), np.uint8)
+            p[corners["mug"]][..., 1] = p[corners["hat"]][..., 2] = 40
+            return Heatmap(labels=tuple(labels), ooi=ooi, probabilities=p)
+
+    color = np.zeros((40, 60, 3), np.uint8)
+    color[corners["hat"]], color[corners["mug"]] = (1, 0, 0), (2, 0, 0)
+    segmenter = CropSegmenter(Both())
+    for _ in range(4):
+        segment_tour(segmenter, color, ("wall", "mug"), ("hat", "mug"))
+    assert [int(crop.max()) for crop in seen[1::2]] == [1, 2, 1, 2]
 
 
 def test_a_thing_that_is_large_is_looked_at_once():

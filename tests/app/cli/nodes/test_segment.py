@@ -6,6 +6,7 @@ import pytest
 import tyro
 
 from app.cli.main import run
+from app.cli.nodes import segment
 from app.cli.nodes.segment import arguments_of
 from app.cli.options.nodes import Segment
 from app.cli.options.segmentation import NavigatorSegmentation
@@ -61,4 +62,20 @@ def test_without_weights_the_command_says_what_to_fetch(tmp_path, capsys):
 )
 def test_what_cannot_be_is_refused(arguments, text, capsys):
     assert run(["segment", *arguments]) == 2
+    assert text in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("endpoint", "profile", "text"),
+    [
+        ("localhost:7447", "", "'localhost:7447' is not a zenoh endpoint, such as tcp/"),
+        ("tcp/127.0.0.1:7447", "/nowhere.json5", "which is not a zenoh configuration"),
+    ],
+)
+def test_an_invalid_endpoint_is_refused_before_the_network_is_loaded(
+    endpoint, profile, text, capsys, monkeypatch
+):
+    monkeypatch.setenv("IPPON_ZENOH_PROFILE", profile)
+    monkeypatch.setattr(segment, "segmenter_of", lambda _: pytest.fail("it was loaded"))
+    assert run(["segment", "--connect", endpoint]) == 2
     assert text in capsys.readouterr().err

@@ -98,6 +98,15 @@ def test_a_common_label_whose_boxes_are_the_objects_is_not_said_to_be_missing():
     assert (heatmap.labels, heatmap.ooi) == ((), "desk")
 
 
+def test_a_class_that_answers_to_several_labels_is_named_by_all_of_them():
+    """As `ippon segment` names a class with labels of its own."""
+    one = detector(names=["mug/jar", "cup"], ooi="jar")
+    one.ask((*ASKED, "mug"), "jar")
+    assert one.refusal() == ""
+    seen = one.detections(boxes(), None, (48, 64))
+    assert (seen.labels, seen.ooi) == (("jar",), "jar"), "its misses count, and mugs are not asked"
+
+
 def test_boxes_of_a_detector_that_tells_two_kinds_apart_keep_their_names():
     """Such as an open-vocabulary network, which names the labels that it was asked for."""
     one = detector(names=["plant", "flower pot", "tv"], ooi="flower_pot")

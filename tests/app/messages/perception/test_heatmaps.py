@@ -27,10 +27,19 @@ def test_the_compact_form_is_smaller_and_keeps_what_is_likely(heatmap):
     np.testing.assert_array_equal(p.max(axis=2), q.max(axis=2))
 
 
+def test_further_objects_of_interest_are_kept_in_addition(heatmap):
+    also = ("label_7", "label_3", "unknown")
+    compact = encode_heatmap(heatmap, 5, "camera", keep=4, also=also)
+    p, q = decode_heatmap(compact).heatmap.probabilities, heatmap.probabilities
+    for channel in (-1, 7, 3):
+        np.testing.assert_array_equal(p[..., channel], q[..., channel])
+    np.testing.assert_array_equal(p.max(axis=2), q.max(axis=2))
+
+
 def test_more_than_256_labels_fit():
     p = np.zeros((2, 2, 300), np.uint8)
     p[..., 299] = 255
-    back = unpack("top-zstd", np.frombuffer(pack_top(p, 2, None), np.uint8), p.shape)
+    back = unpack("top-zstd", np.frombuffer(pack_top(p, 2, ()), np.uint8), p.shape)
     np.testing.assert_array_equal(back, p)
 
 

@@ -9,6 +9,7 @@ from ippon.segmentation.detectors.vocabulary import unsupported_reason
 from ippon.segmentation.errors import CheckpointError
 from ippon.segmentation.loading import load_segmenter
 from ippon.segmentation.model_registry import models_of
+from ippon.segmentation.segmenter import segment_tour
 from tests import later
 
 # torch and transformers take seconds to load.
@@ -57,6 +58,15 @@ def test_boxes_of_a_detector_become_masks(folder):
     assert bare.instances[0].mask is None
     assert seen.instances[0].mask.shape == (24, 32)
     assert seen.source == bare.source
+
+
+@pytest.mark.parametrize("masks_model", ["", "sam2"])
+def test_all_objects_of_a_tour_come_before_common_labels(folder, masks_model):
+    segmenter = load_segmenter(config(folder, masks_model), folder)
+    seen = segment_tour(segmenter, scene(), ("cup", "tv", "mug"), ("keys", "mug"))
+    assert [one.label for one in seen.instances] == ["mug"]
+    assert seen.labels == ("tv", "mug")
+    assert (seen.instances[0].mask is None) == (masks_model == "")
 
 
 def test_the_detector_still_reports_unknown_objects(folder):

@@ -70,6 +70,25 @@ def test_the_object_of_interest_comes_before_common_labels():
     assert (assigned.labels, assigned.ooi) == (("tv",), "tv")
 
 
+def test_further_objects_of_interest_come_before_common_labels_too():
+    assigned = COCO.assign((*MATTERPORT_40, "desk", "mug"), "keys", also=("desk", "mug"))
+    told = dict(zip(COCO_80, assigned.label_of_class, strict=True))
+    assert (told["dining_table"], told["cup"], assigned.ooi) == ("desk", "mug", None)
+    assert "table" not in assigned.labels
+    assigned = COCO.assign((*MATTERPORT_40, "mug"), "cup", also=("mug",))
+    assert assigned.label_of_class[COCO_80.index("cup")] == "cup"
+
+
+def test_classes_are_told_by_names_that_are_read_as_what_they_answer_to():
+    custom = ClosedVocabulary(
+        ("ding17", "cup", "couch", "", "kram"),
+        (("mug",), ("cup", "coffee_cup"), ("sofa", "settee"), (), ("mug", "beaker")),
+    )
+    assert custom.told_names == ("mug", "cup", "sofa/settee", "mug/beaker")
+    assert set(synonyms_of_class("mug/beaker")) >= {"mug", "beaker"}
+    assert COCO.told_names == COCO.names
+
+
 def test_two_words_for_a_class_are_found_under_the_same_label():
     labels = (*MATTERPORT_40, "cup", "mug", "monitor", "hat")
     found = {name: COCO.label_for(name, labels) for name in ("cup", "mug", "monitor", "tv", "hat")}
