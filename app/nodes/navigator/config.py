@@ -47,8 +47,8 @@ class NavigatorConfig:
     command_hz: float = 30.0
     """Rate of the command stream, independent of the time that planning takes."""
     stale_s: float = 0.5
-    """A command is repeated for at most this long; teleoperation drives only while the last frame
-    is younger."""
+    """A command is repeated for at most this long, 10 s or less; teleoperation drives only while
+    the last frame is younger."""
     lost_s: float = 1.0
     """Silence after which a required stream counts as lost."""
     heatmap_lost_s: float = 3.0
