@@ -4,11 +4,13 @@ import ast
 import difflib
 import functools
 import inspect
+import math
 import textwrap
 import typing
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Final, TypeVar
 
 import msgspec
@@ -168,15 +170,22 @@ def field_names(config: object, path: Names = ()) -> Iterator[str]:
             yield _dotted((*path, name))
 
 
-def as_yaml(config: object, left_out: Sequence[str] = (), depth: int = 0) -> str:
+def as_yaml(
+    config: object,
+    left_out: Sequence[str] = (),
+    derived: Mapping[str, str] = MappingProxyType({}),
+    path: Names = (),
+) -> str:
     """Return a configuration as YAML; a comment above each field gives its unit and explanation.
 
     Args:
         config: A dataclass.
         left_out: Names of fields to omit.
-        depth: Number of enclosing groups.
+        derived: Dotted names of fields that something else determines, with what it is; they are
+            commented out.
+        path: Names of the enclosing groups.
     """
-    indent = "  " * depth
+    indent = "  " * len(path)
     explained = explanations(type(config))
     parts: list[str] = []
     for name, value in _values(config):
@@ -185,11 +194,13 @@ def as_yaml(config: object, left_out: Sequence[str] = (), depth: int = 0) -> str
         if is_dataclass(value):
             text = explained.get(name) or inspect.cleandoc(type(value).__doc__ or "")
             parts.append(f"\n{_comment(text, indent)}{indent}{name}:\n")
-            parts.append(as_yaml(value, depth=depth + 1))
+            parts.append(as_yaml(value, derived=derived, path=(*path, name)))
         else:
             unit = unit_of(name)
             text = f"[{unit}] {explained.get(name, '')}" if unit else explained.get(name, "")
             written = f"{name}: {_scalar(value)}"
+            if origin := derived.get(_dotted((*path, name))):
+                written = f"# {written}  # by default from {origin}"
             parts.append(f"{_comment(text.strip(), indent)}{indent}{written}\n")
     return "".join(parts)
 
@@ -231,7 +242,7 @@ def _hints(kind: type) -> dict[str, Any]:
 
 def _converted(value: Any, kind: Any, path: Names) -> Any:
     try:
-        return msgspec.convert(value, kind)
+        converted = msgspec.convert(value, kind)
     except (msgspec.ValidationError, ValueError) as error:
         if choices := typing.get_args(kind) if typing.get_origin(kind) is typing.Literal else ():
             listed = ", ".join(map(str, choices))
@@ -239,6 +250,9 @@ def _converted(value: Any, kind: Any, path: Names) -> Any:
                 f"{_dotted(path)} is one of {listed}; got {value!r}"
             ) from error
         raise ConfigurationError(f"{_dotted(path)}: {error}; got {value!r}") from error
+    if isinstance(converted, float) and not math.isfinite(converted):
+        raise ConfigurationError(f"{_dotted(path)} must be a finite number; got {value!r}")
+    return converted
 
 
 def _unknown(config: object, name: str, path: Names) -> ConfigurationError:

@@ -1,6 +1,8 @@
 """YAML that people write by hand: configurations and robot profiles."""
 
+import json
 import re
+from collections.abc import Sequence
 from typing import Any
 
 import yaml
@@ -32,6 +34,15 @@ class _Loader(yaml.SafeLoader):
         return super().construct_mapping(node, deep=deep)
 
 
+def _group(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+    names: set[str] = set()
+    for name, _ in pairs:
+        if name in names:
+            raise RefusedYamlError(f"{name!r} is defined twice in one group")
+        names.add(name)
+    return dict(pairs)
+
+
 _Loader.add_implicit_resolver(
     "tag:yaml.org,2002:float",
     re.compile(r"^[-+]?(\d+(\.\d*)?|\.\d+)[eE][-+]?\d+$"),
@@ -45,6 +56,14 @@ def parse_yaml(text: str) -> Any:
     Raises:
         yaml.YAMLError: It is neither, has duplicate names or aliases, or is nested too deeply.
     """
+    if text.lstrip().startswith("{"):
+        # YAML takes no tabs as indentation. A YAML text may begin so, too.
+        try:
+            return json.loads(text, object_pairs_hook=_group)
+        except ValueError:
+            pass
+        except RecursionError as error:
+            raise RefusedYamlError("it is nested too deeply") from error
     try:
         return yaml.load(text, Loader=_Loader)  # noqa: S506 - a subclass of SafeLoader
     except RecursionError as error:

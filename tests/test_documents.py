@@ -164,3 +164,13 @@ def test_evaluations_within_sentences_say_where_their_rows_go(document):
     text = FENCE.sub("", document.read_text("utf-8"))
     options = re.findall(r"`ippon eval run (--[^`]*)`", text)
     assert [one for one in options if "--out" not in one] == []
+
+
+def test_the_reference_names_the_environment_variables_that_the_code_reads():
+    read = {
+        name
+        for path in (ROOT / "app").rglob("*.py")
+        for name in re.findall(r'"((?:IPPON|OPENAI|NUMBA)_[A-Z_]+)"', path.read_text("utf-8"))
+    }
+    table = (ROOT / "docs/reference/configuration.md").read_text("utf-8")
+    assert {name for name in read if f"`{name}`" not in table} == set()

@@ -19,6 +19,7 @@ from app.certificates.authority import (
     write_private,
 )
 from app.links.loopback import HOSTS
+from app.messages import keys
 from app.messages.keys import check_prefix
 
 NAVIGATOR: Final = "navigator"
@@ -119,7 +120,7 @@ def _lacking(
     """Return the hosts that are not named, and the robots that the rules of a profile leave out."""
     rules = profile.read_text("utf-8")
     unnamed = [host for host in hosts if str(general_name(host).value) not in named]
-    return (*unnamed, *(robot for robot in robots if f'"{robot}/' not in rules))
+    return (*unnamed, *(robot for robot in robots if f'"{robot}/{keys.CMD_VEL}"' not in rules))
 
 
 def _is_host(text: str) -> bool:

@@ -39,10 +39,20 @@ FLAGS: Final[dict[type, dict[str, str]]] = {
 SET_ELSEWHERE: Final = {
     "profile": "--profile",
     "detector": "--profile",
+    "camera_clock_offset_s": "--profile",
     "observation_model": "--observation-model",
     "language_model": "--llm.model",
 }
 """Fields of the navigator's configuration that only flags set, with these flags."""
+DERIVED: Final = {
+    "mission.map.min_range_m": "--profile",
+    "mission.map.max_range_m": "--profile",
+    "mission.map.max_valid_depth_m": "--profile",
+    "mission.planner.step_budget_s": "--step-budget-s",
+    "heatmap_lost_s": "--segmentation.where",
+    "keep_searches": "--robot",
+}
+"""Fields whose value without a file follows from flags, with these flags."""
 
 
 def read_config(path: Path | None) -> dict[str, Any]:

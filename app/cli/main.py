@@ -36,6 +36,8 @@ _ROLES: Final[dict[type, tuple[str, ...]]] = {
     tools.Ask: _ASKS,
     tools.Control: _ASKS,
     tools.Memory: _ASKS,
+    tools.Doctor: _WATCHES,
+    tools.Profile: _WATCHES,
 }
 """Roles of certificates with which a command works."""
 
@@ -60,6 +62,11 @@ def run(arguments: Sequence[str]) -> int:
 
 def _warn_of_role(command: Command) -> None:
     """Say that this process has the certificate of another role; without certificates, nothing."""
+    match command:
+        case tools.Doctor(robot=None, connect=None) | tools.Profile(from_robot=None):
+            return  # It connects to no robot.
+        case _:
+            pass
     accepted = next((roles for kind, roles in _ROLES.items() if isinstance(command, kind)), ())
     if not accepted:
         return

@@ -6,6 +6,7 @@ without one it is built by reading the messages.
 
 import itertools
 import math
+from bisect import bisect_left
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, Literal
@@ -35,8 +36,13 @@ TIMELINE_KEYS: Final = (
     GAP_KEY,
 )  # fmt: skip
 STATUS_EVERY_NS: Final = 500_000_000
+REST_EVERY_NS: Final = 10_000_000_000
+"""The same while nothing is searched for and `_TOLD` stays as it is."""
+_TOLD: Final = ("state", "goal", "find", "tour", "drive", "lease", "localization")
 TRAIL_STEP_M: Final = 0.05
 _MAX_BYTES: Final = 1 << 28
+_FEW_STATUSES: Final = 1000
+"""Fewer are not left out: something else is too long."""
 _SAMPLE_NS: Final = 2_000_000_000
 _MOST_SAMPLES: Final = 500
 _POSES_NS: Final = 250_000_000
@@ -205,9 +211,11 @@ class SessionTimeline(msgspec.Struct, kw_only=True, dict=True):
         if likely and before is not None and before.best_ooi < 0.5 and status.goal is not None:
             name = in_words(status.goal.object)
             self.marks.append(Mark(time_ns, "detection", f"something looks like the {name}"))
-        early = self.statuses and time_ns < self.statuses[-1].time_ns + STATUS_EVERY_NS
-        if early and not is_first:
-            return
+        if self.statuses and not is_first:
+            kept = self.statuses[-1]
+            every_ns = REST_EVERY_NS if _rests(kept.status, status) else STATUS_EVERY_NS
+            if time_ns < kept.time_ns + every_ns:
+                return
         brief = msgspec.structs.replace(status, streams=[], queue=[], history=[], notes=[], why="")
         self.statuses.append(TimedStatus(time_ns, brief))
 
@@ -244,13 +252,35 @@ class SessionTimeline(msgspec.Struct, kw_only=True, dict=True):
             self.trail.append(_trail_point(time_ns, x, y, z))
 
 
+def _rests(before: Status, now: Status) -> bool:
+    """Return whether nothing is searched for, and nothing changed but figures and the map."""
+    goals = now.tour or [now.goal]
+    if any(goal is not None and goal.outcome == "active" for goal in goals):
+        return False
+    stands = abs(now.path_length_m - before.path_length_m) < TRAIL_STEP_M
+    return stands and all(getattr(before, name) == getattr(now, name) for name in _TOLD)
+
+
 def _trail_point(time_ns: int, x: float, y: float, z: float) -> TrailPoint:
     return TrailPoint(time_ns, round(x, 3), round(y, 3), round(z, 3))
 
 
 def pack_timeline(timeline: SessionTimeline) -> bytes:
-    """Encode a timeline as an attachment."""
-    return zstandard.ZstdCompressor(level=3).compress(msgspec.json.encode(timeline))
+    """Encode a timeline as an attachment, with fewer statuses if it is too long to be read."""
+    encoded = msgspec.json.encode(timeline)
+    while len(encoded) > _MAX_BYTES and len(timeline.statuses) > _FEW_STATUSES:
+        timeline = _with_half_of_statuses(timeline)
+        encoded = msgspec.json.encode(timeline)
+    return zstandard.ZstdCompressor(level=3).compress(encoded)
+
+
+def _with_half_of_statuses(timeline: SessionTimeline) -> SessionTimeline:
+    """Return a timeline with every other status, and the first one of each run."""
+    starts = {one.n_statuses for one in timeline.ended}
+    kept = [k for k in range(len(timeline.statuses)) if k % 2 == 0 or k in starts]
+    ended = [EndedRun(one.last, bisect_left(kept, one.n_statuses)) for one in timeline.ended]
+    statuses = [timeline.statuses[k] for k in kept]
+    return msgspec.structs.replace(timeline, statuses=statuses, ended=ended)
 
 
 def unpack_timeline(packed: bytes) -> SessionTimeline:

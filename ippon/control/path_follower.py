@@ -62,6 +62,18 @@ class FollowerConfig:
             raise ValueError("tolerances and lookahead must be positive")
         if not (0.0 < self.slow_fraction <= 1.0 and 0.0 < self.braking_share <= 1.0):
             raise ValueError("slow_fraction and braking_share must lie in (0, 1]")
+        margins = (
+            self.slow_clearance_m,
+            self.overlap_m,
+            self.stop_margin_m,
+            self.side_margin_m,
+            self.side_weight,
+        )
+        if not all(0.0 <= margin < math.inf for margin in margins):
+            raise ValueError(
+                "slow_clearance_m, overlap_m, stop_margin_m, side_margin_m and side_weight must be "
+                f"finite and at least 0; got {', '.join(map(str, margins))}"
+            )
 
 
 class PathFollower:

@@ -53,6 +53,11 @@ class MissionConfig:
     """Frames in front of the object, less those without it, after which it is found; more ends
     fewer searches at the wrong object and takes longer."""
 
+    def __post_init__(self) -> None:
+        """Reject a find that no frame confirms."""
+        if self.confirm_steps < 1:
+            raise ValueError(f"confirm_steps must be at least 1; got {self.confirm_steps}")
+
     def counted(self) -> "MissionConfig":
         """Return the configuration without a time budget: two runs with one seed are identical."""
         return replace(self, planner=replace(self.planner, step_budget_s=None))

@@ -108,12 +108,15 @@ def test_files_are_yaml_or_json(tmp_path):
     file = tmp_path / "robot.json"
     file.write_text(json.dumps({"motor": {"gears": 3}}))
     assert read_file(file) == {"motor": {"gears": 3}}
+    file.write_text('{\n\t"motor": {\n\t\t"gears": 4\n\t}\n}\n')
+    assert read_file(file) == {"motor": {"gears": 4}}
     file.write_text("# nothing\n")
     assert read_file(file) == {}
     for content, text in (
         ("- a\n", "is not a mapping of names to values"),
         ("a: [", "configuration .*robot.json: "),
         ("a: 1\na: 2\n", "'a' is defined twice"),
+        ('{\n\t"a": 1,\n\t"a": 2\n}', "'a' is defined twice"),
         ("labels: [&a [x], *a, *a]", "aliases .* are not read"),
         ("labels: " + "[" * 3000 + "]" * 3000, "nested too deeply"),
     ):

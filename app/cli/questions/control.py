@@ -1,6 +1,7 @@
 """`ippon control`: what a robot does now, and Stop, Pause, Resume and Cancel."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import msgspec
 import zenoh
@@ -18,6 +19,7 @@ from app.links.network.requests import (
     last_message,
 )
 from app.links.network.session import LinkError, open_client
+from app.links.network.subscription import is_alive
 from app.messages import keys
 from app.messages.control import Accepted, ControlReply, ControlRequest, QueueRequest, decode
 from app.messages.status import GoalStatus, Status, awaited_find, name_of
@@ -41,6 +43,8 @@ def run_control(command: Control) -> int:
     run = _show if command.action == "show" else _send
     try:
         with open_client(endpoint, command.timeout_s) as session:
+            if command.action != "stop":  # A Stop is sent at once.
+                _await_navigator(session, robot, command.timeout_s)
             run(session, robot, command)
     except (LinkError, RequestRefusedError) as error:
         raise UsageError(str(error)) from error
@@ -76,6 +80,22 @@ def answer_text(robot: str, command: Control, reply: ControlReply) -> str:
         # The state is that of the robot, which may search for the next goal already.
         return f"{robot}: {reply.detail}"
     return "; ".join(filter(None, (f"{robot}: {reply.state.replace('_', ' ')}", reply.detail)))
+
+
+def _await_navigator(session: zenoh.Session, robot: str, timeout_s: float) -> None:
+    """Wait for a navigator to be ready; where it cannot be determined, the request itself fails.
+
+    Raises:
+        LinkError: It still compiles.
+    """
+    if is_alive(session, f"{robot}/{keys.NAVIGATOR_ALIVE}", timeout_s):
+        return
+    tokens: Any = session.liveliness().get(f"{robot}/{keys.NAVIGATOR_STARTING}", timeout=1.0)
+    if any(reply.ok is not None for reply in tokens):
+        raise LinkError(
+            f"the navigator of {robot} still compiles its program, at the first start for a minute "
+            "or more: ask again then, or wait with a longer --timeout-s"
+        )
 
 
 def _named(goal: GoalStatus) -> str:

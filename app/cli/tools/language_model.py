@@ -35,6 +35,11 @@ def make_model(options: Llm, environment: Mapping[str, str]) -> "LanguageModelIn
                 f"--llm.base-url and --llm.key-file need a model: name it with --llm.model or "
                 f"{MODEL_VARIABLE}"
             )
+        if options.second_opinion or options.look_every_s > 0.0:
+            raise UsageError(
+                "--llm.second-opinion and --llm.look-every-s (second_opinion and look_every_s in a "
+                f"file) show images to a model: name it with --llm.model or {MODEL_VARIABLE}"
+            )
         return None
     if model.startswith(INSTALLED):
         try:

@@ -16,6 +16,12 @@ PROFILE: Final = "IPPON_ZENOH_PROFILE"
 and time-outs are set by this program."""
 ROBOT_PROFILE: Final = "IPPON_ZENOH_ROBOT_PROFILE"
 """The same for the connection to the router of a robot's own nodes."""
+_PROTECTIONS: Final = (
+    "access_control/enabled",
+    "transport/auth/usrpwd/dictionary_file",
+    "transport/auth/pubkey/known_keys_file",
+)
+"""Settings of a router that say who may connect, or what they may do."""
 
 
 class LinkError(Exception):
@@ -49,12 +55,21 @@ def check_client(connect: str) -> None:
 
 
 def is_open_to_all(listen: str) -> bool:
-    """Return whether programs of other machines reach an endpoint without a certificate."""
+    """Return whether all programs of other machines reach an endpoint, and may do everything.
+
+    Raises:
+        LinkError: The profile of this process cannot be read.
+    """
     protocol, _, address = listen.partition("/")
-    if protocol not in ("tcp", "udp", "ws") or os.environ.get(PROFILE):
-        return False
     host = address.partition("?")[0].partition("#")[0].rpartition(":")[0].strip("[]")
-    return not is_loopback(host)
+    if protocol == "unixsock-stream" or is_loopback(host):
+        return False
+    settings = _profile(PROFILE)
+    if any(json.loads(settings.get_json(key)) for key in _PROTECTIONS):
+        return False
+    asks_certificate = json.loads(settings.get_json("transport/link/tls/enable_mtls"))
+    by_endpoint = "enable_mtls=true" in address
+    return protocol not in ("tls", "quic") or not (asks_certificate or by_endpoint)
 
 
 def open_router(listen: str) -> zenoh.Session:

@@ -1,6 +1,8 @@
 """Configuration of the navigator."""
 
+import math
 from dataclasses import dataclass, field
+from typing import Final
 
 from app.messages.keys import check_prefix
 from app.robot_file import DetectorTable
@@ -9,6 +11,9 @@ from ippon.observation_model import ObservationModel
 from ippon.robot import ZED, RobotProfile
 from ippon.seed import check_seed
 from ippon.vocabulary import MATTERPORT_40
+
+LONGEST_STALE_S: Final = 10.0
+"""Longest time for which a command may be repeated: the robot drives without new images."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,8 +47,8 @@ class NavigatorConfig:
     command_hz: float = 30.0
     """Rate of the command stream, independent of the time that planning takes."""
     stale_s: float = 0.5
-    """A command is repeated for at most this long; teleoperation drives only while the last frame
-    is younger."""
+    """A command is repeated for at most this long, 10 s or less; teleoperation drives only while
+    the last frame is younger."""
     lost_s: float = 1.0
     """Silence after which a required stream counts as lost."""
     heatmap_lost_s: float = 3.0
@@ -63,6 +68,26 @@ class NavigatorConfig:
     """File of the saved searches; empty keeps them only while the process runs."""
 
     def __post_init__(self) -> None:
-        """Refuse an invalid prefix or seed."""
+        """Refuse an invalid prefix or seed, and values without meaning."""
         check_prefix(self.robot)
         check_seed(self.seed)
+        for name in ("command_hz", "lost_s", "heatmap_lost_s", "keyframe_every_s"):
+            if not 0.0 < getattr(self, name) < math.inf:
+                raise ValueError(f"{name} must be finite and above 0; got {getattr(self, name)}")
+        for name in ("hold_find_s", "look_every_s"):
+            if not 0.0 <= getattr(self, name) < math.inf:
+                raise ValueError(f"{name} must be finite and at least 0; got {getattr(self, name)}")
+        if not 0.0 < self.stale_s <= LONGEST_STALE_S:
+            raise ValueError(
+                f"stale_s must be above 0 and at most {LONGEST_STALE_S:g}; got {self.stale_s}"
+            )
+        if not math.isfinite(self.camera_clock_offset_s):
+            raise ValueError(
+                f"camera_clock_offset_s must be finite; got {self.camera_clock_offset_s}"
+            )
+        if self.max_queue < 1:
+            raise ValueError(f"max_queue must be at least 1; got {self.max_queue}")
+        if not self.labels or not all(map(str.strip, self.labels)):
+            raise ValueError("labels must name at least one object, and none may be empty")
+        if len(set(self.labels)) < len(self.labels):
+            raise ValueError("labels must differ; one is named twice")

@@ -145,9 +145,10 @@ class ReviewPages:
         if folder is None:
             return RedirectResponse("/", status_code=303)
         names = [request.path_params["name"], *request.query_params.getlist("beside")[:1]]
-        if not self._entries:
-            self._entries = await run_in_threadpool(list_sessions, folder)
         paths = [path_of(folder, name, self._entries) for name in names]
+        if None in paths:  # It may have been recorded since the list was read.
+            self._entries = await run_in_threadpool(list_sessions, folder)
+            paths = [path_of(folder, name, self._entries) for name in names]
         known = [path for path in paths if path is not None]
         if len(known) < len(paths):
             return PlainTextResponse("there is no such session here\n", status_code=404)

@@ -11,6 +11,7 @@ from app.messages import keys
 from app.messages.cdr import MessageError
 from app.messages.motion import StampedTransform, decode_transforms, encode_transforms
 from app.messages.scene import VoxelCloud, encode_voxels
+from app.messages.status import Status
 from app.recording.channels import GAP_KEY
 from app.recording.map_alignment import alignment_message
 from app.recording.reading.recording import Recording
@@ -103,8 +104,9 @@ class Player:
         aligned = alignment_message(recording, self.time_ns)
         if aligned is not None:
             self._emit(aligned.key, aligned.payload)
-        for message in recording.between(0, self.time_ns, (keys.TF_STATIC,)):
-            self._emit(message.key, message.payload)
+        self._emit(
+            keys.TF_STATIC, encode_transforms(self._last_of(keys.TF_STATIC, 0, self.time_ns))
+        )
         self._emit(keys.TF, encode_transforms(self._poses()))
         for key in LATEST:
             last = recording.latest(key, self.time_ns)
@@ -156,11 +158,15 @@ class Player:
 
     def _poses(self) -> list[StampedTransform]:
         """Return only the last pose of each frame, because earlier ones would extend the trail."""
-        latest: dict[str, StampedTransform] = {}
         last = self.recording.latest(keys.TF, self.time_ns)
         # A silent robot is shown at its last pose.
         until_ns = last.time_ns if last is not None else self.time_ns
-        for message in self.recording.between(until_ns - TF_NS, until_ns, (keys.TF,)):
+        return self._last_of(keys.TF, until_ns - TF_NS, until_ns)
+
+    def _last_of(self, key: str, since_ns: int, until_ns: int) -> list[StampedTransform]:
+        """Return the last transform to each frame; a driver may send the fixed ones again."""
+        latest: dict[str, StampedTransform] = {}
+        for message in self.recording.between(since_ns, until_ns, (key,)):
             try:
                 latest |= {t.child: t for t in decode_transforms(message.payload)}
             except MessageError:
@@ -191,9 +197,17 @@ class Player:
         events = timeline.events[: bisect_right(timeline.events, now, key=lambda e: e.time_ns)]
         return SeekHistory(
             trail=[(p.x, p.y, p.z) for p in trail[:: 1 + len(trail) // TRAIL_POINTS]],
-            statuses=[s.status for s in statuses[:: 1 + len(statuses) // PLOT_POINTS]],
+            statuses=[_plotted(s.status) for s in statuses[:: 1 + len(statuses) // PLOT_POINTS]],
             events=[e.event for e in events[-SHOWN_EVENTS:]],
         )
+
+
+def _plotted(status: Status) -> Status:
+    """Return a status with what plots show: goals and finds of a thousand are too long to read."""
+    return msgspec.structs.replace(
+        status, why="", goal=None, queue=[], history=[], find=None, streams=[], notes=[], tour=[],
+        walk=None,
+    )  # fmt: skip
 
 
 def _no_voxels() -> bytes:

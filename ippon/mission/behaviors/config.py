@@ -167,7 +167,7 @@ class ExhaustionConfig:
 
     def __post_init__(self) -> None:
         """Reject counts without meaning."""
-        if self.idle_gain < 0.0 or self.idle_steps < 1 or self.empty_steps < 1:
+        if not self.idle_gain >= 0.0 or self.idle_steps < 1 or self.empty_steps < 1:
             raise ValueError(
                 "idle_gain must not be negative, idle_steps and empty_steps at least 1; got "
                 f"{self.idle_gain}, {self.idle_steps}, {self.empty_steps}"

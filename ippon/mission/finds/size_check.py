@@ -1,5 +1,6 @@
 """Comparison of a find with the size of the object."""
 
+import math
 from dataclasses import dataclass
 
 from ippon.guidance.knowledge import load_knowledge
@@ -24,6 +25,21 @@ class SizeCheckConfig:
     """Voxels added to that, since the map blurs edges; more accepts larger finds."""
     near_m: float = 2.0
     """Distance within which an object shows all its voxels; more relaxes T_min earlier."""
+
+    def __post_init__(self) -> None:
+        """Reject bounds without meaning."""
+        bounds = (
+            self.unsure_factor,
+            self.relaxed_share,
+            self.oversize_share,
+            self.oversize_voxels,
+            self.near_m,
+        )
+        if not all(0.0 <= bound < math.inf for bound in bounds):
+            raise ValueError(
+                "unsure_factor, relaxed_share, oversize_share, oversize_voxels and near_m must be "
+                f"finite and at least 0; got {', '.join(map(str, bounds))}"
+            )
 
 
 class SizeCheck:

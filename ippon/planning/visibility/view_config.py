@@ -133,7 +133,8 @@ class ViewConfig:
 
     def __post_init__(self) -> None:
         """Reject rasters, ranges and probabilities that cannot work."""
-        if self.yaw_bins % self.heading_stride or self.yaw_bins < 16 or self.tilts < 2:
+        stride = self.heading_stride
+        if stride < 1 or self.yaw_bins % stride or self.yaw_bins < 16 or self.tilts < 2:
             raise ValueError(
                 "yaw_bins must be at least 16 and a multiple of heading_stride, tilts at least 2; "
                 f"got {self.yaw_bins}, {self.heading_stride}, {self.tilts}"

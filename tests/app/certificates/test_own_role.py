@@ -48,8 +48,25 @@ def test_the_certificate_of_another_role_is_said(folder, monkeypatch, name, acce
     [("recorder", ["ask", "hat", "--timeout-s", "0.1"]), ("console", ["replay", "nothing"])],
 )
 def test_a_command_says_it_before_it_waits(folder, monkeypatch, capsys, role, arguments):
+    _check_said(folder, monkeypatch, capsys, role, [*arguments, "--robot", "r"])
+
+
+@pytest.mark.parametrize(
+    "arguments", [["doctor", "--robot", "r"], ["profile", "--from-robot", "r"]]
+)
+def test_a_check_of_a_robot_says_it(folder, monkeypatch, capsys, arguments):
+    _check_said(folder, monkeypatch, capsys, "robot", arguments)
+
+
+def test_a_command_that_connects_to_no_robot_says_nothing(folder, monkeypatch, capsys):
+    monkeypatch.setenv(PROFILE, str(folder / "robot.json5"))
+    assert run(["profile"]) == 0
+    assert capsys.readouterr().err == ""
+
+
+def _check_said(folder, monkeypatch, capsys, role, arguments):
     monkeypatch.setenv(PROFILE, str(folder / f"{role}.json5"))
-    assert run([*arguments, "--connect", "tls/127.0.0.1:1", "--robot", "r"]) != 0
+    assert run([*arguments, "--connect", "tls/127.0.0.1:1"]) != 0
     first = capsys.readouterr().err.splitlines()[0]
     assert f"a certificate of the role {role!r}; this needs '" in first
     assert "the navigator drops what this process sends" in first

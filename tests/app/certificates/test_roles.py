@@ -49,6 +49,12 @@ def test_the_rules_are_about_the_robot_that_is_named(tmp_path):
     assert '"ippon/' not in text
 
 
+def test_a_robot_below_another_prefix_does_not_name_that_prefix(tmp_path):
+    write(tmp_path, robots=("site/robot-1",))
+    lacking = next(r.lacks for r in write(tmp_path, robots=("site", "site/robot-1")) if r.lacks)
+    assert lacking == ("site",)
+
+
 def test_who_watches_may_fetch_every_last_message(tmp_path):
     write(tmp_path)
     text = (tmp_path / "navigator.json5").read_text()

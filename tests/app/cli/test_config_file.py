@@ -1,7 +1,10 @@
+import re
+
 import pytest
 
 from app.cli.config_file import beyond_flags, read_config
 from app.cli.main import _with_config_file, parse, run
+from app.cli.nodes.navigate import _config_of
 from app.cli.options.evaluation import EvalRun
 from app.cli.options.nodes import Navigate
 from app.errors import UsageError
@@ -65,6 +68,61 @@ def test_config_prints_what_it_reads_and_what_differs(file, tmp_path, capsys):
     assert capsys.readouterr().out == "no field differs from its default\n"
     assert run(["config", str(file)]) == 0
     assert "mission.map.voxel_size_m: 0.05 (default 0.1)\n" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("where", ["robot", "here"])
+def test_an_unchanged_printed_file_changes_nothing(where, tmp_path, capsys):
+    assert run(["config"]) == 0
+    printed = tmp_path / "all.yaml"
+    printed.write_text(capsys.readouterr().out)
+    profile = tmp_path / "robot.yaml"
+    assert run(["profile"]) == 0
+    text = capsys.readouterr().out
+    for name, value in (("min_depth_m", 0.4), ("max_depth_m", 3.0), ("clock_offset_ms", 60)):
+        text = re.sub(rf"{name}: \S+", f"{name}: {value}", text)
+    profile.write_text(text)
+    given = ("navigate", "--profile", str(profile), "--segmentation.where", where)
+    plain, _, _ = _config_of(_command(*given), None)
+    assert plain.mission.map.max_range_m == 3.0
+    assert plain.mission.planner.step_budget_s == 0.04
+    assert plain.camera_clock_offset_s == 0.06
+    assert _config_of(_command(*given, "--config", str(printed)), None)[0] == plain
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("command_hz", "0"),
+        ("command_hz", "-5"),
+        ("stale_s", ".nan"),
+        ("stale_s", ".inf"),
+        ("stale_s", "60"),
+        ("lost_s", ".nan"),
+        ("heatmap_lost_s", "0"),
+        ("keyframe_every_s", "-1"),
+        ("look_every_s", "-1"),
+        ("max_queue", "0"),
+        ("hold_find_s", ".nan"),
+        ("labels", "[]"),
+        ("labels", "[chair, chair]"),
+        ("labels", "[chair, ' ']"),
+        ("mission.confirm_steps", "-3"),
+        ("mission.map.voxel_size_m", ".inf"),
+        ("mission.planner.view.heading_stride", "0"),
+        ("mission.follower.stop_margin_m", "-1"),
+        ("mission.size_check.unsure_factor", "-1"),
+        ("mission.exhaustion.idle_gain", ".nan"),
+    ],
+)
+def test_a_value_out_of_range_ends_with_status_2(name, value, tmp_path, capsys):
+    *groups, last = name.split(".")
+    text = f"{last}: {value}"
+    for group in reversed(groups):
+        text = f"{group}: {{{text}}}"
+    file = tmp_path / "c.yaml"
+    file.write_text(text)
+    assert run(["config", str(file)]) == 2
+    assert name in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", [("config",), ("navigate", "--config"), ("demo", "--config")])

@@ -30,7 +30,13 @@ from ippon.memory.lookup import instance_named
 from ippon.mission.mission import Mission
 from ippon.vocabulary import in_words
 
-_NOT_HEARD: Final = "images or pose of the robot are missing: ippon doctor --robot says why"
+_WAITS: Final[dict[MissionState, str]] = {
+    "lost": "images or pose of the robot are missing: ippon doctor --robot says why",
+    "stopped": "the robot is stopped: the search begins after Resume",
+    "paused": "the robot is paused: the search begins after Resume",
+    "manual": "a person drives the robot: the search begins in Auto",
+}
+"""Why the robot does not set out, by its state."""
 
 
 class StopLatch(Protocol):
@@ -103,7 +109,7 @@ class GoalService:
             position=place.position,
             notes=[
                 *filter(None, [place.note]),
-                *([_NOT_HEARD] if self.state == "lost" else ()),
+                *filter(None, [_WAITS.get(self.state)]),
                 *name_notes(request.object),
                 *search.guidance.notes,
             ],

@@ -1,12 +1,16 @@
 """`ippon control` with a robot as the network shows it."""
 
 import json
+import threading
 
+import msgspec
 import pytest
 
 from app.cli.main import run
 from app.cli.options.tools import Control
 from app.cli.questions.control import answer_text, status_lines
+from app.links.network.session import open_router
+from app.messages import keys
 from app.messages.control import ControlReply
 from app.messages.status import GoalStatus
 from tests.app.nodes.console.drawn_home import status_of
@@ -102,3 +106,39 @@ def test_a_goal_goes_with_cancel_alone_and_a_dead_link_is_an_error(robot, capsys
     assert "--goal goes with cancel" in capsys.readouterr().err
     assert run(["control", "stop", "--connect", "tcp/127.0.0.1:1", "--timeout-s", "0.3"]) == 2
     assert "127.0.0.1:1" in capsys.readouterr().err
+
+
+@pytest.fixture
+def compiling():
+    """The router of a navigator that compiles, and its endpoint."""
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    router = open_router(endpoint)
+    token = router.liveliness().declare_token(f"r/{keys.NAVIGATOR_STARTING}")
+    yield router, endpoint
+    token.undeclare()
+    router.close()
+
+
+@pytest.mark.parametrize("action", ["show", "resume", "cancel"])
+def test_a_navigator_that_compiles_is_waited_for_and_named(compiling, action, capsys):
+    _, endpoint = compiling
+    where = ("--connect", endpoint, "--robot", "r", "--timeout-s", "0.2")
+    assert run(["control", action, *where]) == 2
+    assert "the navigator of r still compiles its program" in capsys.readouterr().err
+
+
+def test_a_navigator_that_is_ready_in_time_answers(compiling, capsys):
+    router, endpoint = compiling
+
+    answer, declared = msgspec.json.encode(status_of("searching")), []
+
+    def become_ready():
+        key = f"r/{keys.STATUS}"
+        declared.append(router.declare_queryable(key, lambda query: query.reply(key, answer)))
+        declared.append(router.liveliness().declare_token(f"r/{keys.NAVIGATOR_ALIVE}"))
+
+    later = threading.Timer(0.5, become_ready)
+    later.start()
+    assert run(["control", "--connect", endpoint, "--robot", "r", "--timeout-s", "30"]) == 0
+    later.join()
+    assert "searching" in capsys.readouterr().out

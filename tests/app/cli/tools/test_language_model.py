@@ -62,6 +62,15 @@ def test_openai_needs_a_key():
     model.close()
 
 
+@pytest.mark.parametrize("wanted", [{"second_opinion": True}, {"look_every_s": 5.0}])
+def test_what_only_a_model_does_is_refused_without_one(wanted):
+    with pytest.raises(UsageError, match=r"name it with --llm\.model"):
+        make_model(Llm(**wanted), {})
+    model = make_model(Llm(**wanted), {"IPPON_LLM_MODEL": "tiny", "OPENAI_API_KEY": KEY})
+    model.close()
+    assert make_model(Llm(), {}) is None
+
+
 @pytest.mark.parametrize(
     ("wanted", "word"), [(True, "second-opinion"), (False, "no-second-opinion")]
 )

@@ -97,16 +97,25 @@ def test_a_process_beside_the_router_reaches_it_with_certificates_for_other_host
         ("tcp/127.0.0.1:7447", False),
         ("tcp/[::1]:7447", False),
         ("tcp/localhost:7447", False),
-        ("tls/0.0.0.0:7447", False),
         ("unixsock-stream/tmp/x", False),
         ("tcp/0.0.0.0:7447", True),
         ("tcp/[::]:7447", True),
         ("udp/192.168.1.20:7447", True),
         ("ws/robot.local:7447", True),
         ("tcp/0.0.0.0:7447#iface=eth0", True),
+        ("tls/0.0.0.0:7447", True),
+        ("tls/0.0.0.0:7447#enable_mtls=true", False),
     ],
 )
-def test_who_reaches_an_endpoint_without_a_certificate(monkeypatch, listen, is_open):
+def test_who_reaches_an_endpoint_without_a_certificate(monkeypatch, tmp_path, listen, is_open):
     assert is_open_to_all(listen) is is_open
-    monkeypatch.setenv(PROFILE, "tls/navigator.json5")
+    profile = tmp_path / "profile.json5"
+    monkeypatch.setenv(PROFILE, str(profile))
+    profile.write_text('{connect: {endpoints: ["tcp/robot-1.local:7447"]}}')
+    assert is_open_to_all(listen) is is_open, "nothing is protected by joining another router"
+    profile.write_text("{access_control: {enabled: true, default_permission: 'deny'}}")
     assert not is_open_to_all(listen), "the rules of the profile decide"
+    profile.write_text("{transport: {auth: {usrpwd: {dictionary_file: '/etc/users'}}}}")
+    assert not is_open_to_all(listen), "who connects has to log in"
+    profile.write_text("{transport: {link: {tls: {enable_mtls: true}}}}")
+    assert is_open_to_all(listen) is (is_open and not listen.startswith("tls/"))

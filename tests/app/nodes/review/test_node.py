@@ -1,6 +1,7 @@
 """The pages of a review, from a process of their own."""
 
 import json
+import shutil
 import time
 
 import httpx
@@ -35,7 +36,13 @@ def test_choose_a_session_play_it_and_write_beside_it(session_folder, launch):
         assert picture.headers["content-type"] == "image/jpeg"
         assert client.get("/session/../../etc/passwd").status_code == 404
         assert client.get("/session/nothing.mcap").status_code == 404
+        # Its link works, though the list was read before.
+        later = session_folder.parent / "later"
+        shutil.copytree(session_folder, later)
+        of_later = entry["id"].replace(session_folder.name, "later", 1)
+        assert client.get(f"/session/{of_later}").status_code == 200
         page = client.get(f"/session/{entry['id']}").text
+        shutil.rmtree(later)
         assert page.index("/review/review.js") < page.index("/assets/shell.js")
         shown = client.get("/review/session").json()
         assert [mark["kind"] for mark in shown["marks"]] == [

@@ -1,5 +1,6 @@
 """Record, replay, compare the scene: by playing, by jumping, by stepping."""
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -8,12 +9,15 @@ from app.messages import keys
 from app.messages.control import encode
 from app.messages.driving import PaintedRegions, PaintedStroke
 from app.messages.memory import MapAlignment
+from app.messages.motion import StampedTransform, decode_transforms, encode_transforms
 from app.messages.recording import RecordingGap
+from app.messages.status import CountedFind, GoalStatus
 from app.nodes.console.link.commands import CommandError
 from app.nodes.review.link import RecordedLink
 from app.nodes.review.player import Player
 from app.recording.channels import GAP_KEY
 from app.recording.reading.recording import Recording
+from app.recording.timeline import TimedStatus, timeline_of
 from app.view.model.scene_model import SceneModel
 from app.view.model.scene_reader import SceneReader
 
@@ -179,6 +183,49 @@ def test_a_review_of_an_aligned_session_shows_poses_and_painted_floor_in_the_map
     Player(plain, SceneReader(jumped).feed)
     np.testing.assert_allclose(jumped.T_world_base[:2, 3], [0.0, 0.5], atol=1e-9)
     plain.close()
+
+
+def test_a_jump_in_a_long_session_with_many_finds_shows_its_past(recording, made_up):
+    timeline = timeline_of(recording)
+    counted = [
+        CountedFind(number=n, position_world=(1.234567, 2.345678, 0.456789)) for n in range(1, 61)
+    ]
+    goal = GoalStatus(goal_id=1, object="cup", count="all", counted=counted)
+    statuses = [
+        TimedStatus(made_up.START_NS + k, msgspec.structs.replace(made_up.status_of(k), goal=goal))
+        for k in range(1998)
+    ]
+    timeline = msgspec.structs.replace(timeline, statuses=statuses)
+    model = SceneModel()
+    reader = SceneReader(model)
+    Player(recording, reader.feed, timeline).seek(5.0)
+    assert not reader.rejected, reader.problem
+    assert model.history.columns().shape[1] > 100
+    assert model.events
+    assert len(model.trail_world)
+
+
+def test_a_jump_emits_the_last_fixed_transforms_once(made_up, tmp_path):
+    again = [
+        (made_up.START_NS + n * 10**6, keys.TF_STATIC, _fixed(0.001 * n)) for n in range(1, 2000)
+    ]
+    recording = Recording(made_up.write_session(tmp_path, more=again).writer.folder)
+    came = []
+    player = Player(recording, lambda key, payload: came.append((key, payload)))
+    came.clear()
+    player.seek(1.0)
+    (fixed,) = [decode_transforms(payload) for key, payload in came if key == keys.TF_STATIC]
+    (lidar,) = [one for one in fixed if one.child == "lidar"]
+    assert lidar.T_parent_child[0, 3] == pytest.approx(1.0)
+    recording.close()
+
+
+def _fixed(x):
+    T = np.eye(4)
+    T[0, 3] = x
+    return encode_transforms(
+        (StampedTransform(stamp_ns=0, parent="base_link", child="lidar", T_parent_child=T),)
+    )
 
 
 def test_steps_go_from_picture_to_picture(stage, recording):

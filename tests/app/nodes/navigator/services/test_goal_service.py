@@ -113,6 +113,19 @@ def test_whoever_asks_a_robot_that_is_not_heard_is_told(office):
     assert note.startswith("images or pose of the robot are missing: ippon doctor --robot")
 
 
+@pytest.mark.parametrize(
+    ("state", "told"),
+    [
+        ("stopped", "the robot is stopped: the search begins after Resume"),
+        ("paused", "the robot is paused: the search begins after Resume"),
+        ("manual", "a person drives the robot: the search begins in Auto"),
+    ],
+)
+def test_whoever_asks_a_robot_that_is_held_is_told_when_it_searches(office, state, told):
+    office.service.state = state
+    assert office.service.search(SearchRequest(object="hat")).notes == [told]
+
+
 def test_an_empty_object_and_a_full_queue_are_refused(office):
     with pytest.raises(RequestRefusedError, match="the object is empty"):
         office.service.search(SearchRequest(object="  "))
