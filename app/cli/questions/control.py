@@ -1,7 +1,8 @@
 """`ippon control`: what a robot does now, and Stop, Pause, Resume and Cancel."""
 
+import time
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, Final
 
 import msgspec
 import zenoh
@@ -32,6 +33,8 @@ _ENDED = {
     "exhausted": "not found",
     "cancelled": "cancelled",
 }
+_LOOK_S: Final = 0.5
+"""Time after which the token of a navigator that is ready counts as absent."""
 
 
 def run_control(command: Control) -> int:
@@ -83,19 +86,21 @@ def answer_text(robot: str, command: Control, reply: ControlReply) -> str:
 
 
 def _await_navigator(session: zenoh.Session, robot: str, timeout_s: float) -> None:
-    """Wait for a navigator to be ready; where it cannot be determined, the request itself fails.
+    """Wait while the robot's navigator compiles; whether one answers at all, the request tells.
 
     Raises:
         LinkError: It still compiles.
     """
-    if is_alive(session, f"{robot}/{keys.NAVIGATOR_ALIVE}", timeout_s):
-        return
-    tokens: Any = session.liveliness().get(f"{robot}/{keys.NAVIGATOR_STARTING}", timeout=1.0)
-    if any(reply.ok is not None for reply in tokens):
-        raise LinkError(
-            f"the navigator of {robot} still compiles its program, at the first start for a minute "
-            "or more: ask again then, or wait with a longer --timeout-s"
-        )
+    deadline = time.monotonic() + timeout_s
+    while not is_alive(session, f"{robot}/{keys.NAVIGATOR_ALIVE}", min(timeout_s, _LOOK_S)):
+        tokens: Any = session.liveliness().get(f"{robot}/{keys.NAVIGATOR_STARTING}", timeout=1.0)
+        if all(reply.ok is None for reply in tokens):
+            return
+        if time.monotonic() >= deadline:
+            raise LinkError(
+                f"the navigator of {robot} still compiles its program, at the first start for a "
+                "minute or more: ask again then, or wait with a longer --timeout-s"
+            )
 
 
 def _named(goal: GoalStatus) -> str:
