@@ -79,6 +79,12 @@ def polarity(
     return negated, "habit" if rarely and strength in ("sure", "likely") else strength
 
 
+def strength_of(words: list[str]) -> Strength:
+    """Return how sure a clause is of what it says."""
+    whole = _text(words)
+    return _strength(whole, any(f" {phrase} " in whole for phrase in lexicon.DOUBT_PHRASES))
+
+
 def _statement_start(words: list[str], begin: int, places: Container[int]) -> int:
     """Return the index of the joining word after which a place is stated anew, else 0.
 

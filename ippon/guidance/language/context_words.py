@@ -89,6 +89,8 @@ RELATIONS: dict[str, str] = {
 """Preposition to relation, longest match first."""
 
 NEGATIVE_RELATIONS = frozenset({"from", "away from", "outside"})
+BESIDE = frozenset({"near", "next to", "between", "behind", "in front of", "under", "above"})
+"""Relations to a room in which the object is not in it, and to a thing in which it is not on it."""
 
 PARTS = word_set(
     "side sides top bottom foot head edge corner end back front left right middle center "
