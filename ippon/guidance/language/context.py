@@ -11,7 +11,13 @@ from typing import Literal
 
 from ippon.guidance.knowledge import Knowledge, load_knowledge
 from ippon.guidance.language import context_words as lexicon
-from ippon.guidance.language.context_polarity import Strength, polarity, strength_of
+from ippon.guidance.language.context_polarity import (
+    Strength,
+    is_gone,
+    polarity,
+    retracts,
+    strength_of,
+)
 from ippon.guidance.language.mentions import Mention, find_mentions, room_phrases
 from ippon.guidance.language.naming import category_of
 from ippon.guidance.language.words import ADJECTIVES, DETERMINERS, Token, tokenize
@@ -19,11 +25,6 @@ from ippon.vocabulary import in_words
 
 MAX_CLAIMS = 12
 _BREAK = re.compile(r"[.!?;:\n…]|\s[-–—]+\s")
-_GONE = re.compile(
-    r"(?:\bwasn't|\b(?:it|they|that) weren't)$|"
-    r"\b(?:it|they|that) (?:wasn't|weren't) (?:this|last|yesterday|today|tonight|when|any)\b"
-)
-"""What says that a thing was not where it was said to be."""
 _REACH = 4
 """Most words between a preposition and the place."""
 _UNCLEAR = frozenset({"floor", "wall", "ceiling"})
@@ -75,10 +76,6 @@ class _Clause:
     def words(self) -> list[str]:
         return [token.word for token in self.tokens]
 
-    def says(self, *phrases: str) -> bool:
-        text = f" {' '.join(self.words)} "
-        return any(f" {phrase} " in text for phrase in phrases)
-
 
 def read_context(
     context: str,
@@ -101,7 +98,9 @@ def read_context(
     notes: list[str] = []
     for clause in _clauses(context):
         found = _read_clause(context, clause, knowledge, ooi, rooms)
-        if not found and _retracts(clause):
+        if is_gone(clause.words) and found:
+            found = [_retracted(claim, clause) for claim in found]
+        elif not found and (retracts(clause.words) or is_gone(clause.words)):
             claims[last:] = [_retracted(claim, clause) for claim in claims[last:]]
         last = len(claims) if found else last
         claims += found
@@ -122,11 +121,6 @@ def read_context(
     if context.strip() and not kept and not notes:
         notes.append("no place was understood in the context")
     return ContextReading(claims=tuple(kept), notes=tuple(dict.fromkeys(notes)))
-
-
-def _retracts(clause: _Clause) -> bool:
-    """Tell whether a clause without a place denies what was said before: "but it wasn't"."""
-    return clause.says(*lexicon.ABSENT_PHRASES) or bool(_GONE.search(" ".join(clause.words)))
 
 
 def _retracted(claim: Claim, by: _Clause) -> Claim:

@@ -117,7 +117,11 @@ def claims_of(context: str, ooi: str = "hat") -> list[str]:
         ("it was on the sofa, but it's not on the sofa now", ["not on sofa"]),
         ("it wasn't in the kitchen, but now it's in the kitchen", ["in kitchen"]),
         ("it was on the kitchen table but I looked in the kitchen", ["not in kitchen"]),
+        ("it was on the sofa but it's gone", ["not on sofa"]),
+        ("it was in the kitchen and now it has gone", ["not in kitchen"]),
+        ("my hat is missing from the kitchen", ["not from kitchen"]),
         # not denied
+        ("it's in the kitchen. If it's gone, ask Tom", ["in kitchen"]),
         ("it's not in the hall, I usually leave it in the hall", ["not in hall", "in hall ?"]),
         ("under the bed, not on the bed", ["under bed", "not on bed"]),
         ("I checked the bedroom and it's on the shelf", ["not at bedroom", "on shelving"]),
