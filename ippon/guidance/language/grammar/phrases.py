@@ -212,7 +212,8 @@ GONE_SENTENCE: Final = re.compile(
     re.IGNORECASE,
 )
 GONE_NOW: Final = re.compile(
-    rf"(?:(?:but|and|yet) )?(?:now )?{GONE_SINCE}(?: (?:now|again|already))*(?=\s*(?:$|[.,;:!?…)]))",
+    rf"(?:(?:but|and|yet) )?(?:now )?{GONE_SINCE}(?: (?:now|again|already))*"
+    r"(?=\s*(?:$|[.,;:!?…)]))",
     re.IGNORECASE,
 )
 """What says that an object is no longer where it was."""
