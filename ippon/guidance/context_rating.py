@@ -38,7 +38,8 @@ def rate_by_claims(
 
     Firm statements replace the table: the goal is at the stated place, so the landmarks of that
     place count. Typical places of the goal still count if they can be in the same room. Uncertain
-    statements (perhaps, usually) are added to the table. A denial excludes places.
+    statements (perhaps, usually) are added to the table. A denial excludes places; an uncertain one
+    raises none of their landmarks.
 
     Args:
         goal: Entry of the goal; None for an unknown object.
@@ -52,7 +53,8 @@ def rate_by_claims(
         if identity is not None and identity.level == Level.CERTAIN:
             return identity
     positive = [claim for claim in claims if not claim.negated]
-    negative = [claim for claim in claims if claim.negated]
+    negative = [claim for claim in claims if claim.negated and claim.firm]
+    doubted = [claim for claim in claims if claim.negated and not claim.firm]
     firm = [claim for claim in positive if claim.firm]
     said = [rate_claim(claim, landmark, knowledge) for claim in firm]
     # An uncertain statement can raise a landmark above the firm ones; an uninformative one cannot.
@@ -61,18 +63,21 @@ def rate_by_claims(
     best = max(said, key=lambda rating: rating.level, default=None)
     if best is not None and best.level == Level.CERTAIN:
         return best
-    denial = _denied(landmark, negative, at_rooms)
+    denial = _denied(landmark, negative)
     if denial is not None:
-        return denial
+        return Rating(level=Level.FAR, reason=f"you said not “{denial.text}”")
     own = _common(goal, landmark, knowledge, negative)
-    if best is None:
-        return own
-    if not firm:
-        return max(best, own, key=lambda rating: rating.level)
-    fits = any(_compatible(claim, at_rooms, knowledge) for claim in firm)
-    if own.level > best.level and own.level >= Level.NEAR and fits:
-        return own
-    return best
+    chosen = own
+    if best is not None and not firm:
+        chosen = max(best, own, key=lambda rating: rating.level)
+    elif best is not None:
+        fits = any(_compatible(claim, at_rooms, knowledge) for claim in firm)
+        typical = own.level > best.level and own.level >= Level.NEAR and fits
+        chosen = own if typical else best
+    doubt = _denied(landmark, doubted)
+    if doubt is not None and chosen.level > Level.AVERAGE:
+        return Rating(level=Level.AVERAGE, reason=f"perhaps not “{doubt.text}”")
+    return chosen
 
 
 def rate_claim(claim: Claim, landmark: Entry, knowledge: Knowledge) -> Rating:
@@ -113,14 +118,16 @@ def _rate_room(claim: Claim, landmark: Entry, said: str) -> Rating:
     return Rating(level=Level.AVERAGE, reason=f"no indication: {subject} in {rooms_text(rooms, 3)}")
 
 
-def _denied(landmark: Entry, negative: Sequence[Claim], at_rooms: Rooms) -> Rating | None:
+def _denied(landmark: Entry, negative: Sequence[Claim]) -> Claim | None:
+    """Return the claim that the goal is not where a landmark is."""
     for claim in negative:
         if claim.kind == "thing":
             hit = claim.place in (landmark.label, landmark.thing.name) and claim.room is None
         else:
-            hit = landmark.thing.spread == "none" and at_rooms.get(claim.place, 0.0) >= 0.5
+            typical = landmark.thing.rooms.get(claim.place, 0.0)
+            hit = landmark.thing.spread == "none" and typical >= 0.5
         if hit:
-            return Rating(level=Level.FAR, reason=f"you said not “{claim.text}”")
+            return claim
     return None
 
 

@@ -6,8 +6,9 @@ from dataclasses import replace
 from ippon.guidance.context_rating import rate_by_claims
 from ippon.guidance.knowledge import Entry, Knowledge, load_knowledge
 from ippon.guidance.language.context import Claim, read_context
+from ippon.guidance.language.mentions import room_phrases
 from ippon.guidance.language.naming import ResolvedObject, resolve_object
-from ippon.guidance.language.words import singular
+from ippon.guidance.language.words import singular, tokenize
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.guidance.rating import Rating, rate
 from ippon.vocabulary import canonical_label, in_words
@@ -46,7 +47,11 @@ class EmbeddedPrior:
         goal = resolve_object(ooi, vocabulary) if isinstance(ooi, str) else ooi
         reading = read_context(context, vocabulary, ooi=goal.concept or goal.canonical, rooms=rooms)
         claims = tuple(replace(c, room=None) if c.room in rooms else c for c in reading.claims)
-        claims = tuple(claim for claim in claims if claim.place not in rooms)
+        claims = tuple(
+            claim
+            for claim in claims
+            if claim.place not in rooms and not (claim.negated and _of_person(claim, context))
+        )
         entry = self._entry(goal)
         rows = tuple(self._row(label, entry, goal, claims) for label in vocabulary)
         return Guidance(
@@ -99,3 +104,9 @@ class EmbeddedPrior:
             rest = "only your own words count" if claims else "every level is average"
             notes.append(f"{text}: {rest}")
         return notes
+
+
+def _of_person(claim: Claim, context: str) -> bool:
+    """Tell whether a claim is about one room of its type: "not in Anna's bedroom"."""
+    before = " ".join(token.word for token in tokenize(context[: claim.end]))
+    return claim.kind == "room" and any(before.endswith(room) for room in room_phrases(before))

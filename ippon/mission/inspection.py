@@ -15,7 +15,7 @@ from ippon.mission.explanation import explain
 from ippon.mission.operator_control import SteerablePlanner
 from ippon.mission.search import Search
 from ippon.planning.interface import Planner
-from ippon.planning.plan import Plan, Viewpoint
+from ippon.planning.plan import NodeKind, Plan, Viewpoint
 from ippon.rooms.room_inference import RoomConfig, RoomEvidence, infer_rooms, room_evidence
 
 TOP_LABELS = 5
@@ -133,7 +133,12 @@ def preview(
     goal, now = search.goal, search.guidance
     cues = then.labels_of(Level.CERTAIN) == now.labels_of(Level.CERTAIN)
     target = planner.preview(with_levels(voxel_map, then.levels()), cues=cues)
-    imagined = dataclasses.replace(plan, target=target)
+    imagined = dataclasses.replace(
+        plan, target=target, closer_look=False, out_of_reach_m=None, by_rule=None, rule_reason=""
+    )
+    looks = plan.closer_look or plan.out_of_reach_m is not None
+    if looks and (target is None or target.kind is not NodeKind.TERMINATING):
+        target, imagined = plan.target, plan  # A look is chosen by what was seen, not by levels.
     return Preview(
         now=explain(plan, voxel_map, goal, now),
         then=explain(imagined, voxel_map, goal, then),

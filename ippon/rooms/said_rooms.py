@@ -7,22 +7,17 @@ probability of any room, within bounds: no room is excluded.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
 from ippon.geometry import Float64Array
 from ippon.guidance.language.context import Claim, read_context
+from ippon.guidance.language.context_words import BESIDE
 from ippon.guidance.language.mentions import room_phrases
 from ippon.rooms.named_rooms import RoomName, names_by_part, names_of_other_floors
 from ippon.rooms.room_inference import Rooms
 from ippon.rooms.room_names import is_same_name, kind_of_name, plain_name
 from ippon.vocabulary import in_words
-
-_BESIDE: Final = frozenset(
-    {"near", "next to", "between", "behind", "in front of", "under", "above"}
-)
-"""Relations to a room in which the object is not in it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -143,15 +138,19 @@ def weigh_rooms(
     other_floor: list[str] = []
     for one in said:
         ratio, known = _ratio(one, rooms, called)
-        (last if one.negated else first).extend(known)
         is_named = bool(known) and known[0].endswith("(named by you)")
-        if not known or (one.place != in_words(one.kind) and not is_named):
+        is_other = one.place != in_words(one.kind) and not is_named
+        if not known or is_other:
             is_there = any(_is_same(name, one) for name in elsewhere)
             (other_floor if is_there else missing).append(one.place)
+        if one.negated and is_other:
+            continue  # "Not in Anna's bedroom" excludes no other bedroom.
+        (last if one.negated else first).extend(known)
         if one.negated:
             prior = 1.0 / len(rooms.types)
             denied = (1.0 - ratio * prior) / (1.0 - prior) if len(rooms.types) > 1 else ratio
-            weight *= np.clip(denied, config.denied_weight, 1.0)
+            factor = np.clip(denied, config.denied_weight, 1.0)
+            weight *= factor if one.firm else 0.5 * (1.0 + factor)
         else:
             factor = np.clip(ratio, config.other_weight, config.said_weight)
             raised.append(factor if one.firm else 0.5 * (1.0 + factor))
@@ -212,7 +211,7 @@ def is_elsewhere(said: Sequence[SaidRoom], weights: Float64Array, part: int) -> 
 def _room_of(claim: Claim) -> str | None:
     """Return the room that a claim puts the object in, or excludes; None for none."""
     if claim.kind == "room":
-        return None if claim.relation in _BESIDE else claim.place
+        return None if claim.relation in BESIDE else claim.place
     # "Not on the table in the kitchen" does not exclude the kitchen.
     return None if claim.negated else claim.room
 

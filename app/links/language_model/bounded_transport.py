@@ -106,7 +106,8 @@ class _Deadline:
 
     def trace(self, event: str, info: dict[str, Any]) -> None:
         """Note the connection of the request; the HTTP client tells of it."""
-        if event in ("connection.connect_tcp.complete", "connection.start_tls.complete"):
+        # Through a proxy, the events of TLS begin with "proxy." or "socks.".
+        if event.endswith((".connect_tcp.complete", ".start_tls.complete")):
             self._socket = info["return_value"].get_extra_info("socket")
             self._shut()
 

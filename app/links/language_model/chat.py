@@ -86,6 +86,7 @@ class ChatReply:
     """An answer."""
 
     text: str
+    """As the model gave it; `ChatEndpoint.without_key` prepares it to be shown or kept."""
     form: ResponseForm
     """Form of structured output that was requested."""
 
@@ -192,7 +193,7 @@ class ChatEndpoint:
                 )
             case _:
                 reason = str(error) or type(error).__name__
-                return ChatError(self._clean(f"no connection: {reason}"), retry=True)
+                return ChatError(self.without_key(f"no connection: {reason}"), retry=True)
 
     def _drop_parameter(self, body: bytes, form: ResponseForm, temperature: float | None) -> bool:
         """Drop a parameter that the endpoint refuses; return False if none is left.
@@ -216,23 +217,24 @@ class ChatEndpoint:
         if status in _UNAUTHORISED and self._config.api_key is None and self._config.without_key:
             text += f". {self._config.without_key}"
         return ChatError(
-            self._clean(text), retry=status not in _PERMANENT, wait_s=_retry_after(headers)
+            self.without_key(text), retry=status not in _PERMANENT, wait_s=_retry_after(headers)
         )
 
     def _completion(self, body: bytes, form: ResponseForm) -> ChatReply:
         try:
             text = _read_completion(body)
         except ChatError as error:
-            raise ChatError(self._clean(str(error)), retry=error.retry) from None
-        return ChatReply(text=self._clean(text), form=form)
+            raise ChatError(self.without_key(str(error)), retry=error.retry) from None
+        # Half a character, "\ud800", stands in no text. The key stays: "x" is in many a word.
+        return ChatReply(text=text.encode("utf-8", "replace").decode(), form=form)
 
     def _late(self) -> str:
         return f"no answer within {self._config.timeout_s:g} s"
 
-    def _clean(self, text: str) -> str:
-        """Remove the key, which an endpoint may have echoed, and what no text can hold."""
+    def without_key(self, text: str) -> str:
+        """Return a text to be shown, without the key, which an endpoint may have echoed."""
         key = self._config.api_key
-        text = text.encode("utf-8", "replace").decode()  # Half a character: "\ud800".
+        text = text.encode("utf-8", "replace").decode()
         return text.replace(key, "***") if key else text
 
 

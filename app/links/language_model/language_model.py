@@ -5,6 +5,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -122,10 +123,11 @@ class LanguageModel:
         asked = _Conversation(goal.display, context, scenario, tuple(vocabulary))
         failed = ""
         try:
-            parsed = self._ask(asked)
+            parsed = self._shown(self._ask(asked))
             guidance = self._complete(goal, context, vocabulary, parsed)
             if self._cache and not parsed.missing:
-                kept = CachedAnswer(rows=parsed.rows, prompt=asked.prompt, reply=asked.reply)
+                shown = self._endpoint.without_key(asked.reply)
+                kept = CachedAnswer(rows=parsed.rows, prompt=asked.prompt, reply=shown)
                 self._cache.store(question, kept)
         except ChatError as error:
             failed = str(error)
@@ -134,7 +136,7 @@ class LanguageModel:
         return LevelsAnswer(
             guidance=guidance,
             prompt=asked.prompt or question,
-            reply=asked.reply,
+            reply=self._endpoint.without_key(asked.reply),
             elapsed_ms=1e3 * (self._clock() - start),
             from_cache=False,
             failed=failed,
@@ -149,6 +151,7 @@ class LanguageModel:
             question: list[Message] = [{"role": "user", "content": prompt}]
             reply = self._endpoint.ask(lambda _: question, REQUEST_SCHEMA).text
             request = parse_request_reply(reply, sentence, previous)
+            reply = self._endpoint.without_key(reply)
             if request is not None and request.goals:
                 return SentenceAnswer(request, self.name, prompt, reply, "")
             failed = (
@@ -168,6 +171,7 @@ class LanguageModel:
         try:
             reply = self._ask_of_image(jpeg, PICTURE_PROMPT, PICTURE_SCHEMA)
             request = parse_picture_reply(reply)
+            reply = self._endpoint.without_key(reply)
             failed = "" if request is not None else "its answer names no object, or several"
         except ChatError as error:
             request, failed = None, str(error)
@@ -203,7 +207,7 @@ class LanguageModel:
         read = parse_opinion_reply(reply)
         if read is None:
             return Opinion(verdict="none", text=f"{self.name} answered none of yes, no and unsure")
-        return Opinion(verdict=read[0], text=read[1], by=self.name)
+        return Opinion(verdict=read[0], text=self._endpoint.without_key(read[1]), by=self.name)
 
     def _ask_of_image(self, jpeg: bytes, prompt: str, schema: dict[str, Any]) -> str:
         url = f"data:image/jpeg;base64,{base64.b64encode(jpeg).decode()}"
@@ -243,6 +247,12 @@ class LanguageModel:
             text = f"the answer rates {len(parsed.rows)} of {len(asked.vocabulary)} categories"
             raise ChatError(text, retry=True)
         return parsed
+
+    def _shown(self, parsed: ParsedReply) -> ParsedReply:
+        """Return levels whose reasons can be shown and kept."""
+        clean = self._endpoint.without_key
+        rows = (replace(row, reason=clean(row.reason)) for row in parsed.rows)
+        return replace(parsed, rows=tuple(rows), unknown=tuple(map(clean, parsed.unknown)))
 
     def _complete(
         self,

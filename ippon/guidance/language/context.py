@@ -11,7 +11,13 @@ from typing import Literal
 
 from ippon.guidance.knowledge import Knowledge, load_knowledge
 from ippon.guidance.language import context_words as lexicon
-from ippon.guidance.language.context_polarity import Strength, polarity
+from ippon.guidance.language.context_polarity import (
+    Strength,
+    is_gone,
+    polarity,
+    retracts,
+    strength_of,
+)
 from ippon.guidance.language.mentions import Mention, find_mentions, room_phrases
 from ippon.guidance.language.naming import category_of
 from ippon.guidance.language.words import ADJECTIVES, DETERMINERS, Token, tokenize
@@ -19,11 +25,6 @@ from ippon.vocabulary import in_words
 
 MAX_CLAIMS = 12
 _BREAK = re.compile(r"[.!?;:\n…]|\s[-–—]+\s")
-_GONE = re.compile(
-    r"(?:\bwasn't|\b(?:it|they|that) weren't)$|"
-    r"\b(?:it|they|that) (?:wasn't|weren't) (?:this|last|yesterday|today|tonight|when|any)\b"
-)
-"""What says that a thing was not where it was said to be."""
 _REACH = 4
 """Most words between a preposition and the place."""
 _UNCLEAR = frozenset({"floor", "wall", "ceiling"})
@@ -75,10 +76,6 @@ class _Clause:
     def words(self) -> list[str]:
         return [token.word for token in self.tokens]
 
-    def says(self, *phrases: str) -> bool:
-        text = f" {' '.join(self.words)} "
-        return any(f" {phrase} " in text for phrase in phrases)
-
 
 def read_context(
     context: str,
@@ -101,8 +98,10 @@ def read_context(
     notes: list[str] = []
     for clause in _clauses(context):
         found = _read_clause(context, clause, knowledge, ooi, rooms)
-        if not found and _retracts(clause):
-            claims[last:] = [replace(claim, negated=True) for claim in claims[last:]]
+        if is_gone(clause.words) and found:
+            found = [_retracted(claim, clause) for claim in found]
+        elif not found and (retracts(clause.words) or is_gone(clause.words)):
+            claims[last:] = [_retracted(claim, clause) for claim in claims[last:]]
         last = len(claims) if found else last
         claims += found
         notes += _not_understood(clause, found, knowledge, ooi)
@@ -110,7 +109,9 @@ def read_context(
     for claim in claims:
         if claim.place in _UNCLEAR and claim.room is None:
             notes.append(f"“{claim.text}” does not narrow the search: it is in every room")
-        elif len(kept) < MAX_CLAIMS and not any(_same(claim, other) for other in kept):
+            continue
+        kept = [other for other in kept if not _corrects(claim, other)]
+        if len(kept) < MAX_CLAIMS and not any(_same(claim, other) for other in kept):
             kept.append(_labelled(claim, vocabulary, knowledge))
     notes += [
         f"“{name}” counts once a room of that name is known"
@@ -122,13 +123,29 @@ def read_context(
     return ContextReading(claims=tuple(kept), notes=tuple(dict.fromkeys(notes)))
 
 
-def _retracts(clause: _Clause) -> bool:
-    """Tell whether a clause without a place denies what was said before: "but it wasn't"."""
-    return clause.says(*lexicon.ABSENT_PHRASES) or bool(_GONE.search(" ".join(clause.words)))
+def _retracted(claim: Claim, by: _Clause) -> Claim:
+    """Return a claim denied by a clause; what is usual is denied for now: "but today not"."""
+    strength = strength_of(by.words)
+    if strength == "sure" and not claim.firm:
+        strength = "likely"
+    return replace(claim, negated=True, strength=strength)
 
 
 def _same(one: Claim, other: Claim) -> bool:
     return (one.place, one.room, one.negated) == (other.place, other.room, other.negated)
+
+
+def _corrects(later: Claim, claim: Claim) -> bool:
+    """Tell whether a claim takes an earlier one back: "in the hall, but it's not in the hall"."""
+    if later.negated == claim.negated or claim.firm > later.firm:
+        return False
+    if later.negated and later.kind == "room" and claim.room == later.place:
+        return later.relation not in lexicon.BESIDE
+    beside = {later.relation, claim.relation} & lexicon.BESIDE
+    if beside and later.relation != claim.relation:
+        return False
+    same_room = claim.room == later.room or (later.negated and later.room is None)
+    return claim.place == later.place and same_room
 
 
 def _labelled(claim: Claim, vocabulary: Sequence[str], knowledge: Knowledge) -> Claim:

@@ -23,6 +23,13 @@ _FORBIDDEN = re.compile(
 )
 """What says that a place need not be searched: "you don't need to look in the kitchen"."""
 
+_GONE = re.compile(
+    r"(?:\bwasn't|\b(?:it|they|that) weren't)$|"
+    r"\b(?:it|they|that) (?:wasn't|weren't) (?:this|last|yesterday|today|tonight|when|any)\b"
+)
+"""What says that a thing was not where it was said to be."""
+_GONE_NOW = re.compile(rf"\b{lexicon.GONE_SINCE}(?: (?:now|again|already))*$")
+
 _USED = word_set(
     "hair beard face teeth email emails mail mails inbox message messages text texts phone watch "
     "time clock weather news recipe homework blood temperature ticket tickets"
@@ -63,7 +70,7 @@ def polarity(
     denied = (bool(lexicon.NEGATIONS & set(scope)) or rarely) and not conditional
     asked = " have you " in before or " did you " in before or " could you " in before
     aside = relation in lexicon.NEGATIVE_RELATIONS
-    if relation == "from" and not lexicon.MOVED & set(words):
+    if relation == "from" and not (lexicon.MOVED | lexicon.MISSING) & set(words):
         aside = False  # "The bottle from the fridge" is in the fridge, unless it was moved.
     subject = words[stated + 1] if stated > first else ""
     anew = subject in _THINGS or (subject and lexicon.BELIEFS & set(scope))
@@ -77,6 +84,24 @@ def polarity(
         return denied, "maybe"
     strength = _strength(whole, doubtful or conditional)
     return negated, "habit" if rarely and strength in ("sure", "likely") else strength
+
+
+def strength_of(words: list[str]) -> Strength:
+    """Return how sure a clause is of what it says."""
+    whole = _text(words)
+    return _strength(whole, any(f" {phrase} " in whole for phrase in lexicon.DOUBT_PHRASES))
+
+
+def retracts(words: list[str]) -> bool:
+    """Tell whether a clause without a place denies what was said before: "but it wasn't"."""
+    said = f" {' '.join(words)} "
+    absent = any(f" {phrase} " in said for phrase in lexicon.ABSENT_PHRASES)
+    return absent or bool(_GONE.search(said.strip()))
+
+
+def is_gone(words: list[str]) -> bool:
+    """Tell whether a clause ends in "it's gone"."""
+    return "if" not in words and bool(_GONE_NOW.search(" ".join(words)))
 
 
 def _statement_start(words: list[str], begin: int, places: Container[int]) -> int:

@@ -89,6 +89,8 @@ RELATIONS: dict[str, str] = {
 """Preposition to relation, longest match first."""
 
 NEGATIVE_RELATIONS = frozenset({"from", "away from", "outside"})
+BESIDE = frozenset({"near", "next to", "between", "behind", "in front of", "under", "above"})
+"""Relations to a room in which the object is not in it, and to a thing in which it is not on it."""
 
 PARTS = word_set(
     "side sides top bottom foot head edge corner end back front left right middle center "
@@ -110,6 +112,15 @@ SEARCHED = word_set("looked checked searched tried inspected combed")
 
 MOVED = word_set("moved took taken take brought carried removed picked")
 """With these, "from the sofa" is where the object no longer is."""
+
+MISSING = word_set("missing gone disappeared vanished stolen stole nicked pinched borrowed")
+"""With these, too: "missing from the sofa"."""
+
+GONE_SINCE = (
+    r"(?:(?:it|they)(?:['’]s|['’]re|['’]ve| is| are| has| have)|its|theyre)"
+    r"(?: (?:now|since|just|all|already))* (?:gone|disappeared|vanished|missing)"
+)
+"""Regular expression for "it's gone", behind the place where it was."""
 
 SEARCHES = word_set("look check search try looked checked searched tried been")
 """With a negation, these name a place that is still to be searched."""

@@ -85,7 +85,7 @@ PARTLY = [
 command line."""
 UNSAID = {
     # Words that are compared with those of a request or of an error, not said.
-    "next to", "in front of", "not found",
+    "not found",
     "of with without for in on at from that which who by near under next made",
     "toy plush stuffed", "camera jumped", "rigid transform", "camera at",
     # Pieces of templates, which join names.

@@ -46,6 +46,27 @@ def levels_of(prior: EmbeddedPrior, ooi: str, context: str = ""):
     return {row.label: row.level for row in guidance.rows}
 
 
+@pytest.mark.parametrize(
+    ("context", "label", "level"),
+    [
+        ("it was on the sofa, but it's not on the sofa now", "sofa", Level.FAR),
+        ("it is on the sofa", "sofa", Level.CERTAIN),
+        ("not in the bedroom", "bed", Level.FAR),
+        ("maybe it isn't on the sofa", "sofa", Level.AVERAGE),
+        ("not usually on the sofa", "sofa", Level.AVERAGE),
+    ],
+)
+def test_what_was_denied_last_and_how_surely(
+    prior: EmbeddedPrior, context: str, label: str, level: Level
+) -> None:
+    assert levels_of(prior, "hat", context)[label] is level
+
+
+def test_a_room_of_a_person_that_is_denied_changes_no_level(prior: EmbeddedPrior) -> None:
+    for context in ("not in Anna's bedroom", "not Anna's bedroom"):
+        assert levels_of(prior, "hat", context) == levels_of(prior, "hat")
+
+
 @example(ooi="\u3200", context="").via("a letter in brackets, as one character")
 @given(ooi=st.text(min_size=1, max_size=60), context=st.text(max_size=200))
 @settings(max_examples=60, deadline=None)

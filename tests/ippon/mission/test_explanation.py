@@ -1,13 +1,16 @@
 """The line that says why the robot goes where it goes."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from ippon.guidance.levels import BY_OPERATOR, LabelLevel, Level
 from ippon.guidance.prior import EmbeddedPrior
+from ippon.mission import inspection
 from ippon.mission.explanation import explain
+from ippon.mission.goal import Goal
 from ippon.mission.inspection import inspect_voxel
 from ippon.planning.plan import NodeKind, Plan, TreeView, Viewpoint
 from ippon.vocabulary import MATTERPORT_40
@@ -64,3 +67,36 @@ def test_the_object_that_a_level_comes_from_is_named_and_so_is_its_room(searcher
     preview = mission.preview(mug.changed([far]))
     assert wanted in preview.now
     assert "counter (near)" not in preview.then
+
+
+class Steered(SimpleNamespace):
+    """A planner that another set of levels leads elsewhere."""
+
+    def __getattr__(self, name):
+        return lambda *_: None
+
+    def preview(self, map_arrays, *, cues):
+        return self.target
+
+
+@pytest.mark.parametrize(
+    ("look", "kind", "then"),
+    [
+        ({"closer_look": True}, NodeKind.EXPLORING, "going closer to what may be hat, 3.0 s away"),
+        ({"out_of_reach_m": 1.0}, NodeKind.EXPLORING, "no way leads close to hat"),
+        ({"closer_look": True}, NodeKind.TERMINATING, "going to where hat can be seen from close"),
+        ({"by_rule": True}, NodeKind.TERMINATING, "going to where hat can be seen from close"),
+    ],
+)
+def test_other_levels_change_a_look_only_where_the_object_shows(
+    made_up_plan, monkeypatch, look, kind, then
+):
+    monkeypatch.setattr(inspection, "with_levels", lambda *_: None)
+    target = replace(made_up_plan.target, position_world=(5.0, 5.0, 0.0), kind=kind)
+    plan, guidance = replace(made_up_plan, **look), EmbeddedPrior().levels("hat", "", ["sofa"])
+    goal = Goal(goal_id=1, object="hat", display="hat")
+    search = SimpleNamespace(goal=goal, guidance=guidance)
+    found = inspection.preview(Steered(target=target), plan, None, search, guidance)
+    assert found.then.startswith(then)
+    assert (found.after == target) is (kind is NodeKind.TERMINATING)
+    assert (found.after == plan.target) is (kind is not NodeKind.TERMINATING)

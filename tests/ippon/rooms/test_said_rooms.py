@@ -90,6 +90,36 @@ def test_a_room_that_is_denied_is_searched_last():
     assert not is_elsewhere(said, weighed.by_part, BEDROOM)
 
 
+@pytest.mark.parametrize(
+    "context",
+    [
+        "it was in the kitchen yesterday but it's not in the kitchen now",
+        "used to be in the kitchen but now it is not in the kitchen",
+        "it was on the kitchen table, but it's not in the kitchen now",
+    ],
+)
+def test_what_is_said_last_of_a_room_holds(context):
+    said, weighed = _weigh(context)
+    assert [(one.place, one.negated, one.firm) for one in said] == [("kitchen", True, True)]
+    assert weighed.by_part[KITCHEN] == pytest.approx(CONFIG.denied_weight)
+
+
+@pytest.mark.parametrize("context", ["maybe it isn't in the kitchen", "not usually in the kitchen"])
+def test_an_unsure_denial_counts_half(context):
+    _, weighed = _weigh(context)
+    half = 0.5 * (1.0 + CONFIG.denied_weight)
+    assert weighed.by_part.tolist() == pytest.approx([1.0, half, 1.0, 1.0])
+
+
+def test_a_room_of_a_person_that_is_denied_excludes_no_other_room():
+    _, weighed = _weigh("not in Anna's bedroom")
+    np.testing.assert_array_equal(weighed.by_part, 1.0)
+    assert (weighed.last, weighed.missing) == ((), ("anna's bedroom",))
+    _, weighed = _weigh("not in Anna's bedroom", _named(UNCLEAR, "Anna"))
+    assert weighed.by_part[UNCLEAR] == CONFIG.denied_weight
+    assert weighed.by_part[BEDROOM] == 1.0
+
+
 def test_a_name_counts_from_when_it_is_given():
     _, before = _weigh("in Anna's room")
     assert (before.by_part == 1.0).all()

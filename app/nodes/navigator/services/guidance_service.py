@@ -11,7 +11,7 @@ import math
 import re
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Final
@@ -31,7 +31,7 @@ from app.messages.control import (
 )
 from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.state.goal_queue import GoalQueue
-from app.nodes.navigator.state.planned_search import PlannedSearch
+from app.nodes.navigator.state.planned_search import PlannedSearch, answered
 from ippon.guidance.language.naming import ResolvedObject, resolve_object
 from ippon.guidance.language.requests.sentence import goal_named
 from ippon.guidance.levels import BY_OPERATOR, Guidance, LabelLevel, Level, LevelName
@@ -50,6 +50,7 @@ MAX_LEARNED: Final = 20
 _CONCURRENT_QUESTIONS: Final = 2
 """Concurrent questions, so that one without an answer does not delay the next goal."""
 _IN_TOUR: Final = "no common object is added during a search for several objects; add it afterwards"
+_FULL: Final = f"the map recognises at most {MAX_LABELS} common objects"
 _LABEL: Final = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+){0,3}")
 
 ReportEvent = Callable[[str, str], None]
@@ -135,8 +136,9 @@ class GuidanceService:
         )
 
     def consult(self, goal_id: int) -> None:
-        """Ask the language model, if there is one, for the levels of a goal."""
-        if self._model is None:
+        """Ask the language model, if there is one, for the levels of a goal that has not ended."""
+        going_on = (one.goal.goal_id for one in self._goals.unfinished())
+        if self._model is None or goal_id not in going_on:
             return
         name = self._model.name
         search = self._goals.amend(
@@ -205,7 +207,7 @@ class GuidanceService:
         resolved = self._resolve(request.label)
         label = resolved.canonical
         self._check_new(request.label, label)
-        self._operations.enqueue(partial(self._extend, label))
+        self._operations.enqueue(partial(self._extend, (label,)))
         return Accepted(detail=f"{resolved.display} is recognised from now on")
 
     def _rated(self, resolved: ResolvedObject, context: str) -> Guidance:
@@ -230,7 +232,7 @@ class GuidanceService:
                 known = f"{asked.strip()} is recognised already, as {label}"
             raise RequestRefusedError(known)
         if len(self.labels) >= MAX_LABELS:
-            raise RequestRefusedError(f"the map recognises at most {MAX_LABELS} common objects")
+            raise RequestRefusedError(_FULL)
         if self._goals.in_tour():
             raise RequestRefusedError(_IN_TOUR)
         active = self._goals.active()
@@ -243,7 +245,8 @@ class GuidanceService:
 
     def _ask(self, model: LanguageModelInterface, search: PlannedSearch) -> None:
         goal_id, labels = search.goal.goal_id, self.labels
-        if self._goals.find(goal_id) is None:
+        known = self._goals.find(goal_id)
+        if known is None or known.questions != search.questions:
             return
         answer = model.levels(
             search.resolved, search.goal.context, labels, scenario=search.scenario
@@ -256,8 +259,8 @@ class GuidanceService:
             sighting = model.name_objects(jpeg, self.labels)
             if sighting.failed:
                 logger.info("no objects were named: %s", sighting.failed)
-            for label in sighting.labels[: MAX_LEARNED - self._learned]:
-                self._operations.enqueue(partial(self._learn, label))
+            labels = sighting.labels[: MAX_LEARNED - self._learned]
+            self._operations.enqueue(partial(self._learn, labels))
         finally:
             self._looking = False
 
@@ -269,7 +272,7 @@ class GuidanceService:
         if known is None or known.questions != question:
             logger.info("an answer for goal %d came too late and was dropped", goal_id)
             return
-        search = self.fitted(self._goals.amend(goal_id, partial(_answered, answer)) or known)
+        search = self.fitted(self._goals.amend(goal_id, partial(answered, answer)) or known)
         if self._goals.is_active(goal_id):
             mission.goals.set_guidance(search.guidance, goal_id)
             self._report_event("guidance", _describe(answer, search.guidance))
@@ -282,55 +285,42 @@ class GuidanceService:
             mission.goals.set_guidance(search.guidance, goal_id)
             self._report_event("level_changed", f"{edit.label} is {edit.level.text}: {edit.reason}")
 
-    def _extend(self, label: str, mission: Mission) -> None:
-        """Add a label to the map, and rate it for the active goal."""
-        if label in mission.voxel_map.labels:
-            return
-        if mission.goals.tour is not None:
-            self._report_event("error", f"{in_words(label)} was not added: {_IN_TOUR}")
+    def _extend(self, labels: Sequence[str], mission: Mission) -> None:
+        """Add labels to the map, rate them for the active goal, and ask the model once."""
+        added: list[str] = []
+        for label in labels:
+            known, in_tour = mission.voxel_map.labels, mission.goals.tour is not None
+            if label in known:
+                continue
+            if in_tour or len(known) >= MAX_LABELS:
+                because = _IN_TOUR if in_tour else _FULL
+                self._report_event("error", f"{in_words(label)} was not added: {because}")
+                continue
+            mission.voxel_map.add_label(label)
+            added.append(label)
+        if not added:
             return
         with self._lock:
-            self._labels = (*mission.voxel_map.labels, label)
+            self._labels = mission.voxel_map.labels
         active = self._goals.active()
-        guidance = self.fitted(active).guidance if active is not None else None
-        mission.voxel_map.add_label(label)
-        if guidance is not None:
-            mission.goals.set_guidance(guidance)
-        self._report_event("vocabulary", f"{in_words(label)} is recognised from now on")
+        if active is not None:
+            mission.goals.set_guidance(self.fitted(active).guidance)
+        for label in added:
+            self._report_event("vocabulary", f"{in_words(label)} is recognised from now on")
         if active is not None:
             self.consult(active.goal.goal_id)
 
-    def _learn(self, label: str, mission: Mission) -> None:
-        """Add a label that the model proposed, under the rules for the operator's."""
-        try:
-            self._check_new(label, label)
-        except RequestRefusedError as error:
-            logger.info("label not added: %s", error)
-            return
-        self._learned += 1
-        self._extend(label, mission)
-
-
-def _answered(answer: LevelsAnswer, search: PlannedSearch) -> PlannedSearch:
-    guidance, prompt, reply = answer.guidance.changed(search.edits), answer.prompt, answer.reply
-    if answer.failed:
-        # The levels that the search has stay: unlike the answer, they know the names of rooms.
-        note = answer.guidance.notes[0]
-        if search.guidance.provider != answer.guidance.provider:
-            note = f"{search.guidance.provider}: {answer.failed}; its levels from before stay"
-            prompt, reply = search.prompt, search.reply
-        notes = tuple(dict.fromkeys((note, *search.guidance.notes)))
-        guidance = dataclasses.replace(search.guidance, notes=notes)
-    return dataclasses.replace(
-        search,
-        guidance=guidance,
-        elapsed_ms=answer.elapsed_ms,
-        asking="",
-        failed=answer.failed,
-        from_cache=answer.from_cache,
-        prompt=prompt,
-        reply=reply,
-    )
+    def _learn(self, labels: Sequence[str], mission: Mission) -> None:
+        """Add the labels that the model saw in an image, under the rules for the operator's."""
+        new: list[str] = []
+        for label in dict.fromkeys(labels):
+            try:
+                self._check_new(label, label)
+                new.append(label)
+            except RequestRefusedError as error:
+                logger.info("label not added: %s", error)
+        self._learned += len(new)
+        self._extend(new, mission)
 
 
 def _edit_of(label: str, level: LevelName) -> LabelLevel:

@@ -15,7 +15,6 @@ from app.messages.control import (
 from app.nodes.navigator.services.operation_queue import OperationQueue
 from app.nodes.navigator.state.goal_queue import GoalQueue
 from app.nodes.navigator.state.planned_search import PlannedSearch
-from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.levels import Guidance, LabelLevel, Level
 from ippon.guidance.prior import EmbeddedPrior
 from ippon.mission.inspection import inspect_voxel
@@ -23,6 +22,7 @@ from ippon.rooms.named_rooms import RoomName
 from ippon.rooms.room_names import known_rooms
 from ippon.vocabulary import canonical_label
 
+_IN_TOUR = "no preview is given in a search for several objects; ask in a search for one"
 TIMEOUT_S = 8.0
 """Time that a request waits for an answer; evaluating many viewpoints may take seconds."""
 
@@ -59,6 +59,8 @@ class PreviewService:
         active = self._goals.active()
         if active is None:
             raise RequestRefusedError("there is no goal whose levels could change")
+        if self._goals.in_tour():
+            raise RequestRefusedError(_IN_TOUR)
         guidance = self._with_changes(active, request)
         preview = self._operations.ask(lambda mission: mission.preview(guidance), TIMEOUT_S)
         if preview is None:
@@ -78,9 +80,7 @@ class PreviewService:
         guidance = active.guidance
         labels = tuple(row.label for row in guidance.rows)
         if request.context is not None:
-            resolved = resolve_object(active.goal.display, labels)
-            rooms = known_rooms(request.context, [room.name for room in self.room_names()])
-            guidance = self._prior.levels(resolved, request.context, labels, rooms)
+            guidance = self._in_context(active, request.context, labels)
         rows: list[LabelLevel] = []
         for name, level in request.levels.items():
             label = canonical_label(name)
@@ -90,6 +90,21 @@ class PreviewService:
                 )
             rows.append(LabelLevel(label=label, level=Level.parse(level), reason="what if"))
         return guidance.changed(rows)
+
+    def _in_context(self, active: PlannedSearch, context: str, labels: tuple[str, ...]) -> Guidance:
+        """Return the levels in another context; the operator's, and a model's that it leaves, stay.
+
+        What a language model would say is not known: it is not asked.
+        """
+        names = [room.name for room in self.room_names()]
+        now, then = (
+            self._prior.levels(active.resolved, said, labels, known_rooms(said, names))
+            for said in (active.goal.context, context)
+        )
+        if active.guidance.provider != then.provider:
+            rows = zip(now.rows, then.rows, strict=True)
+            then = active.guidance.changed([new for old, new in rows if new.level is not old.level])
+        return then.changed(active.edits)
 
 
 def _changes(now: Guidance, then: Guidance) -> list[str]:

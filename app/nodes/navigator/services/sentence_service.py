@@ -120,7 +120,9 @@ class SentenceService:
         last = searches[-1] if searches else self._goals.active()
         if last is None:
             return ()
-        read = read_request(last.goal.display).goals
         label = in_words(last.goal.object)
-        goal = read[0] if len(read) == 1 else Goal(object=label, display=last.goal.display)
+        # What is shown of a thing is its name, which says nothing of others of its kind.
+        display = last.goal.display if last.goal.thing_id is None else label
+        read = read_request(display).goals
+        goal = read[0] if len(read) == 1 else Goal(object=label, display=display)
         return (dataclasses.replace(goal, context=last.goal.context),)

@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Iterable, Mapping
 from typing import Final, Literal, NamedTuple
 
+from app.links.language_model.interface import LevelsAnswer
 from app.messages.status import CountedFind, GoalOutcome, GoalStatus
 from ippon.guidance.language.naming import ResolvedObject
 from ippon.guidance.levels import Guidance, LabelLevel
@@ -93,6 +94,29 @@ class EndedGoal(NamedTuple):
 
     search: PlannedSearch
     status: GoalStatus
+
+
+def answered(answer: LevelsAnswer, search: PlannedSearch) -> PlannedSearch:
+    """Return a search with the answer of a language model; levels that the operator set stay."""
+    guidance, prompt, reply = answer.guidance.changed(search.edits), answer.prompt, answer.reply
+    if answer.failed:
+        # The levels that the search has stay: unlike the answer, they know the names of rooms.
+        note = answer.guidance.notes[0]
+        if search.guidance.provider != answer.guidance.provider:
+            note = f"{search.guidance.provider}: {answer.failed}; its levels from before stay"
+            prompt, reply = search.prompt, search.reply
+        notes = tuple(dict.fromkeys((note, *search.guidance.notes)))
+        guidance = dataclasses.replace(search.guidance, notes=notes)
+    return dataclasses.replace(
+        search,
+        guidance=guidance,
+        elapsed_ms=answer.elapsed_ms,
+        asking="",
+        failed=answer.failed,
+        from_cache=answer.from_cache,
+        prompt=prompt,
+        reply=reply,
+    )
 
 
 def judged(

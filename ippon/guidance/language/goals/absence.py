@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from ippon.guidance.language.context_words import NEGATIONS
-from ippon.guidance.language.goals.drafts import Draft
+from ippon.guidance.language.goals.drafts import Draft, Reading
 from ippon.guidance.language.goals.features import SUBJECTS
 from ippon.guidance.language.grammar import phrases
 from ippon.guidance.language.grammar.relation_phrase import read_relation
@@ -25,12 +25,34 @@ def _not_there(said: Utterance, start: int, goal: Draft) -> int:
         end += 1
     if said.word(end) != "there" or not (NEGATIONS | {"gone"}) & set(said.words(index, end)):
         return start
-    end += 1 + (said.word(end + 1) in ("anymore", "now"))
+    end += 1
+    end += said.starts(end, ("any more", "anymore", "now"))
     if not said.breaks(end) and end < len(said):
         return start
     goal.relations = [replace(one, negated=True) for one in goal.relations]
     goal.note(said.said(start, end))
     return end
+
+
+def read_gone(said: Utterance, start: int, goal: Draft) -> int:
+    """Read "but it's gone" behind a place: it is no longer there; returns the index after it."""
+    if not goal.relations or start >= len(said):
+        return start
+    match = phrases.GONE_NOW.match(said.text, said.tokens[start].start)
+    end = start
+    while match is not None and end < len(said) and said.tokens[end].start < match.end():
+        end += 1
+    if end > start:
+        goal.relations = [replace(one, negated=True) for one in goal.relations]
+        goal.note(said.said(start, end))
+    return end
+
+
+def read_all_gone(reading: Reading, start: int) -> int:
+    """Read "It's gone." and, of a whole list, "They're gone."; returns the index after it."""
+    several = reading.said.word(start) in ("they", "they're", "they've")
+    targets = reading.drafts[reading.list_start if several else -1 :]
+    return max((read_gone(reading.said, start, one) for one in targets), default=start)
 
 
 def _not_where(said: Utterance, start: int, goal: Draft) -> int:

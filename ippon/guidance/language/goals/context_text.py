@@ -44,7 +44,9 @@ def _agreement(relations: Sequence[Relation], name: str) -> Callable[[str], bool
     def agrees(text: str) -> bool:
         claims = read_context(text, (), ooi=name.replace(" ", "_")).claims if denied else ()
         for label, signs in denied.items():
-            same = [one for one in claims if label in (one.place, one.room)]
+            told = [one for one in claims if label in (one.place, one.room)]
+            # "From the shelf" is right where "taken from the shelf" denies the shelf.
+            same = [one for one in told if one.relation != "from" or not one.negated]
             if same and all(one.firm and one.negated not in signs for one in same):
                 return False
         return True

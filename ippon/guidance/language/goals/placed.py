@@ -1,5 +1,6 @@
 """Where an object is, as what follows it says."""
 
+from ippon.guidance.language.context_words import MISSING, MOVED
 from ippon.guidance.language.goals.drafts import Draft
 from ippon.guidance.language.goals.features import BE, COVERED, SUBJECTS, is_maker
 from ippon.guidance.language.goals.goal import Attribute
@@ -7,7 +8,12 @@ from ippon.guidance.language.grammar.guesses import as_guessed, is_guessed
 from ippon.guidance.language.grammar.noun_ends import STANDS
 from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
 from ippon.guidance.language.grammar.places import is_room
-from ippon.guidance.language.grammar.relation_phrase import SPOTS, prepositions_at, read_relation
+from ippon.guidance.language.grammar.relation_phrase import (
+    SPOTS,
+    RelationPhrase,
+    prepositions_at,
+    read_relation,
+)
 from ippon.guidance.language.grammar.utterance import Utterance
 from ippon.guidance.language.words import word_set
 
@@ -63,8 +69,21 @@ def read_placed(said: Utterance, start: int, goal: Draft) -> int:
     if guessed and not phrase.soft and not all(place.negated for place in phrase.relations):
         goal.note(as_guessed(said, phrase.begin, phrase.end))
     else:
-        goal.note(said.said(phrase.begin, phrase.end))
+        goal.note(_taken(said, phrase) + said.said(phrase.begin, phrase.end))
     return phrase.end
+
+
+def _taken(said: Utterance, phrase: RelationPhrase) -> str:
+    """Return "took " of "who took the torch from the shelf": it is no longer there."""
+    if phrase.relations[0].relation != "from":
+        return ""
+    index = phrase.begin
+    while index > 0 and not said.breaks(index) and said.word(index - 1) not in ("and", "or", "but"):
+        index -= 1
+        asked = said.word(index) == "take" and "did" not in said.words(0, index)
+        if said.word(index) in MOVED | MISSING and not asked:
+            return said.word(index) + " "
+    return ""
 
 
 def read_spot(said: Utterance, start: int, goal: Draft) -> int:

@@ -6,7 +6,7 @@ from typing import Final, cast
 
 import yaml
 
-from ippon.guidance.language.context_words import RELATIONS
+from ippon.guidance.language.context_words import GONE_SINCE, RELATIONS
 from ippon.guidance.language.goals.goal import Order
 
 
@@ -211,6 +211,12 @@ GONE_SENTENCE: Final = re.compile(
     r"| (?:ought to|should|must|has to|have to) be (?:there|here|somewhere)\b)",
     re.IGNORECASE,
 )
+GONE_NOW: Final = re.compile(
+    rf"(?:(?:but|and|yet) )?(?:now )?{GONE_SINCE}(?: (?:now|again|already))*"
+    r"(?=\s*(?:$|[.,;:!?…)]))",
+    re.IGNORECASE,
+)
+"""What says that an object is no longer where it was."""
 NOT_WHERE: Final = re.compile(
     r"(?:(?:but |and )?(?:it|they|he|she|which|that)\b ?)?(?:(?:is|are|was|were)"
     r"(?:n['’]t| not| no longer)|['’](?:s|re) not)(?: anymore| any more)? where (?:\w+ ){1,2}?"

@@ -3,6 +3,7 @@
 from typing import Final
 
 from ippon.guidance.knowledge import load_knowledge
+from ippon.guidance.language.goals.absence import read_gone
 from ippon.guidance.language.goals.drafts import Reading, draft
 from ippon.guidance.language.goals.features import tells_of_part
 from ippon.guidance.language.goals.goal import Order
@@ -192,6 +193,10 @@ def read_modifiers(reading: Reading, index: int) -> int:
             continue
         if said.ends(index) or (said.breaks(index) and said.starts(index, phrases.CORRECTIONS)):
             break
+        gone = read_gone(said, index, goal)
+        if gone > index:
+            index = gone
+            continue
         padded = reading.match(phrases.PADDING, index)
         if padded >= index + 3:
             index = padded  # "It's cold outside".

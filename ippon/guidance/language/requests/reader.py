@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from ippon.guidance.language.context_words import ABSTRACT, RELATIONS
 from ippon.guidance.language.goals import clauses
+from ippon.guidance.language.goals.absence import read_all_gone
 from ippon.guidance.language.goals.drafts import Reading
 from ippon.guidance.language.goals.goal import Goal, Relation
 from ippon.guidance.language.goals.modifiers import read_modifier
@@ -209,7 +210,7 @@ class RequestReader:
         return read_asked(self.reading, index)
 
     def _told(self, index: int) -> int:
-        return read_told(self.reading, index)
+        return max(read_told(self.reading, index), read_all_gone(self.reading, index))
 
     def _described(self, index: int) -> int:
         """Read what is said of the objects before: "not upstairs", "the blue one"."""

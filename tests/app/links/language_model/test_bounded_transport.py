@@ -1,6 +1,7 @@
 """Endpoints that misbehave below HTTP: real sockets, one answer for each connection."""
 
 import socket
+import ssl
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -8,11 +9,14 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from typing import Any
 
+import httpx2
 import pytest
+import trustme
 
 from tests import later
 
 chat = later.module("app.links.language_model.chat")
+bounded = later.module("app.links.language_model.bounded_transport")
 
 LIMIT_S = 1.0
 LONG_S = 20.0
@@ -107,3 +111,55 @@ def test_closing_ends_a_request_that_waits(serve: Callable[..., Any], begun: byt
         finally:
             over.set()
     assert str(error) == "the provider was closed"
+
+
+@pytest.fixture
+def tunnel() -> Iterator[tuple[Any, threading.Event]]:
+    """A client through a proxy whose endpoint begins an answer over TLS, and when it has."""
+    listener = socket.create_server(("127.0.0.1", 0))
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    trustme.CA().issue_cert("llm.example").configure_cert(context)
+    begun, over = threading.Event(), threading.Event()
+
+    def serve() -> None:
+        with suppress(OSError):
+            plain, _ = listener.accept()
+            plain.recv(65536)  # CONNECT
+            plain.sendall(b"HTTP/1.1 200 OK\r\n\r\n")
+            with context.wrap_socket(plain, server_side=True) as connection:
+                connection.recv(65536)
+                connection.sendall(b"HTTP/1.1 200 OK\r\n\r\n{")
+                begun.set()
+                while not over.wait(0.2):
+                    connection.sendall(b" ")
+
+    thread = threading.Thread(target=serve, daemon=True)
+    thread.start()
+    proxy = f"http://127.0.0.1:{listener.getsockname()[1]}"
+    unkept = httpx2.Limits(max_keepalive_connections=0)
+    unverified = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    unverified.check_hostname, unverified.verify_mode = False, ssl.CERT_NONE
+    inner = httpx2.Client(proxy=proxy, verify=unverified, trust_env=False, limits=unkept)
+    with httpx2.Client(transport=bounded.BoundedTransport(inner, 1_000_000)) as client:
+        yield client, begun
+    over.set()
+    listener.close()
+    thread.join(LONG_S)
+
+
+def test_an_answer_through_a_proxy_ends_in_time(tunnel: tuple[Any, threading.Event]) -> None:
+    client, _ = tunnel
+    start = time.monotonic()
+    with pytest.raises(bounded.AnswerTooLateError):
+        client.get("https://llm.example/v1", timeout=LIMIT_S)
+    assert time.monotonic() - start < 0.5 * LONG_S
+
+
+def test_closing_ends_a_request_through_a_proxy(tunnel: tuple[Any, threading.Event]) -> None:
+    client, begun = tunnel
+    with ThreadPoolExecutor(1) as pool:
+        asking = pool.submit(client.get, "https://llm.example/v1", timeout=LONG_S)
+        assert begun.wait(LONG_S)
+        client.close()
+        error = asking.exception(timeout=0.5 * LONG_S)
+    assert isinstance(error, bounded.ClosedError)

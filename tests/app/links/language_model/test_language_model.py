@@ -269,3 +269,27 @@ def test_closing_ends_the_waiting(chat_server: Any, reply_with: Any, make_model:
     thread.join(timeout=120.0)
     assert not thread.is_alive()
     assert is_prior(answers[0])
+
+
+def test_a_short_key_is_in_no_word_of_an_answer(
+    chat_server: Any, speak: Any, make_model: Make
+) -> None:
+    reply = json.dumps({label: {"reason": "a key", "level": "NEAR"} for label in MATTERPORT_40})
+    chat_server.script = speak(reply)
+    answer = make_model(api_key="r").levels("hat", "", MATTERPORT_40)
+    assert not answer.failed
+    assert {row.level for row in answer.guidance.rows} == {Level.NEAR}
+    assert "chai***" in answer.reply
+    chat_server.script = speak(json.dumps({"things": ["ladder"]}))
+    assert make_model(api_key="d").name_objects(b"jpeg", MATTERPORT_40).labels == ("ladder",)
+
+
+def test_a_key_that_the_endpoint_echoes_is_not_shown(
+    chat_server: Any, speak: Any, make_model: Make, tmp_path: Path
+) -> None:
+    reply = {label: {"reason": f"with {KEY}", "level": "NEAR"} for label in MATTERPORT_40}
+    chat_server.script = speak(json.dumps(reply))
+    answer = make_model(cache_dir=tmp_path).levels("hat", "", MATTERPORT_40)
+    assert not answer.failed
+    assert KEY not in repr(answer)
+    assert all(KEY not in file.read_text() for file in tmp_path.rglob("*") if file.is_file())

@@ -12,6 +12,7 @@ from app.messages.control import (
     SearchRequest,
     VocabularyRequest,
 )
+from app.nodes.navigator.services.goal_service import GoalService
 from app.nodes.navigator.services.preview_service import PreviewService
 from app.nodes.navigator.status_report import level_table
 from ippon.guidance.levels import Level
@@ -19,6 +20,7 @@ from ippon.guidance.prior import PROVIDER, EmbeddedPrior
 from ippon.mission.inspection import Preview
 from ippon.rooms.named_rooms import RoomName
 from ippon.vocabulary import MATTERPORT_40
+from tests.app.memory.test_memory_file import thing
 from tests.app.nodes.navigator.conftest import MODEL, Model, levels, run_next, search
 
 
@@ -124,6 +126,44 @@ def test_later_levels_of_the_prior_know_the_names_of_rooms_too(open_office, by):
     assert preview.preview(PreviewRequest(context=context)).changed != []
     preview.room_names = lambda: names
     assert preview.preview(PreviewRequest(context=context)).changed == []
+
+
+def test_another_context_changes_only_what_it_says_of_the_levels(open_office):
+    office = open_office(Model())
+    search(office, "hat", "on the sofa")
+    office.guidance.set_level(GuidanceRequest(label="bed", level="certain"))
+    run_next(office)
+    office.model.may_answer.release()
+    run_next(office)
+    found = Preview(now="a", then="b", before=None, after=None)
+    preview = PreviewService(office.goals, SimpleNamespace(ask=lambda *_: found))
+    assert preview.preview(PreviewRequest(context="on the sofa")).changed == []
+    changed = preview.preview(PreviewRequest(context="on the bed")).changed
+    assert "bed: certain to certain" not in changed
+    assert not any(one.startswith("bed:") for one in changed), "the operator set it"
+    assert "sofa: near to average" in changed
+
+
+def test_another_context_is_about_the_kind_of_a_thing_with_a_name(open_office):
+    office = open_office()
+    orders = GoalService(office.goals, office.guidance, stop_latch=None, operations=None)
+    orders.things = lambda: (thing(7, label="mug", name="Rosie"),)
+    office.goals.add(orders.plan(SearchRequest(object="Rosie", context="on the sofa")))
+    office.goals.next()
+    found = Preview(now="a", then="b", before=None, after=None)
+    preview = PreviewService(office.goals, SimpleNamespace(ask=lambda *_: found))
+    assert preview.preview(PreviewRequest(context="on the sofa")).changed == []
+
+
+def test_a_tour_has_no_preview_and_says_so(open_office):
+    office = open_office()
+    for n, name in enumerate(("hat", "mug")):
+        planned = office.guidance.plan(SearchRequest(object=name), 0.0)
+        office.goals.add(planned, joins=1 if n else None)
+    office.goals.next()
+    preview = PreviewService(office.goals, SimpleNamespace(ask=lambda *_: None))
+    with pytest.raises(RequestRefusedError, match="in a search for several objects"):
+        preview.preview(PreviewRequest(context="on the sofa"))
 
 
 def test_an_answer_for_a_goal_that_is_over_is_dropped(open_office):

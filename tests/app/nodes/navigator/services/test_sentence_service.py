@@ -82,6 +82,15 @@ def test_a_sentence_may_refer_to_the_goal_that_was_asked_for_last(open_office):
     assert (reading.goals[0].object, reading.goals[0].refers_to) == ("mug", "other")
 
 
+def test_the_other_one_of_a_thing_with_a_name_is_another_of_its_kind(open_office):
+    office = open_office()
+    orders = GoalService(office.goals, office.guidance, stop_latch=None, operations=None)
+    orders.things = lambda: (thing(7, label="mug", name="Rosie"),)
+    office.goals.add(orders.plan(SearchRequest(object="Rosie")))
+    (goal,) = office.sentences.read(SentenceRequest(sentence="the other one, please")).goals
+    assert (goal.object, goal.display, goal.refers_to) == ("mug", "mug", "other")
+
+
 def test_the_name_of_a_thing_is_read_and_searched_for(open_office):
     office = open_office()
     mug = thing(7, label="mug", name="Anna's mug")

@@ -122,6 +122,24 @@ def test_what_is_told_of_the_place_is_the_context(
 
 
 @pytest.mark.parametrize(
+    "sentence",
+    [
+        "somebody took my phone from the kitchen",
+        "Who took the big torch from the shelf?",
+        "my phone is missing from the kitchen",
+        "my phone disappeared from the kitchen",
+        "my phone was stolen from the kitchen",
+        "find my phone, I left it in the kitchen but it's gone",
+        "find my phone, it was in the kitchen but it isn't there any more",
+    ],
+)
+def test_a_context_denies_the_place_that_an_object_left(sentence: str) -> None:
+    (goal,) = read_request(sentence).goals
+    (claim,) = read_context(goal.context, (), ooi=goal.object).claims
+    assert (claim.negated, claim.firm) == (True, True)
+
+
+@pytest.mark.parametrize(
     ("sentence", "context"),
     [
         ("maybe the keys are in my coat", "maybe in my coat"),
