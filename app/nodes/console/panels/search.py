@@ -293,7 +293,7 @@ class SearchPanel:
     def _show_picture(self, find: FindReport, status: Status, model: SceneModel) -> None:
         """Show the picture of a find as soon as there is one."""
         image = model.image
-        picture = None if image is None else self._pictures.picture_of(find, status, image.encoded)
+        picture = None if image is None else self._pictures.picture_of(find, status, image)
         self._is_pictured = picture is not None
         self._crop.visible = self._is_pictured
         if picture is not None:
