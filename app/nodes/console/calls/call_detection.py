@@ -96,8 +96,10 @@ class CallDetection:
         elif status.state == "lost":
             found.append((Occasion(kind="contact", text=status.why), "streams", LASTS_S))
         last = _find(status, self._words)
-        for find in (*_counted(status, self._words), *filter(None, (last,))):
-            found.append((find, (find.goal_id, find.position_world), 0.0))
+        found += [
+            (find, (find.goal_id, find.position_world), 0.0)
+            for find in (*_counted(status, self._words), *filter(None, (last,)))
+        ]
         lost = self._unfound.latest
         if lost is not None:
             names = ", ".join(map(self._words.goal, lost.goals))

@@ -75,9 +75,7 @@ class FindPictures:
     def __init__(self) -> None:
         self._kept: dict[tuple[int, int, tuple[float, float, float]], bytes] = {}
 
-    def picture_of(
-        self, find: FindReport, status: Status, image: CompressedColor
-    ) -> bytes | None:
+    def picture_of(self, find: FindReport, status: Status, image: CompressedColor) -> bytes | None:
         """Return the picture of the find; None if no image of it has arrived.
 
         Args:

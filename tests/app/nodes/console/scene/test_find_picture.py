@@ -91,7 +91,8 @@ def test_an_earlier_find_of_a_tour_keeps_its_own_picture(stage, plain):
 
 
 def test_a_find_that_the_search_went_on_from_is_not_shown_in_the_present_image(stage, plain):
-    assert FindPictures().picture_of(stage.find_of(), status_at(stage, 54.0), image_of(b"chair")) is None
+    status, image = status_at(stage, 54.0), image_of(b"chair")
+    assert FindPictures().picture_of(stage.find_of(), status, image) is None
 
 
 def test_only_the_latest_pictures_are_kept(stage, plain):
