@@ -1,5 +1,6 @@
 """What was searched for last from the Search tab, so that a second press is no second search."""
 
+from dataclasses import dataclass
 from typing import Final
 
 from app.messages.status import Status
@@ -9,13 +10,18 @@ Question = tuple[str, str, str]
 _GO_ON: Final = ("queued", "active")
 
 
-class LastQuestion:
+@dataclass(slots=True)
+class _Asked:
+    goals: set[int]
+    words: tuple[str, str]
+    was_told: bool = False
+
+
+class LastQuestions:
     """Tells whether a question is asked again while its goals go on; for one thread at a time."""
 
     def __init__(self) -> None:
-        self._asked: Question | None = None
-        self._goals: set[int] = set()
-        self._was_told = False
+        self._asked: dict[Question, _Asked] = {}
         self._status: Status | None = None
 
     def follow(self, status: Status) -> None:
@@ -24,28 +30,37 @@ class LastQuestion:
 
     def repeats(self, question: Question) -> bool:
         """Return whether a question is searched for already; once only, so that it can be meant."""
-        if question != self._asked or self._was_told or not self._goes_on():
+        asked = self._asked.get(question)
+        if asked is None or asked.was_told or not self._go_on(asked.goals):
             return False
-        self._was_told = True
+        asked.was_told = True
         return True
 
-    def is_outdated(self) -> bool:
-        """Return whether the question is over and another goal runs; once for each question."""
+    def take_outdated(self) -> list[tuple[str, str]]:
+        """Return the words of questions that are over while another goal runs; each once."""
         goal = None if self._status is None else self._status.goal
-        is_other = goal is not None and goal.outcome == "active" and goal.goal_id not in self._goals
-        if self._asked is None or not is_other or self._goes_on():
-            return False
-        self._asked = None
-        return True
+        if goal is None or goal.outcome != "active":
+            return []
+        over = [
+            question
+            for question, asked in self._asked.items()
+            if goal.goal_id not in asked.goals and not self._go_on(asked.goals)
+        ]
+        return [self._asked.pop(question).words for question in over]
 
-    def accepted(self, question: Question, goals: set[int]) -> None:
-        """Note the goals of a question."""
-        self._asked, self._goals, self._was_told = question, goals, False
+    def accepted(self, question: Question, goals: set[int], words: tuple[str, str]) -> None:
+        """Note the goals of a question.
 
-    def _goes_on(self) -> bool:
+        Args:
+            question: What was asked.
+            goals: Their numbers.
+            words: What stands in the fields for object and context.
+        """
+        self._asked[question] = _Asked(goals, words)
+
+    def _go_on(self, goals: set[int]) -> bool:
         status = self._status
         if status is None:
             return True
         known = [*status.history, *status.tour, *filter(None, [status.goal])]
-        over = {goal.goal_id for goal in known if goal.outcome not in _GO_ON}
-        return bool(self._goals - over)
+        return bool(goals - {goal.goal_id for goal in known if goal.outcome not in _GO_ON})
