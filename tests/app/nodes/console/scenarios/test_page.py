@@ -284,7 +284,7 @@ def test_a_level_can_be_corrected(home, page):
     view.get_by_text("a hat and a sofa").wait_for()
     view.get_by_role("button", name="Change the level").click()
     expect(view.get_by_text("Choose the kind of object first.")).to_be_visible()
-    text_field(page, "Object kind").click()
+    view.get_by_role("combobox", name="Object kind").click()
     view.get_by_role("option", name="bed", exact=True).click()
     view.get_by_role("button", name="Change the level").click()
     expect(view.get_by_text("bed is now near.")).to_be_visible()
