@@ -3,6 +3,7 @@
 
 import { BASE, get } from "./base.js";
 import { make, replaceRows } from "./side.js";
+import { setText } from "./text.js";
 import { nameOf, say, sayCount } from "./words.js";
 
 const EVERY_MS = 2000;
@@ -105,7 +106,7 @@ export class Robots {
     }
     replaceRows(at("robots-list"), [...this.rows.values()].map((row) => row.node));
     const count = sayCount("robots.count", robots.length);
-    at("robots-count").textContent = problem || (robots.length ? count : say("robots.none"));
+    setText(at("robots-count"), problem || (robots.length ? count : say("robots.none")));
   }
 
   makeRow(robot) {

@@ -2,6 +2,7 @@
 
 import { BASE, get } from "./base.js";
 import { button, make, replaceRows } from "./side.js";
+import { setText } from "./text.js";
 import { LANGUAGE, nameOf, percent, roomOf, say } from "./words.js";
 
 const EVERY_MS = 4000;
@@ -294,6 +295,6 @@ export class Things {
       ? say("things.count.some", { fit: this.fits.length, all })
       : say("things.count", { n: all });
     const none = say("things.none");
-    at("things-count").textContent = this.told || this.problem || (all === 0 ? none : count);
+    setText(at("things-count"), this.told || this.problem || (all === 0 ? none : count));
   }
 }

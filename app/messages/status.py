@@ -88,6 +88,8 @@ class GoalStatus(_Published, frozen=True):
     outcome: GoalOutcome = "queued"
     position_world: tuple[float, float, float] | None = None
     """Where it was found, metres; None for no find."""
+    find: int | None = None
+    """Number of that find; None for no find, and in recordings of earlier versions."""
     display: str = ""
     """As the requester named it; empty if the object says it."""
     tour: int | None = None
@@ -131,6 +133,9 @@ class FindReport(_Published, frozen=True):
     voxels: int
     box_px: tuple[int, int, int, int] | None = None
     """(u0, v0, u1, v1) of the object in the colour image at the time of the find."""
+    stamp_ns: int | None = None
+    """Robot time of that image, nanoseconds; 0 for a find of an earlier run, None in recordings of
+    earlier versions."""
     out_of_reach_m: float | None = None
     """Horizontal distance in metres to the nearest reachable position that sees it, for a find that
     no path leads close to."""

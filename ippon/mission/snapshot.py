@@ -81,6 +81,9 @@ class Find:
     candidate."""
     confirmed: bool = False
     """The operator confirmed it."""
+    stamp_ns: int = 0
+    """Robot time of the image with which it was announced, nanoseconds; 0 for a candidate, and for
+    a find of an earlier run."""
 
 
 class GoalState(StrEnum):

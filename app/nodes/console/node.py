@@ -9,6 +9,7 @@ from functools import partial
 import uvicorn
 from starlette.types import ASGIApp
 
+from app.links.network.session import LinkError, check_endpoint
 from app.nodes.console.calls.call_log import CallLog
 from app.nodes.console.calls.webhook import Webhook, place_of, read_secret
 from app.nodes.console.config import (
@@ -41,9 +42,13 @@ def run_console(config: ConsoleConfig, *, is_awaited: bool = False) -> None:
         is_awaited: The command that started this process starts the navigator as well.
 
     Raises:
-        ConsoleError: The port is taken, or a part of the console has failed.
+        ConsoleError: The endpoint is none, the port is taken, or a part of the console has failed.
         LanguageError: There are no words in the language.
     """
+    try:
+        check_endpoint(config.connect)
+    except LinkError as error:
+        raise ConsoleError(str(error)) from error
     say = Words(config.language)
     accounts, tls = _accounts(config), _tls(config)
     calls, webhook = _calls(config, say)

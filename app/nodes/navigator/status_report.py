@@ -221,6 +221,7 @@ def find_report(find: Find, goal: Goal) -> FindReport:
     return FindReport(
         goal_id=goal.goal_id,
         number=find.number,
+        stamp_ns=find.stamp_ns,
         object=goal.object,
         position_world=find.position_world,
         size_m=find.size_m,

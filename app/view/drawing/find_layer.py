@@ -144,7 +144,7 @@ def found_before(status: Status, say: Words = ENGLISH) -> tuple[ObjectMark, ...]
         places = {one.number: one.position_world for one in goal.counted}
         is_present = status.find is not None and status.find.goal_id == goal.goal_id
         if goal.outcome == "found" and goal.position_world is not None and not is_present:
-            places[max(places, default=0) + 1] = goal.position_world
+            places[goal.find or max(places, default=0) + 1] = goal.position_world
         marks += [
             ObjectMark(
                 center_world=place,

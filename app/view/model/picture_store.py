@@ -2,9 +2,11 @@
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from app.messages.images import CompressedColor
 from ippon.camera import PinholeCamera
 from ippon.geometry import Float64Array, views_differ
 
@@ -42,6 +44,24 @@ class PictureStore:
     def __init__(self) -> None:
         self._pictures: deque[StoredPicture] = deque(maxlen=KEPT)
         self._next = 0
+        self._held: tuple[CompressedColor, PinholeCamera] | None = None
+
+    def hold(self, image: CompressedColor, camera: PinholeCamera | None) -> None:
+        """Hold an image until `place`: its pose may arrive after it."""
+        self._held = None if camera is None else (image, camera)
+
+    def place(self, poses: Sequence[tuple[int, Float64Array]]) -> None:
+        """Store the held image with the pose that is nearest to it in time.
+
+        Args:
+            poses: Stamp in nanoseconds and T_world_camera of the last poses, in order.
+        """
+        if self._held is None or not poses:
+            return
+        (image, camera), self._held = self._held, None
+        # Of one stamp the last: the map may have been aligned since.
+        _, T_world_camera = min(reversed(poses), key=lambda pose: abs(pose[0] - image.stamp_ns))
+        self.add(image.stamp_ns, image.encoded, camera, T_world_camera)
 
     def add(
         self, stamp_ns: int, encoded: bytes, camera: PinholeCamera, T_world_camera: Float64Array
@@ -64,6 +84,7 @@ class PictureStore:
     def clear(self) -> None:
         """Remove all pictures."""
         self._pictures.clear()
+        self._held = None
 
     def find(self, number: int) -> StoredPicture | None:
         """Return a picture by its number, None if it was removed."""

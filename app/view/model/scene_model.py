@@ -123,8 +123,8 @@ class SceneModel:
 
     def take_changes(self) -> frozenset[Part]:
         """Return what changed since the last call."""
-        changed = frozenset(self._changed)
-        self._changed.clear()
+        self.pictures.place(self.camera_poses)
+        changed, self._changed = frozenset(self._changed), set[Part]()
         return changed
 
     def on_status(self, status: Status) -> None:
@@ -213,8 +213,8 @@ class SceneModel:
     def on_image(self, image: CompressedColor) -> None:
         """Update the latest camera image, encoded as received."""
         self.image = image
-        if self.camera is not None and self.T_world_camera is not None:
-            self.pictures.add(image.stamp_ns, image.encoded, self.camera, self.T_world_camera)
+        self.pictures.place(self.camera_poses)
+        self.pictures.hold(image, self.camera)
         self._changed.add("image")
 
     def on_far_evidence(self, far_evidence: FarEvidenceCells) -> None:

@@ -158,7 +158,7 @@ class Confirmation:
             find: The find.
             sentence: What the model said of it; None without a model.
         """
-        search.announce(find)
+        search.announce(replace(find, stamp_ns=step.frame.stamp_ns))
         why = search.found_text(step.frame.T_world_base)
         if self._rooms.is_elsewhere(search, find):
             why = f"{why}, in another room than you said"

@@ -96,9 +96,11 @@ class CallDetection:
         told = silence_s > LASTS_S or (status.localization and status.localization in status.why)
         if status.state == "lost" and not told:
             found.append((Occasion(kind="contact", text=status.why), "streams", LASTS_S))
-        find = _find(status, self._words)
-        if find is not None:
-            found.append((find, (find.goal_id, find.position_world), 0.0))
+        last = _find(status, self._words)
+        found += [
+            (find, (find.goal_id, find.position_world), 0.0)
+            for find in (*_counted(status, self._words), *filter(None, (last,)))
+        ]
         lost = self._unfound.latest
         if lost is not None:
             names = ", ".join(map(self._words.goal, lost.goals))
@@ -118,6 +120,24 @@ class CallDetection:
         return found
 
 
+def _counted(status: Status, say: Words) -> list[Occasion]:
+    """Return the finds that wait for a verdict while the search goes on for more."""
+    goals = status.tour or [goal for goal in (status.goal,) if goal is not None]
+    return [
+        Occasion(
+            kind="found",
+            text=say("call.found.text", name=say.numbered(goal, find.number)),
+            goal_id=goal.goal_id,
+            object=name_of(goal),
+            position_world=find.position_world,
+            find=find.number,
+        )
+        for goal in goals
+        for find in goal.counted
+        if not find.confirmed
+    ]
+
+
 def _find(status: Status, say: Words) -> Occasion | None:
     """Return the find that waits for a verdict; None without one."""
     find = status.find
@@ -126,7 +146,7 @@ def _find(status: Status, say: Words) -> Occasion | None:
     goal = goal_of(status, find.goal_id)
     if goal is None or goal.confirmed or goal.outcome not in ("found", "out_of_reach"):
         return None
-    name = say.goal(goal)
+    name = say.find(goal, find.number)
     kind: CallKind = "perhaps" if find.perhaps else "found"
     text = say("call.found.text", name=name)
     if find.out_of_reach_m is not None:

@@ -145,8 +145,11 @@ def verdict_on(one: Occasion, status: Status) -> Verdict:
     if goal is None or name_of(goal) != one.object:
         return ""
     if goal.count != 1:
-        confirmed = {counted.number for counted in goal.counted if counted.confirmed}
-        return "confirmed" if one.find in confirmed else ""
+        confirmed = {counted.number: counted.confirmed for counted in goal.counted}
+        confirmed |= {goal.find: goal.confirmed} if goal.find else {}
+        if one.find in confirmed:
+            return "confirmed" if confirmed[one.find] else ""
+        return "rejected" if goal.rejected else ""
     # The finds of a goal are numbered as they come.
     if one.find <= goal.rejected:
         return "rejected"

@@ -254,6 +254,9 @@ class NavigatorLink(PanelRequests):
             self.is_compiling = is_silent and self._listener.has_token(keys.NAVIGATOR_STARTING)
             self.problem = ""
         except (LinkError, zenoh.ZError) as error:
+            # A navigator that is being started does not answer yet.
+            if str(error) != self.problem and not self.is_awaited:
+                logger.warning("not connected to the navigator: %s", error)
             self.problem = str(error)
 
     def _open_commanding(self) -> None:

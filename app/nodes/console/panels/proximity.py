@@ -50,7 +50,8 @@ class ProximityPanel:
         labels = self._words.choices(row.label for row in table.rows)
         if labels and labels != self._labels and not self._actions.recorded:
             self._labels = labels
-            self._label.options = tuple(labels)
+            # A level that nobody chose is no part of "What if?".
+            self._label.options = (_NO_LABEL, *labels)
 
     def _build_corrections(self, gui: Any) -> None:
         say = self._words
@@ -85,7 +86,9 @@ class ProximityPanel:
     def _change_level(self) -> str:
         label, level = self._chosen(), self._names[self._level.value]
         if label is None:
-            raise CommandError(self._words("panel.levels.first"))
+            raise CommandError(
+                self._words("panel.levels.choose" if self._labels else "panel.levels.first")
+            )
         return self._actions.set_level(label, level)
 
     def _chosen(self) -> str | None:

@@ -9,7 +9,7 @@ from typing import Any, Final
 import viser
 
 from app.messages.control import SearchRequest
-from app.nodes.console.panels.last_question import Question
+from app.nodes.console.panels.last_questions import Question
 from app.view.drawing.viser_private import ignore_disconnect, uuid_of
 from app.view.words import Words
 from ippon.guidance.language.goals.goal import Goal

@@ -19,7 +19,7 @@ from app.nodes.console.panels import markup
 from app.nodes.console.panels.candidates import CandidatesPanel
 from app.nodes.console.panels.counted_finds import CountedFindsPanel, VerdictButtons, find_name
 from app.nodes.console.panels.find_markup import find_card
-from app.nodes.console.panels.last_question import LastQuestion, Question
+from app.nodes.console.panels.last_questions import LastQuestions, Question
 from app.nodes.console.panels.proximity import ProximityPanel
 from app.nodes.console.panels.query_form import QueryForm
 from app.nodes.console.scene.find_picture import FindPictures
@@ -51,6 +51,8 @@ class _Asking:
     question: Question
     accepted: list[int] = field(default_factory=list)
     """Numbers of its goals that the navigator has accepted."""
+    replies: list[str] = field(default_factory=list)
+    """What it said of them."""
 
 
 class SearchPanel:
@@ -70,11 +72,9 @@ class SearchPanel:
         """Whether the shown reply is removed when the search ends."""
         self._questions = threading.Lock()
         """Held for what is asked: each press of Search has its own thread."""
-        self._last = LastQuestion()
+        self._last = LastQuestions()
         self._answering: set[Question] = set()
         """What is being answered: a second press of Search is no second question."""
-        self._shown_question = ("", "")
-        """What stood in the fields when its search was accepted."""
         self._next = ""
         """Names of the goals that come after the present ones; empty for none."""
         self._forms: list[QueryForm] = []
@@ -156,10 +156,9 @@ class SearchPanel:
             with self._questions:
                 self._answering.remove(question)
                 if asking.accepted:
-                    self._last.accepted(question, set(asking.accepted))
-                    self._shown_question = form.question[:2]
+                    self._last.accepted(question, set(asking.accepted), form.question[:2])
         # Last: whoever has read it may press again.
-        self._say(text, ok=ok)
+        self._say(text if ok else " ".join((*asking.replies, text)), ok=ok)
 
     def _answer_question(self, asking: _Asking) -> tuple[str, bool]:
         """Return the answer, and whether all went well."""
@@ -231,6 +230,7 @@ class SearchPanel:
             other=other,
         )
         asking.accepted.append(started.goal_id)
+        asking.replies.append(started.text)
         return started.text
 
     def _control(self, word: str) -> None:
@@ -255,9 +255,9 @@ class SearchPanel:
     def _show_status(self, status: Status, model: SceneModel) -> None:
         with self._questions:
             self._last.follow(status)
-            forgotten = self._shown_question if self._last.is_outdated() else None
-        if forgotten is not None:
-            self._forget_question(forgotten)
+            outdated = self._last.take_outdated()
+        for words in outdated:
+            self._forget_question(words)
         self._next = _next_names(status, self._words)
         self._now.content = markup.now(status, self._words)
         self._goals.content = markup.goals(
@@ -293,7 +293,7 @@ class SearchPanel:
     def _show_picture(self, find: FindReport, status: Status, model: SceneModel) -> None:
         """Show the picture of a find as soon as there is one."""
         image = model.image
-        picture = None if image is None else self._pictures.picture_of(find, status, image.encoded)
+        picture = None if image is None else self._pictures.picture_of(find, status, image)
         self._is_pictured = picture is not None
         self._crop.visible = self._is_pictured
         if picture is not None:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from app.nodes.console.panels.drive import ClickTool
-from app.nodes.console.panels.last_question import Question
+from app.nodes.console.panels.last_questions import Question
 from app.nodes.console.panels.map import MapPanel
 from app.nodes.console.panels.search import SearchPanel
 from app.nodes.console.scene.scene_requests import ClickChoice

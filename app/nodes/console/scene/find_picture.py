@@ -7,10 +7,11 @@ import simplejpeg
 from numpy.typing import NDArray
 
 from app.messages.cdr import MessageError
-from app.messages.images import decompress_color
+from app.messages.images import CompressedColor, decompress_color
 from app.messages.status import FindReport, Status, goal_of
 from app.view.colors import FOUND
 from app.view.model.voxel_pictures import VoxelPicture
+from ippon.frame import NANOSECONDS
 
 _LINE_PX = 3
 _CROP_M = 0.7
@@ -18,7 +19,7 @@ _CROP_M = 0.7
 _LEAST_PX = 24
 _KEPT: Final = 32
 _LATE_S: Final = 3.0
-"""An image this much later than a find is of something else, if the search went on."""
+"""An image this much later than a find may be of something else."""
 
 
 def outlined(encoded: bytes, box_px: tuple[int, int, int, int] | None) -> bytes:
@@ -74,7 +75,7 @@ class FindPictures:
     def __init__(self) -> None:
         self._kept: dict[tuple[int, int, tuple[float, float, float]], bytes] = {}
 
-    def picture_of(self, find: FindReport, status: Status, image: bytes) -> bytes | None:
+    def picture_of(self, find: FindReport, status: Status, image: CompressedColor) -> bytes | None:
         """Return the picture of the find; None if no image of it has arrived.
 
         Args:
@@ -84,15 +85,18 @@ class FindPictures:
         """
         key = (find.goal_id, find.number, find.position_world)
         if key not in self._kept:
-            if _is_late(find, status):
+            if _is_late(image, find, status):
                 return None
-            self._kept[key] = outlined(image, find.box_px)
+            self._kept[key] = outlined(image.encoded, find.box_px)
             if len(self._kept) > _KEPT:
                 del self._kept[next(iter(self._kept))]
         return self._kept[key]
 
 
-def _is_late(find: FindReport, status: Status) -> bool:
+def _is_late(image: CompressedColor, find: FindReport, status: Status) -> bool:
+    if find.stamp_ns is not None:
+        return abs(image.stamp_ns - find.stamp_ns) > _LATE_S * NANOSECONDS
+    # A recording of an earlier version.
     goal = goal_of(status, find.goal_id)
     took_s = None if goal is None else goal.took_s
     return took_s is not None and status.elapsed_s - took_s > _LATE_S

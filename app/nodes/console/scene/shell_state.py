@@ -6,6 +6,7 @@ import msgspec
 
 from app.messages.driving import DriveStatus, WalkStatus
 from app.messages.lease import LeaseStatus
+from app.messages.plain_text import as_sentence
 from app.messages.status import Status, awaited_find, goal_of
 from app.nodes.console.link.navigator_link import NavigatorLink
 from app.nodes.console.link.versions import difference
@@ -83,6 +84,7 @@ class ShellState(msgspec.Struct, tag="state", frozen=True, kw_only=True):
 
 def waiting_state(instance: str, link: NavigatorLink, unread: str) -> ShellState:
     """Return the state without a status: why there is none."""
+    problem = as_sentence(link.say.said(link.problem))
     nobody = link.say("link.nobody", endpoint=link.endpoint, robot=link.robot)
     starting = "loading" if link.is_awaited else ""
     if link.is_compiling:
@@ -90,7 +92,7 @@ def waiting_state(instance: str, link: NavigatorLink, unread: str) -> ShellState
     return ShellState(
         instance=instance,
         link="waiting",
-        link_text=unread or nobody,
+        link_text=unread or problem or nobody,
         starting="" if unread else starting,
     )
 

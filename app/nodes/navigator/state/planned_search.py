@@ -159,6 +159,7 @@ def goal_status(
         context=goal.context,
         outcome=running if end is None else end.outcome,
         position_world=None if end is None else end.position_world,
+        find=None if end is None else end.number or None,
         display="" if goal.display.replace(" ", "_") == goal.object else goal.display,
         tour=search.tour if in_tour else None,
         confirmed=search.confirmed,

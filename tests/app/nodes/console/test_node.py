@@ -45,6 +45,11 @@ def test_a_taken_port_is_told_before_anything_starts():
             run_console(ConsoleConfig(port=port))
 
 
+def test_what_is_no_endpoint_is_told_before_anything_starts():
+    with pytest.raises(ConsoleError, match=r"is not a zenoh endpoint, such as tcp/127\.0\.0\.1"):
+        run_console(ConsoleConfig(connect="robot.local:7447"))
+
+
 class Shell:
     """The shell's socket, without the page."""
 

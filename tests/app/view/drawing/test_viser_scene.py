@@ -380,6 +380,13 @@ def test_what_was_found_before_keeps_its_box(make):
         ("chair 3", 3.0),
     ], "the second one was rejected"
     assert all(mark.found for mark in marks)
+    done = msgspec.structs.replace(
+        two, outcome="found", counted=two.counted[:1], find=3, position_world=(3.0, 2.0, 0.4)
+    )
+    assert [mark.text for mark in found_before(make.status(goal=done, find=None))] == [
+        "chair 1",
+        "chair 3",
+    ]
     keys, hat = (
         GoalStatus(goal_id=n, object=name, outcome="found", position_world=(n, 0.0, 0.4))
         for n, name in ((2, "keys"), (3, "hat"))

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from app.messages.images import StampedCamera
+from app.messages.images import CompressedColor, StampedCamera
 from app.messages.memory import MapAlignment
 from app.messages.motion import StampedTransform, robot_transforms
 from app.messages.status import Event, FarEvidenceCells, GoalStatus
@@ -107,6 +107,22 @@ def test_the_camera_is_found_through_the_chain_of_frames(model):
     model.on_transforms(robot_transforms(1, T_world_base, T_base_camera, "optical")[::-1])
     assert model.T_world_camera is not None
     np.testing.assert_allclose(model.T_world_camera[:3, 3], (2.0, 1.1, 1.2), atol=1e-12)
+
+
+def test_a_picture_has_the_pose_of_its_own_time(model):
+    camera = PinholeCamera.from_horizontal_fov(64, 40, 1.2)
+    model.on_camera(StampedCamera(stamp_ns=1, frame_id="optical", camera=camera))
+    T_base_camera = make_transform(np.eye(3), (0.1, 0.0, 1.2))
+    image = CompressedColor(stamp_ns=300_000_000, frame_id="optical", encoded=b"")
+    # Of a batch the images come first.
+    model.on_image(image)
+    for n in range(6):
+        T_world_base = base_pose(0.0, 0.0, 0.0, 0.1 * n)
+        stamp_ns = 100_000_000 * n
+        model.on_transforms(robot_transforms(stamp_ns, T_world_base, T_base_camera, "optical"))
+    assert "image" in model.take_changes()
+    T = model.pictures.find(0).T_world_camera
+    assert math.atan2(T[1, 0], T[0, 0]) == pytest.approx(0.3)
 
 
 def test_frames_in_a_circle_lead_nowhere(model):

@@ -80,7 +80,9 @@ def test_a_search_ends_where_its_viewpoint_is_and_not_on_the_way_to_another(befo
     assert pursued.state is MissionState.APPROACHING
     assert search.find is None
     assert act(frame, plan).state is MissionState.FOUND
-    assert search.find == dataclasses.replace(search.candidates[0], number=1)
+    assert search.find == dataclasses.replace(
+        search.candidates[0], number=1, stamp_ns=frame.stamp_ns
+    )
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@ import msgspec
 import pytest
 
 from app.messages.recording import RecordingStatus
-from app.messages.status import Event, FindReport, GoalStatus
+from app.messages.status import CountedFind, Event, FindReport, GoalStatus
 from app.nodes.console.calls.call_detection import LASTS_S, STUCK_TIMES, CallDetection
 from app.view.words import Words
 from tests.app.nodes.console.drawn_home import status_of
@@ -109,6 +109,27 @@ def test_a_find_that_is_judged_or_not_reached_yet_calls_nobody(watch):
     judged = GoalStatus(goal_id=1, object="hat", outcome="found", confirmed=True)
     assert watch(found(goal=judged)) == []
     assert watch(found("active")) == []
+
+
+def test_each_find_of_several_calls_while_the_search_goes_on(watch):
+    first = CountedFind(number=1, position_world=(1.0, 2.0, 0.5))
+    second = CountedFind(number=2, position_world=(4.0, 2.0, 0.5))
+    hats = GoalStatus(goal_id=1, object="hat", count="all", outcome="active")
+
+    def counted(*finds):
+        return watch(status_of(goal=msgspec.structs.replace(hats, counted=list(finds))))
+
+    assert counted(first) == [("found", "hat 1: confirm or reject it")]
+    assert counted(first, second) == [("found", "hat 2: confirm or reject it")]
+    ended = msgspec.structs.replace(hats, counted=[first], outcome="found", find=2)
+    assert watch(found(goal=ended, number=2, position_world=second.position_world)) == []
+    assert counted(msgspec.structs.replace(first, confirmed=True)) == []
+
+
+def test_a_confirmed_find_of_several_calls_nobody(watch):
+    seen = CountedFind(number=1, position_world=(1.0, 2.0, 0.5), confirmed=True)
+    hats = GoalStatus(goal_id=1, object="hat", count=2, outcome="active", counted=[seen])
+    assert watch(status_of(goal=hats)) == []
 
 
 def test_the_find_of_a_tour_calls_though_another_goal_leads(watch):

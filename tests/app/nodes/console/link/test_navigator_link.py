@@ -1,6 +1,7 @@
 """The link to a navigator on real sockets."""
 
 import asyncio
+import logging
 import threading
 import time
 from itertools import pairwise
@@ -11,7 +12,7 @@ import pytest
 
 from app.links.network import topic_listener
 from app.links.network.inbox import Inbox
-from app.links.network.session import open_router
+from app.links.network.session import PROFILE, open_router
 from app.messages import keys
 from app.messages.control import ControlRequest
 from app.messages.driving import TeleopTag
@@ -22,6 +23,7 @@ from app.nodes.console.scene.shell_state import waiting_state
 from app.nodes.console.web.browsers import Browser, new_session, set_acting_browser
 from app.nodes.navigator.run import starting
 from app.nodes.navigator.state.lease import Lease
+from app.view.words import Words
 from ippon.control.drive_mode import TeleopInput
 from tests.app.relay import Relay
 
@@ -165,6 +167,20 @@ def test_a_break_that_zenoh_mends_by_itself_is_noticed(start_home, relay, connec
     _wait(lambda: link.openings == 2)
     _wait(lambda: link.silence_s() < time.monotonic() - cut_at)
     assert link._listener.session is listening, "no word would have been missed otherwise"
+
+
+def test_why_it_cannot_connect_is_shown_and_logged_once(connect, port, monkeypatch, caplog):
+    caplog.set_level(logging.WARNING)
+    monkeypatch.setenv(PROFILE, "/no/profile.json5")
+    link = connect(port)
+    _wait(lambda: link.problem)
+    link._check_sessions()
+    text = waiting_state("1", link, "").link_text
+    assert text.startswith("IPPON_ZENOH_PROFILE names '/no/profile.json5', which is not a zenoh")
+    link.say = Words("de")
+    assert "das ist keine zenoh-Konfiguration" in waiting_state("1", link, "").link_text
+    warnings = [one for one in caplog.messages if one.startswith("not connected to the navigator")]
+    assert len(warnings) == 1
 
 
 def test_a_navigator_that_compiles_is_told_from_none(port, connect):

@@ -31,10 +31,21 @@ def _panel():
 def test_a_level_is_changed_by_the_name_of_its_label():
     panel, actions = _panel()
     panel.show(TABLE)
-    assert panel._label.options == ("Fernseher", "Kommode")
+    assert panel._label.options == ("–", "Fernseher", "Kommode")
     panel._label.value, panel._level.value = "Kommode", "nah"
     panel._change_level()
     actions.set_level.assert_called_once_with("chest_of_drawers", "near")
+
+
+def test_what_if_takes_no_level_that_nobody_chose():
+    panel, actions = _panel()
+    panel.show(TABLE)
+    panel._label.value, panel._level.value = panel._label.options[0], "nah"
+    panel._known.value = "it is next to the bed"
+    panel._what_if()
+    actions.preview.assert_called_once_with("it is next to the bed", {})
+    with pytest.raises(CommandError, match="Wählen Sie zuerst die Art"):
+        panel._change_level()
 
 
 def test_without_a_table_there_is_nothing_to_change():

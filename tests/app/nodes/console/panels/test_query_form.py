@@ -156,7 +156,8 @@ def test_a_search_of_another_browser_changes_none_that_is_being_read(panel, acti
     assert keys.args == ("keys", "", "a flat")
     assert hat.args == ("hat", "", "a flat")
     assert hat.kwargs["joins"] == 8, "the keys, not the mug"
-    assert panel._last._goals == {8, 9}
+    question = ("the keys and the hat, please", "", "a flat")
+    assert panel._last._asked[question].goals == {8, 9}
 
 
 def test_two_browsers_that_search_at_once_join_goals_of_their_own(panel, actions):

@@ -6,12 +6,15 @@ import msgspec
 import numpy as np
 import simplejpeg
 
+from app.messages.control import SentenceReading
 from app.messages.images import CompressedColor
 from app.messages.status import GoalStatus
+from app.nodes.console.link.commands import CommandError, StartedSearch
 from app.nodes.console.panels import search
 from app.nodes.console.scene import find_picture
 from app.view.model.scene_model import SceneModel
 from app.view.words import ENGLISH
+from ippon.guidance.language.goals.goal import Goal
 
 
 def test_the_picture_of_a_find_stays_when_the_find_is_judged(monkeypatch, stage):
@@ -82,3 +85,40 @@ def test_the_panel_gets_small_pictures(monkeypatch):
         panel.update(model, model.take_changes())
     (jpeg,) = shown
     assert simplejpeg.decode_jpeg(jpeg).shape == (225, 400, 3)
+
+
+def _ask(panel, typed):
+    """Press Search in a form of its own; return what is answered."""
+    form = MagicMock(question=(typed, "", ""))
+    form.asked.return_value = form.question
+    form.take_held.return_value = ()
+    answers = []
+    panel._say = lambda text, *, ok: answers.append((text, ok))
+    panel._ask(form)
+    return answers[-1]
+
+
+def test_what_another_operator_asks_in_between_does_not_double_a_search():
+    started = [StartedSearch(text=f"goal {n}", goal_id=n) for n in (1, 2, 3)]
+    actions = MagicMock(say=ENGLISH, recorded=False)
+    actions.search.side_effect = started
+    panel = search.SearchPanel(MagicMock(), actions)
+    assert _ask(panel, "hat") == ("goal 1", True)
+    assert _ask(panel, "mug") == ("goal 2", True)
+    assert _ask(panel, "hat") == (ENGLISH("panel.search.repeats"), False)
+
+
+def test_a_search_that_has_started_is_told_though_the_next_one_is_refused():
+    actions = MagicMock(say=ENGLISH, recorded=False)
+    actions.read.return_value = SentenceReading(
+        goals=[Goal(display=name, object=name) for name in ("keys", "wallet")],
+        doubtful=False, because="", unused=[], notes=[], language="", provider="rules",
+        elapsed_ms=1.0,
+    )  # fmt: skip
+    actions.search.side_effect = [
+        StartedSearch(text="Looking for: keys.", goal_id=1),
+        CommandError("the queue is full"),
+    ]
+    panel = search.SearchPanel(MagicMock(), actions)
+    answer = _ask(panel, "my keys and my wallet")
+    assert answer == ("Looking for: keys. the queue is full", False)

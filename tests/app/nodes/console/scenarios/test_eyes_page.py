@@ -400,6 +400,22 @@ def test_what_is_remembered_is_found_shown_and_searched_for(page, parts, shoot):
     expect(page.locator("#things")).to_be_hidden()
 
 
+@pytest.mark.parametrize(
+    ("key", "count", "path"),
+    [("t", "#things-count", "**/api/things"), ("b", "#robots-count", "**/api/robots")],
+)
+def test_a_count_that_stays_the_same_is_not_read_again(page, key, count, path):
+    page.keyboard.press(key)
+    expect(page.locator(count)).not_to_be_empty()
+    page.locator(count).evaluate("(one) => { one.firstChild.stays = true; }")
+    # The first answer is shown before the second is asked for.
+    for _ in range(2):
+        with page.expect_response(path):
+            pass
+    assert page.locator(count).evaluate("(one) => one.firstChild.stays")
+    page.keyboard.press("Escape")
+
+
 def test_a_thing_is_named_and_denied_by_a_person_and_markup_stays_text(page, parts, shoot):
     noted = parts[0]
     # The scene is in view, not the plan.

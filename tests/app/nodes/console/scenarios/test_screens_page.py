@@ -396,6 +396,17 @@ def test_the_keyboard_alone_reaches_everything_and_escape_closes_it(at_first):
     expect(page.locator("#plan-open")).to_be_focused()
 
 
+def test_buttons_of_the_panels_are_large_enough_for_fingers(at_first):
+    _tab(at_first, "Fahren").click()
+    button = at_first.frame_locator("#view").get_by_role("button", name="Hinfahren")
+    devtools = at_first.context.new_cdp_session(at_first)
+    devtools.send("Emulation.setTouchEmulationEnabled", {"enabled": True})
+    try:
+        assert box_at_rest(button)["height"] >= 32
+    finally:
+        devtools.send("Emulation.setTouchEmulationEnabled", {"enabled": False})
+
+
 MOVING = """(doc) => [...doc.querySelectorAll("*")].filter((e) => {
   const style = doc.defaultView.getComputedStyle(e);
   const lasting = style.transitionDuration.split(", ").some((s) => parseFloat(s) > 0);

@@ -44,6 +44,7 @@ def model(stage):
     model.on_transforms(robot_transforms(1, stands, ZED.T_base_camera(-0.3), "camera"))
     grey = np.full((100, 160, 3), 128, np.uint8)
     model.on_image(CompressedColor(stamp_ns=1, frame_id="camera", encoded=_jpeg(grey)))
+    model.take_changes()
     return model
 
 

@@ -3,7 +3,7 @@ import pytest
 import simplejpeg
 from msgspec.structs import replace
 
-from app.messages.images import decompress_color
+from app.messages.images import CompressedColor, decompress_color
 from app.messages.status import GoalStatus
 from app.nodes.console.scene import find_picture
 from app.nodes.console.scene.find_picture import FindPictures, crop, outlined
@@ -69,21 +69,35 @@ def status_at(stage, elapsed_s):
     return stage.status_of(goal=lead, tour=[found, lead], elapsed_s=elapsed_s)
 
 
+def image_of(encoded, stamp_ns=0):
+    return CompressedColor(stamp_ns=stamp_ns, frame_id="camera", encoded=encoded)
+
+
+def test_a_find_that_waits_is_not_shown_in_an_image_of_later(stage, plain):
+    goal = GoalStatus(goal_id=1, object="hat", outcome="found", took_s=20.0)
+    status = stage.status_of("found", goal=goal, elapsed_s=20.0)
+    find, pictures = replace(stage.find_of(), stamp_ns=20_000_000_000), FindPictures()
+    assert pictures.picture_of(find, status, image_of(b"wall", 80_000_000_000)) is None
+    assert pictures.picture_of(find, status, image_of(b"hat", 20_200_000_000)) == b"hat"
+    assert pictures.picture_of(find, status, image_of(b"wall", 80_000_000_000)) == b"hat"
+
+
 def test_an_earlier_find_of_a_tour_keeps_its_own_picture(stage, plain):
     pictures, first = FindPictures(), stage.find_of()
     second = replace(first, goal_id=2, position_world=(1.0, 2.0, 0.5))
-    assert pictures.picture_of(first, status_at(stage, 20.2), b"tv") == b"tv"
-    assert pictures.picture_of(second, status_at(stage, 54.0), b"chair") == b"chair"
-    assert pictures.picture_of(first, status_at(stage, 54.0), b"chair") == b"tv"
+    assert pictures.picture_of(first, status_at(stage, 20.2), image_of(b"tv")) == b"tv"
+    assert pictures.picture_of(second, status_at(stage, 54.0), image_of(b"chair")) == b"chair"
+    assert pictures.picture_of(first, status_at(stage, 54.0), image_of(b"chair")) == b"tv"
 
 
 def test_a_find_that_the_search_went_on_from_is_not_shown_in_the_present_image(stage, plain):
-    assert FindPictures().picture_of(stage.find_of(), status_at(stage, 54.0), b"chair") is None
+    status, image = status_at(stage, 54.0), image_of(b"chair")
+    assert FindPictures().picture_of(stage.find_of(), status, image) is None
 
 
 def test_only_the_latest_pictures_are_kept(stage, plain):
     pictures, find = FindPictures(), stage.find_of()
     for number in range(find_picture._KEPT + 2):
-        pictures.picture_of(replace(find, number=number), status_at(stage, 20.0), b"old")
-    again = pictures.picture_of(replace(find, number=0), status_at(stage, 20.0), b"new")
+        pictures.picture_of(replace(find, number=number), status_at(stage, 20.0), image_of(b"old"))
+    again = pictures.picture_of(replace(find, number=0), status_at(stage, 20.0), image_of(b"new"))
     assert again == b"new"

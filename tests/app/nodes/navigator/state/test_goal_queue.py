@@ -119,7 +119,7 @@ def test_finds_before_the_last_are_shown_with_their_goal():
     active = book.statuses()[0]
     counted = CountedFind(number=1, position_world=first.position_world)
     assert (active.count, active.counted, active.rejected) == (2, [counted], 1)
-    assert active.position_world == last.position_world
+    assert (active.position_world, active.find) == (last.position_world, last.number)
     assert [book.judged(None, number) for number in (1, 2, 3)] == [(1, False), None, (1, True)]
     assert book.judged(2, 1) is None
 

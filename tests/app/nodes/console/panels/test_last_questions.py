@@ -1,13 +1,13 @@
 from app.messages.status import GoalStatus
-from app.nodes.console.panels.last_question import LastQuestion
+from app.nodes.console.panels.last_questions import LastQuestions
 from tests.app.nodes.console.drawn_home import status_of
 
 HAT = ("hat", "", "a flat")
 
 
 def _asked(goal_ids):
-    last = LastQuestion()
-    last.accepted(HAT, set(goal_ids))
+    last = LastQuestions()
+    last.accepted(HAT, set(goal_ids), HAT[:2])
     return last
 
 
@@ -26,7 +26,7 @@ def test_a_question_that_is_over_may_be_asked_again():
     over = [GoalStatus(goal_id=n, object="hat", outcome="exhausted") for n in (1, 2)]
     last.follow(status_of(goal=over[0], history=[over[1]]))
     assert not last.repeats(HAT)
-    assert not LastQuestion().repeats(HAT)
+    assert not LastQuestions().repeats(HAT)
 
 
 def test_a_question_that_is_over_is_outdated_by_the_next_goal():
@@ -34,9 +34,15 @@ def test_a_question_that_is_over_is_outdated_by_the_next_goal():
     found = GoalStatus(goal_id=1, object="hat", outcome="found")
     mug = GoalStatus(goal_id=2, object="mug", outcome="active")
     last.follow(status_of("found", goal=found))
-    assert not last.is_outdated(), "it may be asked again"
+    assert not last.take_outdated(), "it may be asked again"
     last.follow(status_of(goal=mug, queue=[GoalStatus(goal_id=1, object="hat")]))
-    assert not last.is_outdated(), "it waits"
+    assert not last.take_outdated(), "it waits"
     last.follow(status_of(goal=mug, history=[found]))
-    assert last.is_outdated()
-    assert not last.is_outdated(), "said once"
+    assert last.take_outdated() == [("hat", "")]
+    assert not last.take_outdated(), "said once"
+
+
+def test_another_question_in_between_changes_nothing():
+    last = _asked([1])
+    last.accepted(("mug", "", "a flat"), {2}, ("mug", ""))
+    assert last.repeats(HAT)
