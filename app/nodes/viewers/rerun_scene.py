@@ -55,18 +55,24 @@ _SHADE: Final = 0.3
 class RerunScene:
     """One recording; a scene is drawn into it as far as it changed since the last call."""
 
-    def __init__(self, stream: rr.RecordingStream, ceiling_m: float) -> None:
+    def __init__(
+        self, stream: rr.RecordingStream, ceiling_m: float, after: Event | None = None
+    ) -> None:
         """Begin a recording.
 
         Args:
             stream: Where it goes.
             ceiling_m: Height above the robot's floor from which no voxel is drawn.
+            after: Last event before the robot's clock began again; it and earlier ones are not
+                drawn.
         """
         self._stream = stream
         self._ceiling_m = ceiling_m
         self._revision = 0
         self._body: Any = None
-        self._last_event: Event | None = None
+        self._last_event = after
+        self._trail_end: tuple[Any, ...] = (0, None)
+        """Length and last point of the trail that was drawn."""
         stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
 
     def draw(self, scene: SceneModel, changed: frozenset[Part]) -> None:
@@ -83,7 +89,8 @@ class RerunScene:
                 camera_xyz=rr.ViewCoordinates.RDF,
                 image_plane_distance=0.5,
             )
-            self._stream.log(CAMERA, pinhole)
+            # It may come before the robot's clock is known, and does not come again.
+            self._stream.log(CAMERA, pinhole, static=True)
         if "tree" in changed:
             self._draw_tree(scene)
         if "path" in changed:
@@ -103,7 +110,11 @@ class RerunScene:
     def draw_map(self, scene: SceneModel) -> None:
         """Draw the trail, and the columns of the map that changed: 16 x 16 voxels each."""
         self._at(clock_ns(scene))
-        self._log_line(TRAIL, np.array(scene.trail_world).reshape(-1, 3), ROBOT, 0.015)
+        trail = scene.trail_world
+        trail_end = (len(trail), trail[-1] if trail else None)
+        if trail_end != self._trail_end:
+            self._trail_end = trail_end
+            self._log_line(TRAIL, np.array(trail).reshape(-1, 3), ROBOT, 0.015)
         voxel_m = scene.voxel_size_m
         if voxel_m is None:
             return
@@ -150,7 +161,7 @@ class RerunScene:
                 colors=ROBOT,
                 fill_mode="solid",
             )
-            self._stream.log(f"{ROBOT_BODY}/body", body)
+            self._stream.log(f"{ROBOT_BODY}/body", body, static=True)
 
     def _draw_tree(self, scene: SceneModel) -> None:
         tree = scene.tree
