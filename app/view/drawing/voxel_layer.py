@@ -198,7 +198,8 @@ class VoxelLayer:
                 position=position,
             )
             return
-        cloud.position = position
+        if cloud.position[2] != position[2]:
+            cloud.position = position
         cloud.points = points
         cloud.colors = colors
         cloud.visible = True
