@@ -50,6 +50,8 @@ _WARNINGS: Final = frozenset({"contact", "stream_lost", "bad_message", "map_full
 _VIEWPOINT_M: Final = 0.07
 _EDGE: Final = (148, 156, 168)
 _SHADE: Final = 0.3
+_PIECE: Final = 256
+"""Points of the trail that are sent together."""
 
 
 class RerunScene:
@@ -71,8 +73,8 @@ class RerunScene:
         self._revision = 0
         self._body: Any = None
         self._last_event = after
-        self._trail_end: tuple[Any, ...] = (0, None)
-        """Length and last point of the trail that was drawn."""
+        self._trail_drawn = 0
+        """Points of the trail that were drawn."""
         stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
 
     def draw(self, scene: SceneModel, changed: frozenset[Part]) -> None:
@@ -110,11 +112,7 @@ class RerunScene:
     def draw_map(self, scene: SceneModel) -> None:
         """Draw the trail, and the columns of the map that changed: 16 x 16 voxels each."""
         self._at(clock_ns(scene))
-        trail = scene.trail_world
-        trail_end = (len(trail), trail[-1] if trail else None)
-        if trail_end != self._trail_end:
-            self._trail_end = trail_end
-            self._log_line(TRAIL, np.array(trail).reshape(-1, 3), ROBOT, 0.015)
+        self._draw_trail(scene.trail_world)
         voxel_m = scene.voxel_size_m
         if voxel_m is None:
             return
@@ -162,6 +160,19 @@ class RerunScene:
                 fill_mode="solid",
             )
             self._stream.log(f"{ROBOT_BODY}/body", body, static=True)
+
+    def _draw_trail(self, trail: list[tuple[float, float, float]]) -> None:
+        """Draw the pieces of the trail that grew; all of one that was thinned or begins anew."""
+        if len(trail) < self._trail_drawn:
+            self._stream.log(TRAIL, rr.Clear(recursive=True))
+            self._trail_drawn = 0
+        if len(trail) == self._trail_drawn:
+            return
+        for start in range(max(self._trail_drawn - 1, 0) // _PIECE * _PIECE, len(trail), _PIECE):
+            # Each ends where the next one begins.
+            piece = np.array(trail[start : start + _PIECE + 1])
+            self._log_line(f"{TRAIL}/{start // _PIECE}", piece, ROBOT, 0.015)
+        self._trail_drawn = len(trail)
 
     def _draw_tree(self, scene: SceneModel) -> None:
         tree = scene.tree

@@ -57,6 +57,13 @@ def _texts(path, entity):
     return [text for column in columns for (text,) in column.to_pylist()]
 
 
+def _strips(path, entity):
+    """Lines that were logged, without empty ones, in their order."""
+    batches = [chunk.to_record_batch() for chunk in _chunks(path, entity)]
+    columns = [b.column(n) for b in batches for n in b.schema.names if n.endswith(":strips")]
+    return [strips[0] for column in columns for strips in column.to_pylist() if strips]
+
+
 def test_a_clock_that_begins_again_begins_another_file(model, save, tmp_path):
     (tmp_path / "a-2.rrd").write_text("of somebody")
     save.draw(model, model.take_changes())
@@ -91,8 +98,21 @@ def test_the_trail_of_a_robot_that_stands_is_written_once(model, save, tmp_path)
         model.on_transforms(robot_transforms(300 * SECOND_NS, T_world_base, np.eye(4)))
         save.draw(model, model.take_changes())
     save.close()
-    rows = sum(len(chunk.to_record_batch()) for chunk in _chunks(tmp_path / "a.rrd", TRAIL))
-    assert rows == 2
+    assert len(_strips(tmp_path / "a.rrd", f"{TRAIL}/0")) == 1
+
+
+def test_a_trail_is_written_in_pieces_that_meet(model, save, tmp_path):
+    counts = (200, 257, 258, 700, 350)
+    for count in counts:
+        model.trail_world = [(float(n), 0.0, 0.0) for n in range(count)]
+        save.draw(model, frozenset())
+    save.close()
+    path = tmp_path / "a.rrd"
+    ends = [[(s[0][0], s[-1][0]) for s in _strips(path, f"{TRAIL}/{n}")] for n in range(3)]
+    assert ends[0] == [(0, 199), (0, 256), (0, 256)], "a whole one is written once, and once anew"
+    assert ends[1] == [(256, 257), (256, 512), (256, 349)]
+    assert ends[2] == [(512, 699)]
+    assert len(_chunks(path, TRAIL)) == 1, "the shorter one replaces all pieces"
 
 
 def test_a_folder_is_no_file(tmp_path):

@@ -109,7 +109,18 @@ def saved(tmp_path, start_home, show, wait, monkeypatch):
 
 def test_everything_is_in_the_file_and_the_map_is_that_of_the_robot(saved):
     keyframe, rrd = saved
-    entities = {COLOR, DEPTH, ROBOT_BODY, TRAIL, TREE, VIEWPOINTS, PLAN_PATH, FINDS, STATUS, LOG}
+    entities = {
+        COLOR,
+        DEPTH,
+        ROBOT_BODY,
+        TREE,
+        VIEWPOINTS,
+        PLAN_PATH,
+        FINDS,
+        STATUS,
+        LOG,
+        f"{TRAIL}/0",
+    }
     assert entities | set(FIGURES) <= set(rrd.chunks)
     assert rrd.blueprints == 1
     low = np.floor(keyframe.centers_world[:, 2] / 0.1).astype(int) < 14
