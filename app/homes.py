@@ -83,11 +83,15 @@ def load_home(text: str, *, coloured_mugs: bool = False) -> Scene:
 def expand_homes(homes: Sequence[str]) -> tuple[str, ...]:
     """Return the named homes without duplicates; ranges of seeds are expanded.
 
+    Args:
+        homes: Homes with commas between them; all behind NAME: of an installed source is its text,
+            commas, too.
+
     Raises:
         UsageError: The name is invalid; the text says what would work.
     """
     out: list[str] = []
-    for part in (p for text in homes for p in text.split(",") if p):
+    for part in (p for text in homes for p in _parts_of(text) if p):
         kind = _LARGE_FLOOR if part.startswith(_LARGE_FLOOR) else ""
         first, _, last = part.removeprefix(kind).partition(":")
         lowest, highest = _number(first), _number(last)
@@ -106,6 +110,15 @@ def expand_homes(homes: Sequence[str]) -> tuple[str, ...]:
     for home in out:
         kept.setdefault(home_key(home), home)
     return tuple(kept.values())
+
+
+def _parts_of(text: str) -> list[str]:
+    """Split a list of homes; all behind NAME: of an installed source is for that."""
+    parts = text.split(",")
+    for n, part in enumerate(parts):
+        if ":" in part and _source_of(part) is not None:
+            return [*parts[:n], ",".join(parts[n:])]
+    return parts
 
 
 def home_key(text: str) -> str:

@@ -14,7 +14,7 @@ class EvaluationConfig:
     homes: tuple[str, ...] = ("1001:1010",)
     """Homes: seeds of generated homes, single or first:last (inclusive); seeds of floors of large
     buildings, floor:3 or floor:1:9; folders with scene.glb and scene.json; NAME:TEXT for scenes
-    that another package adds."""
+    that another package adds, as the last of a list: commas behind it belong to TEXT."""
     methods: str = "ippon"
     """Comma-separated names, or the groups "ablations", "baselines" and "all"; mine@power=2 is a
     method of your own with another value of its parameter."""

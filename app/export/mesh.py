@@ -50,13 +50,14 @@ def _map_of(session: SessionData, on_progress: OnProgress) -> VoxelMap:
     offset_s = session.robot.clock_offset_s or config.camera_clock_offset_s
     times_ns = max((recording.times_ns(key) for key in COLORS), key=len)
     alignments = MapAlignments(recording)
-    used = refused = 0
+    used = refused = dropped = 0
     try:
         source = _source_of(session, offset_s)
         for frame in source.frames():
             try:
                 T_map_world = alignments.at(int(times_ns[source.tally.images - 1]))
-                voxel_map.integrate(in_map_frame(frame, T_map_world))
+                report = voxel_map.integrate(in_map_frame(frame, T_map_world))
+                dropped += report.blocks_dropped
                 used += 1
             except FrameRejectedError:
                 refused += 1
@@ -68,6 +69,15 @@ def _map_of(session: SessionData, on_progress: OnProgress) -> VoxelMap:
         ) from error
     if not used:
         raise RecordingError(f"{recording.path}: its {refused} images are inconsistent")
+    if source.tally.note:
+        logger.warning("the mesh may have holes: %s", source.tally.note)
+    if refused:
+        logger.warning("the mesh may have holes: %d images were inconsistent", refused)
+    if dropped:
+        logger.warning(
+            "the mesh is not whole: the map's memory limit of %g MB was reached, and %d of its "
+            "oldest blocks were dropped", config.mission.map.memory_limit_mb, dropped,
+        )  # fmt: skip
     return voxel_map
 
 

@@ -23,6 +23,7 @@ from app.recording.base_pose import BasePose
 from app.recording.camera_topics import mixed
 from app.recording.errors import RecordingError
 from app.recording.map_alignment import MapAlignments
+from app.recording.reading.bag_files import stored_in
 from app.recording.reading.recording import Recording
 from app.recording.timeline import SessionTimeline
 from app.view.model.scene_model import SceneModel
@@ -73,8 +74,12 @@ class SessionData:
         if self.path.is_dir():
             return self.path.resolve().name
         path = self.recording.path.resolve()
-        alone = len(list(path.parent.glob("*.mcap"))) == 1
-        return path.parent.name if alone else path.name
+        return path.parent.name if self.is_alone else path.name
+
+    @property
+    def is_alone(self) -> bool:
+        """Whether its folder has no other recording."""
+        return self.path.is_dir() or len(stored_in(self.recording.path.resolve().parent)) == 1
 
     @cached_property
     def trajectory(self) -> Trajectory:

@@ -1,7 +1,10 @@
+from importlib.metadata import EntryPoint
+
 import pytest
 
 from app.errors import UsageError
 from app.homes import expand_homes, load_home
+from ippon import extensions
 
 
 def test_ranges_of_homes_hold_their_last(room):
@@ -14,6 +17,14 @@ def test_ranges_of_homes_hold_their_last(room):
 
 def test_a_home_that_is_written_in_two_ways_is_searched_once(room):
     assert expand_homes([str(room), f"{room}/", f"{room}/../room"]) == (str(room),)
+
+
+def test_commas_in_the_text_for_a_source_are_of_that_text(monkeypatch):
+    point = EntryPoint("rooms", "no_such_module:LOAD", extensions.SCENES)
+    monkeypatch.setattr(extensions, "entry_points", lambda **_: [point])
+    assert expand_homes(["rooms:6,4", "1:2,rooms:7,", "3,4"]) == (
+        "rooms:6,4", "1", "2", "rooms:7,", "3", "4",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(

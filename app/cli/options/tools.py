@@ -44,7 +44,8 @@ class Export:
     """ply, glb, mesh, tum, csv, finds, camera, map-video, report, viser, page, or an export that
     another package adds; by default all. Before `report`, further recordings."""
     out: Path | None = None
-    """Folder for the files; by default "export" in the session's folder."""
+    """Folder for the files; by default "export" in the session's folder, or export-NAME where the
+    folder has other recordings than NAME."""
     language: str = "en"
     """Language of the report: en (English) or de (German)."""
     color: Literal["camera", "ooi", "proximity", "height"] = "camera"

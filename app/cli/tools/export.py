@@ -2,7 +2,7 @@
 
 import sys
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Container, Generator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -45,6 +45,7 @@ SLOW: Final[dict[str, tuple[str, Slow]]] = {
 }
 """Exports that read the whole file and report progress."""
 REPORT: Final = "report.html"
+OURS: Final = (*COLORED, *SLOW, *PLAIN, "report")
 VIDEOS: Final = ("camera", "map-video")
 
 
@@ -69,7 +70,7 @@ def run_export(command: Export) -> int:
             session = _read(recordings[0], bar, robot)
         except RecordingError as error:
             raise UsageError(str(error)) from error
-        out = command.out or session.recording.path.parent / "export"
+        out = command.out or _folder_of(session)
         try:
             out.mkdir(parents=True, exist_ok=True)
             written = [_write(session, out / name, writers[name], bar) for name in writers]
@@ -78,6 +79,12 @@ def run_export(command: Export) -> int:
         finally:
             session.recording.close()
     return 0 if all(written) else 1
+
+
+def _folder_of(session: SessionData) -> Path:
+    """Return where a session is exported to; recordings in one folder have one each."""
+    path = session.recording.path
+    return path.parent / ("export" if session.is_alone else f"export-{path.stem}")
 
 
 def _recordings_of(command: Export) -> tuple[list[Path], Export]:
@@ -174,7 +181,7 @@ def _completed(path: Path) -> Generator[Path]:
 
 
 def _known() -> tuple[str, ...]:
-    return (*COLORED, *SLOW, *PLAIN, "report", *extensions.names(extensions.EXPORTERS))
+    return (*OURS, *extensions.names(extensions.EXPORTERS))
 
 
 def _writers(command: Export, say: Words = ENGLISH) -> dict[str, Slow]:
@@ -189,7 +196,8 @@ def _writers(command: Export, say: Words = ENGLISH) -> dict[str, Slow]:
             f"there is no {', '.join(unknown)} to export; there are {', '.join(known)}"
         )
     writers: dict[str, Slow] = {}
-    for name in wanted:
+    # Ours first: an installed one may not take the place of one of our files.
+    for name in sorted(wanted, key=lambda name: name not in OURS):
         if name in SLOW:
             file_name, writers[file_name] = SLOW[name]
         elif name in COLORED:
@@ -201,23 +209,26 @@ def _writers(command: Export, say: Words = ENGLISH) -> dict[str, Slow]:
             file_name, plain = PLAIN[name]
             writers[file_name] = _at_once(plain)
         else:
-            file_name, added = _added(name, asked=bool(command.what))
+            file_name, added = _added(name, writers, asked=bool(command.what))
             writers[file_name] = _at_once(added)
     return writers
 
 
-def _added(name: str, *, asked: bool) -> tuple[str, Write]:
+def _added(name: str, taken: Container[str], *, asked: bool) -> tuple[str, Write]:
     """Return file and writer that an installed package adds.
 
     Args:
         name: Of the entry point.
+        taken: Files that others write.
         asked: It was named by the command; else a damaged one is reported when it is its turn.
 
     Raises:
-        UsageError: It was asked for, and is damaged.
+        UsageError: It was asked for, and is damaged, or writes a file of another.
     """
     try:
         match extensions.load(extensions.EXPORTERS, name):
+            case (str() as file_name, _) if file_name in taken:
+                why = f"{_title(name)} writes {file_name}, as another export does"
             case (str() as file_name, write) if callable(write):
                 return file_name, partial(_write_added, name, write)
             case other:
@@ -239,6 +250,8 @@ def _write_added(
     except Exception as error:
         what = f"{type(error).__name__}: {error}"
         raise RecordingError(f"{_title(name)} has failed: {what}") from error
+    if not path.is_file():
+        raise RecordingError(f"{_title(name)} wrote no file")
 
 
 def _refuse(why: str, _: SessionData, __: Path) -> None:

@@ -38,7 +38,7 @@ from app.nodes.viewers.foxglove_topics import (
     depth_image,
     whole_maps,
 )
-from app.nodes.viewers.live_robot import CEILING_M, LinkState, LiveRobot, clock_ns
+from app.nodes.viewers.live_robot import CEILING_M, LinkState, LiveRobot, begins_again, clock_ns
 from app.process.stop_signal import ProcessStopSignal
 from app.recording.channels import MARKERS_KEY, ros_name, ros_schema
 from app.recording.writing.markers import encode_body, encode_markers
@@ -52,9 +52,11 @@ MAP_S: Final = 1.0
 MARKERS_S: Final = 1.0
 LOOPBACK: Final = ("127.0.0.1", "localhost", "::1")
 _LINK: Final = "link"
+_OF_SESSION: Final = (
+    keys.PLAN_PATH, keys.PLAN_TREE, keys.DETECTIONS, keys.FAR_EVIDENCE, BODY_KEY,
+)  # fmt: skip
+"""Kept topics that a new navigator publishes only after a while, or that carry a time."""
 _WARNINGS: Final = frozenset({"contact", "stream_lost", "bad_message", "map_full"})
-_BACK_NS: Final = 1_000_000_000
-"""A robot's clock that goes back by more has begun again."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -192,17 +194,20 @@ class FoxgloveServer(ServerListener):
 
     def _set_clock(self, scene: SceneModel) -> None:
         now_ns = clock_ns(scene)
-        begins_again = now_ns < self._now_ns - _BACK_NS
-        if begins_again:
+        is_new = begins_again(now_ns, self._now_ns)
+        if is_new:
             logger.info("the robot's clock began again: clients forget what they have")
-            self._kept.clear()
+            for key in _OF_SESSION:
+                self._kept.pop(key, None)
             self._server.clear_session()
             self._stale |= set(CLOUDS)
         if now_ns != self._now_ns:
             self._now_ns = now_ns
             self._server.broadcast_time(now_ns)
-        if begins_again:
-            self._send_fixed()
+        if is_new:
+            # A new navigator publishes some of it before the status by which it is noticed.
+            for key, payload in self._kept.items():
+                self._channels[key].log(payload, log_time=now_ns)
 
     def _send_again(self) -> None:
         """Send to a new client what is published on change alone."""

@@ -30,6 +30,7 @@ CEILING_M: Final = 1.4
 """Height above which viewers hide the map by default, as the console does."""
 LIVE_S: Final = 2.0
 """Silence after which a navigator counts as silent."""
+_BACK_NS: Final = 1_000_000_000
 _RETRY_S: Final = 0.5
 
 
@@ -55,6 +56,11 @@ def clock_ns(scene: SceneModel) -> int:
     if scene.status is not None:
         stamps.append(scene.status.stamp_ns)
     return max(stamps, default=0)
+
+
+def begins_again(now_ns: int, before_ns: int) -> bool:
+    """Return whether a robot's clock has begun again between two of its times, nanoseconds."""
+    return now_ns < before_ns - _BACK_NS
 
 
 class LiveRobot:

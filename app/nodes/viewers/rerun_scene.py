@@ -50,23 +50,31 @@ _WARNINGS: Final = frozenset({"contact", "stream_lost", "bad_message", "map_full
 _VIEWPOINT_M: Final = 0.07
 _EDGE: Final = (148, 156, 168)
 _SHADE: Final = 0.3
+_PIECE: Final = 256
+"""Points of the trail that are sent together."""
 
 
 class RerunScene:
     """One recording; a scene is drawn into it as far as it changed since the last call."""
 
-    def __init__(self, stream: rr.RecordingStream, ceiling_m: float) -> None:
+    def __init__(
+        self, stream: rr.RecordingStream, ceiling_m: float, after: Event | None = None
+    ) -> None:
         """Begin a recording.
 
         Args:
             stream: Where it goes.
             ceiling_m: Height above the robot's floor from which no voxel is drawn.
+            after: Last event before the robot's clock began again; it and earlier ones are not
+                drawn.
         """
         self._stream = stream
         self._ceiling_m = ceiling_m
         self._revision = 0
         self._body: Any = None
-        self._last_event: Event | None = None
+        self._last_event = after
+        self._trail_drawn = 0
+        """Points of the trail that were drawn."""
         stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
 
     def draw(self, scene: SceneModel, changed: frozenset[Part]) -> None:
@@ -83,7 +91,8 @@ class RerunScene:
                 camera_xyz=rr.ViewCoordinates.RDF,
                 image_plane_distance=0.5,
             )
-            self._stream.log(CAMERA, pinhole)
+            # It may come before the robot's clock is known, and does not come again.
+            self._stream.log(CAMERA, pinhole, static=True)
         if "tree" in changed:
             self._draw_tree(scene)
         if "path" in changed:
@@ -103,7 +112,7 @@ class RerunScene:
     def draw_map(self, scene: SceneModel) -> None:
         """Draw the trail, and the columns of the map that changed: 16 x 16 voxels each."""
         self._at(clock_ns(scene))
-        self._log_line(TRAIL, np.array(scene.trail_world).reshape(-1, 3), ROBOT, 0.015)
+        self._draw_trail(scene.trail_world)
         voxel_m = scene.voxel_size_m
         if voxel_m is None:
             return
@@ -150,7 +159,20 @@ class RerunScene:
                 colors=ROBOT,
                 fill_mode="solid",
             )
-            self._stream.log(f"{ROBOT_BODY}/body", body)
+            self._stream.log(f"{ROBOT_BODY}/body", body, static=True)
+
+    def _draw_trail(self, trail: list[tuple[float, float, float]]) -> None:
+        """Draw the pieces of the trail that grew; all of one that was thinned or begins anew."""
+        if len(trail) < self._trail_drawn:
+            self._stream.log(TRAIL, rr.Clear(recursive=True))
+            self._trail_drawn = 0
+        if len(trail) == self._trail_drawn:
+            return
+        for start in range(max(self._trail_drawn - 1, 0) // _PIECE * _PIECE, len(trail), _PIECE):
+            # Each ends where the next one begins.
+            piece = np.array(trail[start : start + _PIECE + 1])
+            self._log_line(f"{TRAIL}/{start // _PIECE}", piece, ROBOT, 0.015)
+        self._trail_drawn = len(trail)
 
     def _draw_tree(self, scene: SceneModel) -> None:
         tree = scene.tree

@@ -15,9 +15,18 @@ from urllib.parse import urlsplit
 import rerun as rr
 
 from app.messages.cdr import MessageError
+from app.messages.status import Event
 from app.nodes.viewers.errors import ViewerError
-from app.nodes.viewers.live_robot import CEILING_M, IMAGES, LinkState, LiveRobot
+from app.nodes.viewers.live_robot import (
+    CEILING_M,
+    IMAGES,
+    LinkState,
+    LiveRobot,
+    begins_again,
+    clock_ns,
+)
 from app.nodes.viewers.rerun_blueprint import blueprint
+from app.nodes.viewers.rerun_files import check_file, incomplete, next_file, size_of
 from app.nodes.viewers.rerun_scene import RerunScene
 from app.process.stop_signal import ProcessStopSignal
 from app.view.model.scene_model import Part, SceneModel
@@ -32,7 +41,7 @@ MAP_S: Final = 1.0
 DEPTH_S: Final = 0.5
 """Interval between two depth images: five times the bytes of the colour images."""
 CHECK_S: Final = 2.0
-"""Interval between two checks whether the viewer still receives."""
+"""Interval between two checks whether viewer or file still receives."""
 STALLED_S: Final = 20.0
 """How long a viewer may not keep up before it counts as lost."""
 _RETRY_S: Final = 1.0
@@ -102,7 +111,7 @@ class RerunViewer:
             ViewerError: The file cannot be written, or the viewer cannot be started.
         """
         self._robot = config.robot
-        self._save = config.save
+        self._first_file = self._save = config.save
         self._ceiling_m = config.ceiling_m
         self._process: subprocess.Popen[bytes] | None = None
         """The viewer that this program started."""
@@ -114,6 +123,10 @@ class RerunViewer:
         self._received_at = self._opened_at = 0.0
         self.closed = False
         """Whether the viewer that this program started was closed."""
+        self._file_size = 0
+        self._now_ns = 0
+        self._past: Event | None = None
+        """Last event before the robot's clock began again."""
         if config.save is not None:
             self._open_file(config.save)
         elif config.url is None and not _answers(self._url):
@@ -131,10 +144,19 @@ class RerunViewer:
             logger.debug("depth image skipped: %s", error)
 
     def draw(self, scene: SceneModel, changed: frozenset[Part]) -> None:
-        """Draw what changed; everything for a viewer that has just been reached."""
+        """Draw what changed; everything for a viewer that has just been reached.
+
+        Raises:
+            ViewerError: The file cannot be written any more, or the viewer cannot be shown.
+        """
         if self.closed:
             return
         now = time.monotonic()
+        now_ns, before_ns = clock_ns(scene), self._now_ns
+        self._now_ns = now_ns
+        if begins_again(now_ns, before_ns):
+            self._begin_again(scene)
+            changed = _ALL
         if self._scene is None:
             if now - self._tried_at < _RETRY_S or not self._try_to_open(now):
                 return
@@ -148,7 +170,7 @@ class RerunViewer:
         if now - self._mapped_at >= MAP_S:
             self._mapped_at = now
             self._scene.draw_map(scene)
-        if self._save is None and now - self._checked_at >= CHECK_S:
+        if now - self._checked_at >= CHECK_S:
             self._checked_at = now
             self._check(now)
 
@@ -158,20 +180,51 @@ class RerunViewer:
             self._scene.write_line(text, "INFO" if state == "live" else "WARN")
 
     def close(self) -> None:
-        """Send what is left and end."""
+        """Send what is left and end.
+
+        Raises:
+            ViewerError: Not all of the file was written.
+        """
         self._scene = None
         stream, self._stream = self._stream, None
-        if stream is not None:
-            stream.disconnect()
+        if stream is None:
+            return
+        if self._save is not None:
+            try:
+                stream.flush(timeout_sec=STALLED_S)
+            except RuntimeError as error:
+                raise incomplete(self._save, error) from error
+        stream.disconnect()
 
     def _open_file(self, path: Path) -> None:
+        check_file(path)
+        stream = self._new_stream()
         try:
-            path.touch()
-        except OSError as error:
-            raise ViewerError(f"{path} cannot be written: {error.strerror}") from error
-        self._stream = self._new_stream()
-        self._stream.save(path, default_blueprint=blueprint())
-        self._scene = RerunScene(self._stream, self._ceiling_m)
+            stream.save(path, default_blueprint=blueprint())
+        except RuntimeError as error:
+            raise ViewerError(f"{path} cannot be written: {error}") from error
+        self._save, self._stream = path, stream
+        self._scene = RerunScene(stream, self._ceiling_m, self._past)
+        self._received_at = time.monotonic()
+
+    def _begin_again(self, scene: SceneModel) -> None:
+        """Begin another recording: one whose time steps back shows two sessions at once."""
+        events = reversed(scene.events)
+        self._past = next((e for e in events if begins_again(self._now_ns, e.stamp_ns)), None)
+        if self._scene is None:
+            return
+        logger.info("the robot's clock began again: a new recording begins")
+        self.close()
+        if self._first_file is None:
+            self._connect()
+        else:
+            self._open_file(next_file(self._first_file))
+            logger.info("writing %s", self._save)
+
+    def _has_grown(self, path: Path) -> bool:
+        """Return whether a file has grown since the last call."""
+        before, self._file_size = self._file_size, size_of(path)
+        return self._file_size != before
 
     def _try_to_open(self, now: float) -> bool:
         self._tried_at = now
@@ -182,13 +235,16 @@ class RerunViewer:
                 self._told = True
                 logger.info("no viewer at %s; waiting", self._url)
             return False
-        stream = self._stream = self._new_stream()
-        stream.connect_grpc(self._url, default_blueprint=blueprint())
-        self._scene = RerunScene(stream, self._ceiling_m)
+        self._connect()
         self._told = False
         self._checked_at = self._received_at = self._opened_at = now
         logger.info("drawing into the viewer at %s", self._url)
         return True
+
+    def _connect(self) -> None:
+        stream = self._stream = self._new_stream()
+        stream.connect_grpc(self._url, default_blueprint=blueprint())
+        self._scene = RerunScene(stream, self._ceiling_m, self._past)
 
     def _new_stream(self) -> rr.RecordingStream:
         stream = rr.RecordingStream(APPLICATION)
@@ -196,8 +252,12 @@ class RerunViewer:
         return stream
 
     def _check(self, now: float) -> None:
-        """Notice a viewer that is gone: the SDK neither raises nor connects again by itself."""
+        """Notice a viewer that is gone, or a file: the SDK neither raises nor tries again."""
         if self._stream is None:
+            return
+        # Where a write fails under a flush, the SDK waits for ever: one that grows is not flushed.
+        if self._save is not None and self._has_grown(self._save):
+            self._received_at = now
             return
         try:
             self._stream.flush(timeout_sec=_FLUSH_S)
@@ -205,6 +265,9 @@ class RerunViewer:
             is_slow = "timed out" in str(error)
             if is_slow and now - self._received_at < STALLED_S:
                 return
+            if self._save is not None:
+                self._scene = self._stream = None
+                raise incomplete(self._save, error) from error
             logger.warning("the viewer at %s does not receive any more: %s", self._url, error)
             self.close()
             if self._process is not None:

@@ -180,10 +180,12 @@ class VoxelLayer:
         )
         darkest = _DARKEST if options.mode == "camera" else _DARKEST_DATA
         colors = _shade(colors, voxels.openness[kept], local, darkest)
-        # Half integers below 1024 are exact in float16: 6 bytes per point instead of 12.
-        points = (local + np.float16(0.5)).astype(np.float16)
+        # Half integers below 1024 are exact in float16: 6 bytes per point instead of 12. Layers
+        # are counted from the lowest, because they may lie far above the world's origin.
+        lowest, size = int(local[:, 2].min()), self._voxel_size_m
+        points = (local - np.array([0, 0, lowest]) + 0.5).astype(np.float16)
+        position = (column[0] * COLUMN * size, column[1] * COLUMN * size, lowest * size)
         if cloud is None:
-            size = self._voxel_size_m
             self._clouds[column] = self._scene.add_point_cloud(
                 f"/map/{column[0]}_{column[1]}",
                 points,
@@ -193,9 +195,11 @@ class VoxelLayer:
                 point_shading="flat",
                 precision="float16",
                 scale=size,
-                position=(column[0] * COLUMN * size, column[1] * COLUMN * size, 0.0),
+                position=position,
             )
             return
+        if cloud.position[2] != position[2]:
+            cloud.position = position
         cloud.points = points
         cloud.colors = colors
         cloud.visible = True

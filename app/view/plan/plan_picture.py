@@ -1,7 +1,11 @@
 """The plan as a picture (PNG)."""
 
+import contextlib
 import io
+import logging
 import math
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -25,10 +29,14 @@ from app.view.plan.sheet import (
 )
 from app.view.words import Words
 
+logger = logging.getLogger(__name__)
+
 PIXELS: Final = 1600
 """Longer side of the picture."""
 PAINTED: Final = 70
 """Opacity of painted floor, of 255."""
+FONT: Final = "resources/Roboto-Medium.ttf"
+"""Font within the package open3d."""
 
 
 def plan_png(model: SceneModel, say: Words) -> bytes | None:
@@ -47,6 +55,17 @@ def plan_png(model: SceneModel, say: Words) -> bytes | None:
     out = io.BytesIO()
     image.save(out, "PNG")
     return out.getvalue()
+
+
+def _font(size_px: float) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+    """Return a font with the letters of European languages: Pillow's own has those of ASCII."""
+    package = find_spec("open3d")
+    folders = [] if package is None else package.submodule_search_locations or []
+    for folder in folders:
+        with contextlib.suppress(OSError):
+            return ImageFont.truetype(Path(folder) / FONT, size_px)
+    logger.warning("open3d has no %s any more: the plan shows boxes for letters like ä", FONT)
+    return ImageFont.load_default(size_px)
 
 
 def _ground(cells: PlanCells, sheet: Sheet, scale: float) -> Image.Image:
@@ -107,7 +126,7 @@ class _Pen:
                 self._at(name.x_m, name.y_m),
                 name.text,
                 fill=TEXT,
-                font=ImageFont.load_default(name.size_m * self._scale),
+                font=_font(name.size_m * self._scale),
                 anchor="mm",
                 stroke_width=max(1, round(0.02 * self._scale)),
                 stroke_fill=(255, 255, 255, 200),
@@ -120,5 +139,5 @@ class _Pen:
         bar = [(left * scale, low * scale), ((left + length_m) * scale, low * scale)]
         self._draw.line(bar, fill=PALE, width=self._width(0.06))
         at = ((left + length_m + 0.12) * scale, low * scale)
-        font = ImageFont.load_default(BAR_TEXT_M * scale)
+        font = _font(BAR_TEXT_M * scale)
         self._draw.text(at, f"{length_m:g} m", fill=PALE, font=font, anchor="lm")

@@ -52,10 +52,19 @@ def cells_of(model: SceneModel) -> PlanCells | None:
     if model.voxel_size_m is None:
         return None
     indices, attributes = model.voxels.all_voxels()
-    names = [] if model.proximity is None else [row.label for row in model.proximity.rows]
-    walls = [n for n, label in enumerate(names) if label == _WALL]
-    is_wall = np.isin(attributes[:, 6], walls)
+    is_wall = np.isin(attributes[:, 6], _walls_of(model))
     return plan_cells(indices, is_wall, model.voxel_size_m, model.floor_z_m)
+
+
+def cells_state(model: SceneModel) -> tuple[object, ...]:
+    """Return what the cells depend on: they are the same as long as it is."""
+    return model.voxels.revision, model.voxel_size_m, model.floor_z_m, _walls_of(model)
+
+
+def _walls_of(model: SceneModel) -> tuple[int, ...]:
+    """Return the rows of the labels that are walls."""
+    rows = () if model.proximity is None else model.proximity.rows
+    return tuple(n for n, row in enumerate(rows) if row.label == _WALL)
 
 
 def plan_scene(model: SceneModel) -> PlanScene:

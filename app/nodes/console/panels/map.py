@@ -6,6 +6,7 @@ from typing import Any, Final
 
 from app.nodes.console.panels import markup
 from app.view.colors import COLOR_MODES, QUIET, ColorMode, LegendEntry, legend, tree_legend
+from app.view.drawing.voxel_layer import DEFAULT_TOP_M
 from app.view.model.label_colors import with_rest
 from app.view.model.scene_model import Part, SceneModel
 from app.view.view_options import LAYERS, Layer, ViewOptions
@@ -127,8 +128,9 @@ class MapPanel:
     def _show_legend(self) -> None:
         is_one = str(self._thing.value) in self._rows
         kinds = None if is_one else with_rest(self._kinds, self._words)
+        top_m = self.options().ceiling_m or DEFAULT_TOP_M
         self._legend.content = markup.legend(
-            legend(self._chosen, value_of(self._ceiling), self._words, kinds), self._chosen
+            legend(self._chosen, top_m, self._words, kinds), self._chosen
         )
 
 

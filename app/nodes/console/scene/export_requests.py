@@ -10,9 +10,11 @@ from typing import Final
 
 from app.view.exports import FILES
 from app.view.model.scene_model import SceneModel
+from app.view.plan.plan_scene import cells_state
 from app.view.words import Words
 
 PATIENCE_S: Final = 10.0
+PLAN_CELLS: Final = "plan-cells.json"
 
 
 class ExportRequests:
@@ -22,6 +24,9 @@ class ExportRequests:
         self._orders: queue.SimpleQueue[tuple[str, Future[bytes | None]]] = queue.SimpleQueue()
         self._turn = asyncio.Lock()
         self._stale = threading.Event()
+        self._cells_state: tuple[object, ...] = ()
+        self._cells: bytes | None = None
+        """Cells of the plan as last written."""
         self.plan_asked_s = -math.inf
         """When a plan was requested last, on the clock of `time.monotonic`."""
 
@@ -54,4 +59,14 @@ class ExportRequests:
         while not self._orders.empty():
             name, future = self._orders.get()
             if future.set_running_or_notify_cancel():
-                future.set_result(FILES[name][1](model, say))
+                future.set_result(self._written(name, model, say))
+
+    def _written(self, name: str, model: SceneModel, say: Words) -> bytes | None:
+        """Write a file; cells that every open plan asks for are written once."""
+        write = FILES[name][1]
+        if name != PLAN_CELLS:
+            return write(model, say)
+        state = cells_state(model)
+        if state != self._cells_state:
+            self._cells_state, self._cells = state, write(model, say)
+        return self._cells

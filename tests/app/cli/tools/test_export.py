@@ -1,3 +1,4 @@
+import shutil
 import sys
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -6,12 +7,14 @@ import numpy as np
 import pytest
 from rich.progress import Progress
 
+from app.cli.main import run
 from app.cli.options.tools import Export
 from app.cli.tools import export
 from app.errors import UsageError
 from app.export import video
 from app.recording.errors import RecordingError
 from ippon import extensions
+from tests.app.recording.conftest import write_session
 
 
 def test_without_a_video_encoder_the_rest_is_written(monkeypatch, capsys):
@@ -51,6 +54,8 @@ def fail(_, __):
 
 
 FAILS = ("fails.txt", fail)
+WRITES_NOTHING = ("fails.txt", lambda _, __: None)
+TAKES_OURS = ("map.ply", fail)
 
 
 @pytest.mark.parametrize(
@@ -59,6 +64,8 @@ FAILS = ("fails.txt", fail)
         ("no_such_module:EXPORT", "mine: 'mine' of ippon.exporters (no_such_module:EXPORT) cannot"),
         ("math:pi", "mine: 'mine' of ippon.exporters is no pair of a file's name and a callable"),
         (f"{__name__}:FAILS", "fails.txt: 'mine' of ippon.exporters has failed: KeyError: 'no suc"),
+        (f"{__name__}:WRITES_NOTHING", "fails.txt: 'mine' of ippon.exporters wrote no file"),
+        (f"{__name__}:TAKES_OURS", "mine: 'mine' of ippon.exporters writes map.ply, as another"),
     ],
 )
 def test_an_added_export_that_fails_is_named_and_the_others_are_written(
@@ -81,3 +88,23 @@ def test_an_added_export_that_is_asked_for_and_damaged_is_refused(monkeypatch, v
     monkeypatch.setattr(extensions, "entry_points", lambda **_: [point])
     with pytest.raises(UsageError, match=r"'mine' of ippon\.exporters"):
         export._writers(Export(recording=Path("x"), what=("mine",)))
+
+
+def test_an_added_export_that_is_asked_for_takes_the_place_of_none_of_ours(monkeypatch):
+    point = EntryPoint("mine", f"{__name__}:TAKES_OURS", extensions.EXPORTERS)
+    monkeypatch.setattr(extensions, "entry_points", lambda **_: [point])
+    assert list(export._writers(Export(recording=Path("x"), what=("mine",)))) == ["map.ply"]
+    with pytest.raises(UsageError, match=r"'mine' .* writes map\.ply, as another export does"):
+        export._writers(Export(recording=Path("x"), what=("mine", "ply")))
+
+
+def test_recordings_in_one_folder_are_exported_side_by_side(tmp_path):
+    session = write_session(tmp_path / "session")
+    bags = tmp_path / "bags"
+    bags.mkdir()
+    names = ("a.mcap", "b.mcap")
+    for name in names:
+        shutil.copy(session.writer.path, bags / name)
+    for name in names:
+        assert run(["export", str(bags / name), "tum"]) == 0
+    assert sorted(path.parent.name for path in bags.rglob("*.tum")) == ["export-a", "export-b"]

@@ -15,9 +15,11 @@ from app.messages.depth.depth_images import decode_depth_raw, encode_depth
 from app.messages.images import decode_color
 from app.messages.memory import MapAlignment
 from app.messages.motion import (
+    StampedPath,
     StampedTransform,
     decode_path,
     decode_transforms,
+    encode_path,
     encode_transforms,
 )
 from app.messages.scene import decode_tree, decode_voxels
@@ -27,7 +29,9 @@ from app.nodes.viewers.foxglove_server import FoxgloveConfig, FoxgloveServer
 from app.nodes.viewers.foxglove_topics import CLOUDS
 from app.recording.channels import MARKERS_TYPE
 from app.view.colors import ooi_colors
+from app.view.model.scene_model import SceneModel
 from ippon.geometry import make_transform
+from tests.app.nodes.console.drawn_home import status_of
 from tests.app.nodes.viewers.foxglove_client import FoxgloveClient
 from tests.app.relay import Relay
 
@@ -235,6 +239,27 @@ def test_fixed_transforms_of_several_messages_come_together_and_outlive_a_restar
         later.wait(lambda c: links(c) == both)
         home.put(keys.MAP_ALIGNMENT, encode(MapAlignment(position_map=(50, 0, 0), yaw_rad=0.0)))
         later.wait(lambda c: links(c) == both | {"dock": ("map", 54.0)})
+
+
+def test_what_a_new_navigator_publishes_before_its_first_status_is_kept(server, connect):
+    levels, model = b'{"labels": ["of the new navigator"]}', SceneModel()
+    for payload, stamp_ns in ((b"{}", 10_000_000_000), (levels, 1_000_000_000)):
+        server.take(keys.LEVELS, payload)
+        server.take(
+            keys.PLAN_PATH, encode_path(StampedPath(stamp_ns=1, points_world=np.zeros((1, 3))))
+        )
+        model.on_status(status_of(stamp_ns=stamp_ns))
+        server.draw(model, model.take_changes())
+    assert server._kept[keys.LEVELS] == levels
+    assert keys.PLAN_PATH not in server._kept, "the new navigator may have none"
+    client = connect("/guidance/levels")
+
+    def has_come(client):
+        server.draw(model, frozenset())
+        return "/guidance/levels" in client.messages
+
+    client.wait(has_come)
+    assert client.messages["/guidance/levels"] == [levels]
 
 
 def _x(client):

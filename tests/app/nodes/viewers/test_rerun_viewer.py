@@ -37,6 +37,8 @@ from app.nodes.viewers.rerun_scene import (
 )
 from app.nodes.viewers.rerun_viewer import RerunConfig, RerunViewer
 from app.view.colors import ooi_colors
+from app.view.model.scene_model import SceneModel
+from tests.app.nodes.console.drawn_home import status_of
 from tests.ports import free_port
 
 pytestmark = pytest.mark.process
@@ -107,7 +109,18 @@ def saved(tmp_path, start_home, show, wait, monkeypatch):
 
 def test_everything_is_in_the_file_and_the_map_is_that_of_the_robot(saved):
     keyframe, rrd = saved
-    entities = {COLOR, DEPTH, ROBOT_BODY, TRAIL, TREE, VIEWPOINTS, PLAN_PATH, FINDS, STATUS, LOG}
+    entities = {
+        COLOR,
+        DEPTH,
+        ROBOT_BODY,
+        TREE,
+        VIEWPOINTS,
+        PLAN_PATH,
+        FINDS,
+        STATUS,
+        LOG,
+        f"{TRAIL}/0",
+    }
     assert entities | set(FIGURES) <= set(rrd.chunks)
     assert rrd.blueprints == 1
     low = np.floor(keyframe.centers_world[:, 2] / 0.1).astype(int) < 14
@@ -230,6 +243,19 @@ def test_a_viewer_that_comes_late_and_comes_again_gets_everything(
         )
     viewer.close()
     assert STATUS in rrd.chunks, "published on change alone, before this viewer came"
+
+
+def test_a_clock_that_begins_again_begins_another_recording_in_the_viewer(serve, wait, free_port):
+    url = f"rerun+http://127.0.0.1:{free_port}/proxy"
+    serve(free_port)
+    wait(lambda: rerun_viewer._answers(url))
+    viewer, model, recordings = RerunViewer(RerunConfig(url=url)), SceneModel(), []
+    for stamp_ns in (10_000_000_000, 9_500_000_000, 1_000_000_000):
+        model.on_status(status_of(stamp_ns=stamp_ns))
+        viewer.draw(model, model.take_changes())
+        recordings.append(viewer._stream.get_recording_id())
+    viewer.close()
+    assert recordings[0] == recordings[1] != recordings[2]
 
 
 def test_a_file_that_cannot_be_written_is_said(tmp_path):

@@ -73,6 +73,16 @@ def test_world_positions_survive_the_half_precision(server, model, make):
     np.testing.assert_allclose(world, [[-100.25, 200.55, 2.95]], atol=1e-6)
 
 
+def test_layers_far_above_the_origin_stay_apart(server, model, make):
+    model.on_voxels(make.cloud([(1000, 1000, k) for k in range(10_402, 10_412)]))
+    scene = _draw(server, model, ceiling_m=None)
+    model.on_voxels(make.cloud([(1000, 1000, 10_400), (1000, 1000, 10_401)]))
+    scene.draw(model, model.take_changes(), ViewOptions(ceiling_m=None))
+    cloud = _node(server, "/map/62_62")
+    heights = cloud.position[2] + np.sort(cloud.points[:, 2].astype(float)) * cloud.scale
+    np.testing.assert_allclose(heights, 0.1 * np.arange(10_400.5, 10_412.0), atol=1e-3)
+
+
 def test_a_change_sends_what_changed_only(server, model, make):
     scene = _draw(server, model)
     model.take_changes()
@@ -211,7 +221,8 @@ def _floor_drawn(server, make, layers):
     scene = _draw(server, model, mode="height", layers=frozenset(LAYERS) - {"mesh"})
     column = _node(server, "/map/0_0")
     order = np.lexsort(column.points.T)
-    drawn = {"points": column.points[order, 2].astype(float) - layers}
+    lowest = round(column.position[2] / 0.1)
+    drawn = {"points": column.points[order, 2].astype(float) + lowest - layers}
     drawn["colors"] = column.colors[order].astype(float)
     drawn["/floor"] = _node(server, "/floor").position[2:] - 0.1 * layers
     drawn["/clearance"] = _node(server, "/clearance").points[:, 2] - 0.1 * layers

@@ -7,7 +7,7 @@ from PIL import Image
 from app.messages.driving import PaintedRegions, PaintedStroke
 from app.view.model.scene_model import SceneModel
 from app.view.plan.plan_cells import Cell
-from app.view.plan.plan_picture import PIXELS, plan_png
+from app.view.plan.plan_picture import PIXELS, _font, plan_png
 from app.view.plan.plan_scene import cells_of
 from app.view.plan.sheet import CELL_COLORS, Sheet
 from app.view.words import ENGLISH
@@ -42,6 +42,14 @@ def test_discs_of_a_painted_region_that_overlap_have_one_tone(flat):
         return tuple(image[int(v * scale), int(u * scale)].tolist())
 
     assert at(0.7, 1.0) == at(1.25, 1.0) != CELL_COLORS[Cell.FLOOR]
+
+
+def test_the_font_has_the_letters_of_european_languages():
+    font = _font(40.0)
+    box = bytes(font.getmask("\ue000"))
+    for letter in "äöüÄÖÜßéłñçøåőřșğΩжЯ²’–":
+        assert bytes(font.getmask(letter)) != box, letter
+    assert font.getname()[0] == "Roboto"
 
 
 def test_without_a_map_there_is_no_picture():

@@ -40,6 +40,12 @@ def test_what_was_chosen_before_holds_again():
     assert panel.options().thing == 2
 
 
+def test_the_legend_of_heights_ends_where_their_colours_do():
+    for ceiling_m, text in ((None, "3,0 m"), (2.0, "2,0 m")):
+        panel = _panel(ViewOptions(mode="height", ceiling_m=ceiling_m))
+        assert text in panel._legend.content
+
+
 def test_a_thing_is_chosen_by_its_name():
     panel = _panel(ViewOptions())
     _show_things(panel)
