@@ -22,6 +22,7 @@ from ippon.mission.finds.clusters import cluster_finds
 from ippon.mission.finds.find_geometry import (
     ExclusionSphere,
     distance_m,
+    exclusion_of_itself,
     exclusion_sphere,
     exhausted_text,
     out_of_reach_text,
@@ -214,8 +215,11 @@ class Search:
         left: list[Find] = []
         for find in self.candidates:
             entry = next((e for e in self.set_aside if self._continues(find, (e.region,))), None)
-            if entry is None and not self.is_rejected(find):
+            whole = entry or next((r for r in self.rejected if self._continues(find, (r,))), None)
+            if whole is None:
                 left.append(find)
+            elif isinstance(whole, ExclusionSphere) and whole.alone:
+                continuations.append((exclusion_of_itself(find, whole.margin_m), None))
             else:
                 continuations.append((exclusion_sphere(self.exclusion, find), entry))
         self.candidates = tuple(left)

@@ -144,9 +144,7 @@ class Recollection:
             find = _find_at(one)
             denied = any(is_instance_of(label, search.goal.object) for label in one.denied)
             other = (
-                kept is not None
-                and _answers(one, search)
-                and is_clear_of(search, self._map, find, kept)
+                kept is not None and _answers(one, search) and is_clear_of(self._map, find, kept)
             )
             if (denied or other) and not search.is_rejected(find):
                 exclude_only(search, self._map, find)
