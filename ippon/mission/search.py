@@ -84,8 +84,8 @@ class Search:
         self.dismissed = False
         """The map is no longer updated for a goal of a tour: it was confirmed or cancelled."""
         self.rejected: list[ExclusionSphere] = []
-        """Regions that the operator rejected, that images contradicted twice, or that were
-        counted."""
+        """Regions that the operator rejected, that images contradicted twice, that an attribute
+        contradicted, or that were counted."""
         self.set_aside: list[SetAside] = []
         self.reconsidered: list[ExclusionSphere] = []
         """Regions that were set aside once: images must contradict them more strongly."""

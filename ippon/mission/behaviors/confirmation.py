@@ -20,7 +20,7 @@ from ippon.mission.finds.find_geometry import (
     reached_find,
     same_find,
 )
-from ippon.mission.finds.rejection import set_aside
+from ippon.mission.finds.rejection import exclude_only, set_aside
 from ippon.mission.finds.second_opinion import SecondOpinions
 from ippon.mission.journal import Journal
 from ippon.mission.places.room_regions import RoomRegions
@@ -195,8 +195,9 @@ class Confirmation:
         return Action(Command(tilt_rad=step.frame.tilt_rad), MissionState.FOUND, why)
 
     def _pass_by(self, search: Search, find: Find, still: Command, instead: str) -> Action:
-        """Set a find aside that is another one than was meant, and report what it is."""
-        set_aside(search, self._voxel_map, find)
+        """Exclude a find that is another one than was meant, and report what it is."""
+        search.arrived_steps = 0
+        exclude_only(search, self._voxel_map, find)
         why = f"{instead}: continuing the search for {search.goal.display}"
         self._journal.note("doubted", why)
         return Action(still, MissionState.SEARCHING, why)
