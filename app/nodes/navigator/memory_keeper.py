@@ -94,6 +94,10 @@ class MemoryKeeper:
             seen = said_time(one.last_seen_ns, now_ns)
             self._report_event("memory", f"{_name(one)} was last seen {seen}: {place}")
 
+    def begin_tour(self, searches: Iterable[Search]) -> None:
+        """Note what the searches of a tour find; places of earlier finds are not looked at."""
+        self._recollection.follow(searches)
+
     def exclude(self, searches: Iterable[Search]) -> None:
         """Keep searches from what a person has said that it is not."""
         for search in searches:
