@@ -75,7 +75,7 @@ def tour():
     )  # fmt: skip
     frame = SimpleNamespace(T_world_base=np.eye(4))
     step = SimpleNamespace(
-        search=searches[0], searches=searches, plan=plan, hold=Command(), frame=frame
+        search=searches[0], searches=searches, plan=plan, hold=Command(), frame=frame, counts=True
     )
     journal = Journal()
     exhaustion = Exhaustion(config, voxel_map, None, journal)
