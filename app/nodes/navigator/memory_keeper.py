@@ -87,18 +87,20 @@ class MemoryKeeper:
         """What is wrong with the kept memory, for the operator."""
         return self._unkept or self._refused
 
-    def begin(self, search: Search) -> None:
-        """Have a search that begins look first where its object was seen before."""
-        recalled = self._recollection.begin(search)
+    def begin(self, *searches: Search) -> None:
+        """Note what a search or a tour that begins finds.
+
+        A search for one goal looks first where its object was seen before.
+        """
+        if len(searches) != 1:
+            self._recollection.follow(searches)
+            return
+        recalled = self._recollection.begin(searches[0])
         now_ns = time.time_ns()
         for one in recalled:
             place = self._place_of(one)
             seen = said_time(one.last_seen_ns, now_ns)
             self._report_event("memory", f"{_name(one)} was last seen {seen}: {place}")
-
-    def begin_tour(self, searches: Iterable[Search]) -> None:
-        """Note what the searches of a tour find; places of earlier finds are not looked at."""
-        self._recollection.follow(searches)
 
     def exclude(self, searches: Iterable[Search]) -> None:
         """Keep searches from what a person has said that it is not."""

@@ -309,10 +309,7 @@ class Navigator:
             self._mission.goals.count_again(search.goal.goal_id, search.counted, search.rejected)
             logger.info("goal %d: %s", search.goal.goal_id, search.goal.display)
         # What an earlier run has judged is not recalled.
-        if len(searches) > 1:
-            self._memory.begin_tour(self._mission.goals.running)
-        elif self._mission.search is not None:
-            self._memory.begin(self._mission.search)
+        self._memory.begin(*self._mission.goals.running)
 
     # -- status ------------------------------------------------------------------------------
 

@@ -332,6 +332,7 @@ def test_what_an_earlier_run_has_judged_is_excluded_before_memory_is_asked():
     goals = SimpleNamespace(
         set_goal=lambda *_: calls.append("set_goal"),
         count_again=lambda *known: calls.append(known),
+        running=(search,),
     )
     navigator = SimpleNamespace(
         _goals=SimpleNamespace(next=lambda *_, **__: (planned,)),
@@ -339,7 +340,7 @@ def test_what_an_earlier_run_has_judged_is_excluded_before_memory_is_asked():
             guidance=SimpleNamespace(fitted=lambda search: search),
             goals=SimpleNamespace(availability=SimpleNamespace(holds=False)),
         ),
-        _mission=SimpleNamespace(goals=goals, search=search),
+        _mission=SimpleNamespace(goals=goals),
         _memory=SimpleNamespace(begin=calls.append),
         _report=SimpleNamespace(goal_set=lambda _: None),
     )
