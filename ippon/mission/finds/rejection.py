@@ -131,7 +131,7 @@ def update_candidates(search: Search, voxel_map: VoxelMap, frame: Frame) -> None
     for region, entry in search.take_continuations():
         before = _suppress(search, voxel_map, region)
         if entry is not None:
-            entry.excluded += before
+            entry.excluded.extend(before)
 
 
 def _exclude(search: Search, voxel_map: VoxelMap, region: ExclusionSphere) -> None:

@@ -19,6 +19,7 @@ from ippon.mission.finds.rejection import (
     is_clear_of,
     readmit_most_likely,
     set_aside,
+    update_candidates,
 )
 from ippon.mission.goal import Goal
 from ippon.mission.search import Search
@@ -231,6 +232,19 @@ def test_an_object_beside_a_rejected_find_remains_a_candidate(searching):
     search.reconsidered.append(region)
     assert search.is_reconsidered(more)
     assert not search.is_reconsidered(toilet)
+
+
+def test_what_continues_a_doubted_find_is_readmitted_with_it(searching, monkeypatch):
+    search = searching(0.9)
+    voxel_map = VoxelMap(MapConfig(memory_limit_mb=64.0), MATTERPORT_40)
+    set_aside(search, voxel_map, speck())
+    monkeypatch.setattr(search, "update_candidates", lambda *_: None)
+    search.candidates = (speck(x=1.2),)
+    update_candidates(search, voxel_map, None)
+    assert search.candidates == ()
+    (entry,) = search.set_aside
+    assert len(entry.excluded) == 2
+    assert readmit_most_likely(search, voxel_map)
 
 
 def test_a_find_out_of_reach_tells_what_is_unsure_of_it(searching):
