@@ -39,9 +39,22 @@ def said_time(at_ns: int, now_ns: int, zone: tzinfo | None = None) -> str:
     return f"{date} {clock}" if at.year == now.year else f"{date} {at.year} {clock}"
 
 
-def said_place(room: str, position_world: tuple[float, float, float]) -> str:
-    """Return where something is: "kitchen, at (3.2, 1.0), 0.8 m high"."""
+def said_place(
+    room: str, position_world: tuple[float, float, float], floor_z_m: float | None = None
+) -> str:
+    """Return where something is: "kitchen, at (3.2, 1.0), 0.8 m high".
+
+    Args:
+        room: Its room; empty where that is not clear.
+        position_world: Metres.
+        floor_z_m: Height of the floor that it is on; None where that is not known: "z = 3.8 m".
+    """
     x, y, z = position_world
+    if floor_z_m is None:
+        if room:
+            return f"{room}, at ({x:.1f}, {y:.1f}), z = {z:.1f} m"
+        return f"at ({x:.1f}, {y:.1f}), z = {z:.1f} m"
+    z -= floor_z_m
     if room:
         return f"{room}, at ({x:.1f}, {y:.1f}), {z:.1f} m high"
     return f"at ({x:.1f}, {y:.1f}), {z:.1f} m high"

@@ -60,9 +60,9 @@ class TimedPlanner:
         """See `Planner.set_termination_min`."""
         self._planner.set_termination_min(termination_min)
 
-    def set_searching(self, searching: bool) -> None:
+    def set_searching(self, searching: bool, *, counts: bool = True) -> None:
         """See `Planner.set_searching`."""
-        self._planner.set_searching(searching)
+        self._planner.set_searching(searching, counts=counts)
 
     def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:
         """See `Planner.set_far_evidence`."""

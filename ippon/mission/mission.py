@@ -7,6 +7,7 @@ to do commands, and limits and the collision filter make the command safe.
 """
 
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
@@ -36,6 +37,8 @@ from ippon.planning.interface import Planner
 from ippon.planning.plan import Plan
 from ippon.planning.planner import ViewpointPlanner
 from ippon.robot import RobotProfile
+
+_STEP_NS: Final = NANOSECONDS // 5
 
 
 class Mission:
@@ -88,6 +91,8 @@ class Mission:
         self._guide = WalkingGuide(config.follower.angle_tolerance_rad)
         self._plan: Plan | None = None
         self._last: Frame | None = None
+        self._due_ns = 0
+        """When the next step counts."""
 
     @property
     def search(self) -> Search | None:
@@ -195,7 +200,8 @@ class Mission:
     def _act(self, frame: Frame, dt_s: float) -> Command:
         """Plan, and return the command of the first behavior that has something to do."""
         search = None if self.search is None or self.search.over else self.search
-        self._planner.set_searching(search is not None)
+        counts = self._counts(frame)
+        self._planner.set_searching(search is not None, counts=counts)
         if self.operator.held or (search is None and self.operator.waypoint is None):
             self._plan = self._plan if self.search is not None else None
             return Command(tilt_rad=frame.tilt_rad)
@@ -212,7 +218,7 @@ class Mission:
         plan = self._planner.step(self.voxel_map.arrays(), frame.T_world_base, frame.tilt_rad)
         search, others = self.goals.focus(plan) if search is not None else (None, ())
         action = self._behaviors.act(
-            StepContext(frame, dt_s, plan, search, self._follower, self.voxel_map, others)
+            StepContext(frame, dt_s, plan, search, self._follower, self.voxel_map, others, counts)
         )
         if self.navigation is not None:
             action = self.navigation.command_of(action, frame, dt_s)
@@ -221,6 +227,20 @@ class Mission:
         if search is not None and action.state is not None:
             self.goals.settle(search, action.state)
         return action.command
+
+    def _counts(self, frame: Frame) -> bool:
+        """Return whether a step counts where patience is given in steps, five a second.
+
+        None does while the operator drives: the robot does not follow the plan.
+        """
+        now_ns = frame.stamp_ns
+        if self._due_ns > now_ns + _STEP_NS:
+            # The robot's clock was reset.
+            self._due_ns = now_ns
+        if now_ns < self._due_ns:
+            return False
+        self._due_ns = max(self._due_ns + _STEP_NS, now_ns)
+        return not self.operator.drives
 
     def _walk(self, command: Command, frame: Frame) -> WalkingDirections | None:
         """Return the directions for the person who carries the camera; None for a robot."""

@@ -22,6 +22,7 @@ from ippon.mission.finds.clusters import cluster_finds
 from ippon.mission.finds.find_geometry import (
     ExclusionSphere,
     distance_m,
+    exclusion_of_itself,
     exclusion_sphere,
     exhausted_text,
     out_of_reach_text,
@@ -83,8 +84,8 @@ class Search:
         self.dismissed = False
         """The map is no longer updated for a goal of a tour: it was confirmed or cancelled."""
         self.rejected: list[ExclusionSphere] = []
-        """Regions that the operator rejected, that images contradicted twice, or that were
-        counted."""
+        """Regions that the operator rejected, that images contradicted twice, that an attribute
+        contradicted, or that were counted."""
         self.set_aside: list[SetAside] = []
         self.reconsidered: list[ExclusionSphere] = []
         """Regions that were set aside once: images must contradict them more strongly."""
@@ -214,8 +215,11 @@ class Search:
         left: list[Find] = []
         for find in self.candidates:
             entry = next((e for e in self.set_aside if self._continues(find, (e.region,))), None)
-            if entry is None and not self.is_rejected(find):
+            whole = entry or next((r for r in self.rejected if self._continues(find, (r,))), None)
+            if whole is None:
                 left.append(find)
+            elif isinstance(whole, ExclusionSphere) and whole.alone:
+                continuations.append((exclusion_of_itself(find, whole.margin_m), None))
             else:
                 continuations.append((exclusion_sphere(self.exclusion, find), entry))
         self.candidates = tuple(left)

@@ -37,11 +37,13 @@ class Planner(Protocol):
         """Change T_min of the present goal."""
         ...
 
-    def set_searching(self, searching: bool) -> None:
+    def set_searching(self, searching: bool, *, counts: bool = True) -> None:
         """Say whether a search runs; a planner may take more risk before a search gives up.
 
         Args:
             searching: False from the end of a search until it goes on or a goal is set.
+            counts: Whether the next step counts where a planner gives up after a number of steps;
+                five a second do while the robot follows the plan.
         """
         ...
 

@@ -113,9 +113,10 @@ class ViewpointPlanner:
         """See `Planner.set_termination_min`."""
         self._termination_min = termination_min
 
-    def set_searching(self, searching: bool) -> None:
+    def set_searching(self, searching: bool, *, counts: bool = True) -> None:
         """See `Planner.set_searching`."""
-        self._chances.set_searching(searching)
+        self._chances.set_searching(searching, counts=counts)
+        self._closer_look.counts = counts
 
     def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:
         """See `Planner.set_far_evidence`."""
@@ -161,8 +162,7 @@ class ViewpointPlanner:
     def step(self, map_arrays: MapArrays, T_world_base: Float64Array, tilt_rad: float) -> Plan:
         """Extend roadmap and evaluations by one increment and return the best plan so far.
 
-        A step that ends because of its time budget returns the best target that a known path leads
-        to.
+        A step that its time budget ends returns the best target that a known path leads to.
 
         Args:
             map_arrays: The map, with the image taken from here in it.

@@ -169,7 +169,7 @@ def _show_counted(goals: list[GoalStatus], shown: set[tuple[int, int]]) -> None:
 def place_text(position_world: tuple[float, float, float]) -> str:
     """Return a position as it is printed after what is there."""
     x, y, z = position_world
-    return f"at ({x:.1f}, {y:.1f}) m, {z:.1f} m high"
+    return f"at ({x:.1f}, {y:.1f}) m, z = {z:.1f} m"
 
 
 def _end_of(goal: GoalStatus) -> str:

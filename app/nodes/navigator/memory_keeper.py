@@ -18,7 +18,7 @@ from ippon.frame import UNDERFOOT_M, Frame
 from ippon.guidance.knowledge import WITHIN_REACH_M
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.memory.best_view import better_views
-from ippon.memory.instance import Instance, Point
+from ippon.memory.instance import Instance, Point, is_on_floor
 from ippon.memory.instance_memory import InstanceMemory, MemoryChanges
 from ippon.memory.notes import checked_name, denied_labels
 from ippon.mission.places.recollection import Recollection
@@ -78,6 +78,8 @@ class MemoryKeeper:
         self._announced = 0
         self._room_at: Callable[[tuple[float, float]], str] = lambda _: ""
         self._floor_z_m = 0.0
+        self._robot_z_m: float | None = None
+        """Height of the floor under the robot; None before the first frame."""
         self._room_of: dict[Point, str] = {}
 
     @property
@@ -85,12 +87,18 @@ class MemoryKeeper:
         """What is wrong with the kept memory, for the operator."""
         return self._unkept or self._refused
 
-    def begin(self, search: Search) -> None:
-        """Have a search that begins look first where its object was seen before."""
-        recalled = self._recollection.begin(search)
+    def begin(self, *searches: Search) -> None:
+        """Note what a search or a tour that begins finds.
+
+        A search for one goal looks first where its object was seen before.
+        """
+        if len(searches) != 1:
+            self._recollection.follow(searches)
+            return
+        recalled = self._recollection.begin(searches[0])
         now_ns = time.time_ns()
         for one in recalled:
-            place = said_place(one.room, one.position_world)
+            place = self._place_of(one)
             seen = said_time(one.last_seen_ns, now_ns)
             self._report_event("memory", f"{_name(one)} was last seen {seen}: {place}")
 
@@ -134,9 +142,10 @@ class MemoryKeeper:
         """Learn from a frame that the mission has decided on."""
         if self._map_waits():
             return
+        self._robot_z_m = floor_z_m
         now_ns, now = time.time_ns(), time.monotonic()
         for one in self._recollection.step(search, now_ns):
-            place = said_place(one.room, one.position_world)
+            place = self._place_of(one)
             seen = said_time(one.last_seen_ns, now_ns)
             text = f"{_name(one)} is not there any more, last seen {seen}: {place}"
             self._report_event("memory", text)
@@ -174,6 +183,12 @@ class MemoryKeeper:
             if room:
                 self._room_of[position_world] = room
         return self._room_of.get(position_world, "")
+
+    def _place_of(self, one: Instance) -> str:
+        """Return where a thing is; its height is that above the robot's floor, if it is there."""
+        z_m = self._robot_z_m
+        is_here = z_m is not None and is_on_floor(one, z_m)
+        return said_place(one.room, one.position_world, z_m if is_here else None)
 
     def picture(self, instance_id: int) -> bytes | None:
         """Return the picture of a thing as JPEG, from any thread; None where there is none."""

@@ -302,7 +302,6 @@ class Navigator:
         first = searches[0]
         if len(searches) > 1:
             self._mission.goals.set_goals([(one.goal, one.guidance) for one in searches])
-            self._memory.exclude(self._mission.goals.running)
         else:
             self._mission.goals.set_goal(first.goal, first.guidance)
         self._report.goal_set(now if first.waited else first.asked_at)
@@ -310,8 +309,7 @@ class Navigator:
             self._mission.goals.count_again(search.goal.goal_id, search.counted, search.rejected)
             logger.info("goal %d: %s", search.goal.goal_id, search.goal.display)
         # What an earlier run has judged is not recalled.
-        if len(searches) == 1 and self._mission.search is not None:
-            self._memory.begin(self._mission.search)
+        self._memory.begin(*self._mission.goals.running)
 
     # -- status ------------------------------------------------------------------------------
 

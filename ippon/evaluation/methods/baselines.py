@@ -140,9 +140,9 @@ class BaselinePlanner:
         """See `Planner.set_termination_min`."""
         self._tree.set_termination_min(termination_min)
 
-    def set_searching(self, searching: bool) -> None:
+    def set_searching(self, searching: bool, *, counts: bool = True) -> None:
         """See `Planner.set_searching`."""
-        self._tree.set_searching(searching)
+        self._tree.set_searching(searching, counts=counts)
 
     def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:
         """Ignore it: the published baselines do not use such evidence."""

@@ -43,7 +43,7 @@ class OraclePlanner:
     def set_termination_min(self, termination_min: float) -> None:
         """Do nothing: the goal is the judge's."""
 
-    def set_searching(self, searching: bool) -> None:
+    def set_searching(self, searching: bool, *, counts: bool = True) -> None:
         """Do nothing: the path is the same."""
 
     def set_far_evidence(self, far_evidence: EvidenceAhead | None) -> None:

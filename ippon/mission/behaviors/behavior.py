@@ -44,6 +44,8 @@ class StepContext:
     voxel_map: VoxelMap
     others: tuple[Search, ...] = ()
     """The other running searches of a tour."""
+    counts: bool = True
+    """Whether the step counts where patience is given in steps, five a second."""
     _followed: Command | None = field(default=None, init=False)
 
     @property

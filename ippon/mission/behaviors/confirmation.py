@@ -4,6 +4,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from ippon.command import Command
+from ippon.frame import NANOSECONDS
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.behaviors.behavior import Action, StepContext
 from ippon.mission.behaviors.step_closer import StepCloser
@@ -19,7 +20,7 @@ from ippon.mission.finds.find_geometry import (
     reached_find,
     same_find,
 )
-from ippon.mission.finds.rejection import set_aside
+from ippon.mission.finds.rejection import exclude_only, set_aside
 from ippon.mission.finds.second_opinion import SecondOpinions
 from ippon.mission.journal import Journal
 from ippon.mission.places.room_regions import RoomRegions
@@ -37,6 +38,15 @@ class _Verified(NamedTuple):
     """What the model said of it."""
 
 
+class _Wait(NamedTuple):
+    """For more images of a find that is not sure."""
+
+    goal_id: int
+    since_ns: int
+    images: int
+    """Images that were compared with candidates by the last step."""
+
+
 class Confirmation:
     """Ends the search at a terminating viewpoint unless the evidence contradicts the find."""
 
@@ -52,6 +62,7 @@ class Confirmation:
         self._confirm_steps = config.confirm_steps
         self._context = config.context_check
         self._min_images = config.image_check.min_images
+        self._most_wait_ns = round(config.image_check.wait_s * NANOSECONDS)
         self._same_m = config.image_check.same_m
         self._find_from = config.planner.ooi_threshold
         self._view = config.planner.view
@@ -61,6 +72,7 @@ class Confirmation:
         self._journal = journal
         self._closer = closer
         self._verified: _Verified | None = None
+        self._wait: _Wait | None = None
 
     def act(self, step: StepContext) -> Action | None:
         """See `Behavior.act`."""
@@ -75,6 +87,8 @@ class Confirmation:
         # Frames without the object reduce the count as fast as others raise it.
         search.arrived_steps = max(0, search.arrived_steps + (1 if arrived else -1))
         elsewhere = plan.ends_search and not arrived
+        if search.arrived_steps < self._confirm_steps:
+            self._wait = None
         if elsewhere or search.arrived_steps < self._confirm_steps:
             return None
         find = self._find_here(step, search)
@@ -88,9 +102,8 @@ class Confirmation:
         """Conclude with a find, wait for more images of it, or set it aside."""
         display = search.goal.display
         objection = self._objection(search, find)
-        waited = search.arrived_steps - self._confirm_steps
         unsure = objection is not None or search.image_check.share(find) is None
-        if unsure and waited < self._min_images:
+        if unsure and self._waits_for_images(step, search):
             return Action(still, MissionState.APPROACHING, f"checking whether that is {display}")
         if objection is not None:
             return self._doubt(search, find, still, f"{objection}: going on")
@@ -124,6 +137,18 @@ class Confirmation:
             if action is not None:
                 return action
         return self._announce(step, search, verified, sentence)
+
+    def _waits_for_images(self, step: StepContext, search: Search) -> bool:
+        """Return whether more images may tell; a frame whose image comes later tells nothing."""
+        images, now_ns = search.image_check.images, step.frame.stamp_ns
+        before = self._wait
+        if before is None or before.goal_id != search.goal.goal_id or now_ns < before.since_ns:
+            before = _Wait(search.goal.goal_id, now_ns, images - 1)
+        if images == before.images:
+            search.arrived_steps = max(self._confirm_steps, search.arrived_steps - 1)
+        self._wait = before._replace(images=images)
+        waited = search.arrived_steps - self._confirm_steps
+        return waited < self._min_images and now_ns - before.since_ns < self._most_wait_ns
 
     def _end_closer(self, step: StepContext, search: Search) -> Action | None:
         """Go on to a verified find that was not close enough, and end the search there."""
@@ -162,14 +187,17 @@ class Confirmation:
         why = search.found_text(step.frame.T_world_base)
         if self._rooms.is_elsewhere(search, find):
             why = f"{why}, in another room than you said"
+        if search.image_check.share(find) is None:
+            why = f"{why}, not checked: too few images show it"
         if sentence is not None:
             why = f"{why}; {sentence}"
         self._journal.note(MissionState.FOUND.value, why, goal_id=search.goal.goal_id)
         return Action(Command(tilt_rad=step.frame.tilt_rad), MissionState.FOUND, why)
 
     def _pass_by(self, search: Search, find: Find, still: Command, instead: str) -> Action:
-        """Set a find aside that is another one than was meant, and report what it is."""
-        set_aside(search, self._voxel_map, find)
+        """Exclude a find that is another one than was meant, and report what it is."""
+        search.arrived_steps = 0
+        exclude_only(search, self._voxel_map, find)
         why = f"{instead}: continuing the search for {search.goal.display}"
         self._journal.note("doubted", why)
         return Action(still, MissionState.SEARCHING, why)

@@ -30,7 +30,7 @@ class Exhaustion:
             return None
         self._relax_termination(step)
         for one in step.searches:
-            self.count(one, plan)
+            self.count(one, plan, counts=step.counts)
         exhausted = search.empty_steps >= self._config.empty_steps
         idle = search.idle_steps >= self._config.idle_steps
         readmitted = self._readmit(step) if exhausted or idle else None
@@ -58,16 +58,16 @@ class Exhaustion:
                 return one
         return None
 
-    def count(self, search: Search, plan: Plan) -> None:
+    def count(self, search: Search, plan: Plan, *, counts: bool = True) -> None:
         """Count a step with too little gain; one that was cut short does not count."""
         if plan.exhausted:
-            search.empty_steps += 1
+            search.empty_steps += counts
         elif plan.target is not None or not plan.cut_short:
             search.empty_steps = 0
         if not self._is_idle(plan):
             search.idle_steps = 0
         elif not plan.cut_short:
-            search.idle_steps += 1
+            search.idle_steps += counts
 
     def _is_idle(self, plan: Plan) -> bool:
         """Return whether the best exploring path has less gain per second than `idle_gain`."""

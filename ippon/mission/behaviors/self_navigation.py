@@ -16,6 +16,7 @@ from ippon.mission.safe_motion import moves_base
 from ippon.mission.search import Search
 from ippon.planning.config import PlannerConfig
 from ippon.planning.interface import Planner
+from ippon.planning.selection.look_target import LookConfig
 from ippon.robot import RobotProfile
 
 SILENT_TEXT = "nobody answers the goal and nothing moves: start the robot's bridge, or walk there"
@@ -97,6 +98,21 @@ class SelfNavigation:
 
 def planner_config(config: MissionConfig) -> PlannerConfig:
     """Return the planner's configuration for a robot that stops only roughly at a viewpoint."""
-    selection = config.planner.selection
-    reached_m = max(selection.reached_m, config.goals.near_m)
-    return replace(config.planner, selection=replace(selection, reached_m=reached_m))
+    planner, goals = config.planner, config.goals
+    selection, closer = planner.selection, planner.closer_look
+    reached_m = max(selection.reached_m, goals.near_m)
+
+    def roughly(look: LookConfig) -> LookConfig:
+        """Return a look that begins wherever a goal that is kept lets the robot stop."""
+        return replace(
+            look,
+            reached_m=max(look.reached_m, goals.near_m + goals.moved_m),
+            facing_rad=max(look.facing_rad, goals.near_rad + goals.turned_rad),
+        )
+
+    passing = replace(closer.passing, look=roughly(closer.passing.look))
+    return replace(
+        planner,
+        selection=replace(selection, reached_m=reached_m),
+        closer_look=replace(closer, look=roughly(closer.look), passing=passing),
+    )

@@ -4,7 +4,7 @@ import dataclasses
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 
@@ -18,6 +18,8 @@ ARRIVED_M = SUCCESS_M + 0.1
 """That distance and the tolerance within which the robot stops at a viewpoint."""
 FIND_WITHIN_M = 2.5
 """Largest distance between a find and the robot at the end of a search."""
+_LARGER: Final = 1.25
+"""Size of an object, in those of a find that shows most of it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,12 +56,29 @@ class ExclusionSphere:
     radius_m: float
     margin_m: float
     """Gap up to which a find may belong to the same object."""
+    alone: bool = False
+    """No more than the find itself is excluded: another such object may stand beside it."""
+
+    @property
+    def balls(self) -> list[tuple[Float64Array, float]]:
+        """Centre (3,) and radius in metres of each ball that is excluded from the map."""
+        if not self.alone:
+            return [(self.centre_world, self.radius_m)]
+        size = np.array(self.size_m)
+        # Small balls along a long box reach less far beyond its sides than one around all of it.
+        cells = np.ceil(size / max(size.min(), 3.0 * self.margin_m) - 1e-6)
+        edges = size / cells
+        radius_m = 0.5 * float(np.linalg.norm(edges)) + self.margin_m
+        steps = np.indices(cells.astype(int)).reshape(3, -1).T
+        centres = self.centre_world + (steps - 0.5 * (cells - 1.0)) * edges
+        return [(centre, radius_m) for centre in centres]
 
     def is_continued_by(self, find: Find, longest_m: float) -> bool:
         """Return whether a find is part of the excluded object.
 
         It begins at the sphere, and either its centre lies there, too, or both together are no
-        larger than one such object. An object beside a wrong find is neither.
+        larger than one such object. An object beside a wrong find is neither. Where others may
+        stand beside it and their size is not known, its own size tells.
 
         Args:
             find: A candidate.
@@ -69,9 +88,15 @@ class ExclusionSphere:
         if gap_m(self.centre_world, find) > reach_m:
             return False
         away = np.abs(self.centre_world - find.position_world)
-        if float(np.linalg.norm(away)) <= reach_m:
-            return True
         own, other = np.array(self.size_m), np.array(find.size_m)
+        if self.alone:
+            is_inside = bool((away <= 0.5 * own + self.margin_m).all())
+        else:
+            is_inside = float(np.linalg.norm(away)) <= reach_m
+        if is_inside:
+            return True
+        if self.alone and math.isinf(longest_m):
+            longest_m = max(_LARGER * own.max(), own.max() + 2.0 * self.margin_m) + 1e-6
         together = np.maximum(away + 0.5 * (own + other), np.maximum(own, other))
         return float(together.max()) <= longest_m
 
@@ -84,6 +109,17 @@ def exclusion_sphere(config: ExclusionConfig, find: Find) -> ExclusionSphere:
         size_m=find.size_m,
         radius_m=radius_m,
         margin_m=max(config.margin_m, config.margin_share * radius_m),
+    )
+
+
+def exclusion_of_itself(find: Find, margin_m: float) -> ExclusionSphere:
+    """Return the region that is excluded with a find beside which another one may stand."""
+    return ExclusionSphere(
+        centre_world=np.array(find.position_world),
+        size_m=find.size_m,
+        radius_m=0.5 * math.hypot(*find.size_m) + margin_m,
+        margin_m=margin_m,
+        alone=True,
     )
 
 

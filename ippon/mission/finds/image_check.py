@@ -60,6 +60,9 @@ class ImageCheckConfig:
     min_images: int = 8
     """Images that must show a find before its share counts, and further images of a find that would
     be set aside; more decides later."""
+    wait_s: float = 90.0
+    """Seconds of robot time in front of a find after which it is judged by fewer images; more waits
+    longer for a slow network."""
     max_tracks: int = 6
     """Candidates that are tracked: this many of the largest, and as many others in view; more takes
     longer."""
@@ -96,6 +99,8 @@ class ImageCheckConfig:
                 "max_tracks must be at least 1, same_m and depth_tolerance_m above 0; got "
                 f"{self.max_tracks}, {self.same_m}, {self.depth_tolerance_m}"
             )
+        if not self.wait_s > 0.0:
+            raise ValueError(f"wait_s must be positive; got {self.wait_s}")
         if not self.single_voxel_share > 0.0:
             raise ValueError(f"single_voxel_share must be positive; got {self.single_voxel_share}")
 

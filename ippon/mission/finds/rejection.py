@@ -4,12 +4,17 @@ The operator rejects finds; images and sizes contradict candidates; where severa
 that were found are counted. Candidates that continue an excluded find are excluded with it.
 """
 
-from dataclasses import replace
-
 from ippon.frame import Frame
 from ippon.mapping.goal_layers.goal_layers import GoalLayer
+from ippon.mapping.objects.ooi_suppression import SuppressedRegion
 from ippon.mapping.voxel_map import VoxelMap
-from ippon.mission.finds.find_geometry import ExclusionConfig, exclusion_sphere, gap_m, looked_at
+from ippon.mission.finds.find_geometry import (
+    ExclusionSphere,
+    exclusion_of_itself,
+    exclusion_sphere,
+    gap_m,
+    looked_at,
+)
 from ippon.mission.search import Search, SetAside
 from ippon.mission.snapshot import Find
 
@@ -66,36 +71,32 @@ def count_known(search: Search, voxel_map: VoxelMap, find: Find) -> None:
 def reject_known(search: Search, voxel_map: VoxelMap, find: Find) -> None:
     """Exclude a find that the operator rejected, and keep it in mind."""
     search.refused.append(search.numbered(find))
-    _exclude(search, voxel_map, find)
+    _exclude(search, voxel_map, exclusion_sphere(search.exclusion, find))
 
 
 def exclude_only(search: Search, voxel_map: VoxelMap, find: Find) -> None:
     """Exclude a find for the rest of a search, no further than itself: one may stand beside it."""
-    _exclude(search, voxel_map, find, _beside(search, voxel_map))
+    _exclude(search, voxel_map, exclusion_of_itself(find, voxel_map.config.voxel_size_m))
 
 
-def is_clear_of(search: Search, voxel_map: VoxelMap, find: Find, kept: Find) -> bool:
+def is_clear_of(voxel_map: VoxelMap, find: Find, kept: Find) -> bool:
     """Return whether `exclude_only` of a find leaves another one as it is."""
-    region = exclusion_sphere(_beside(search, voxel_map), find)
+    region = exclusion_of_itself(find, voxel_map.config.voxel_size_m)
     return gap_m(region.centre_world, kept) > region.radius_m + region.margin_m
-
-
-def _beside(search: Search, voxel_map: VoxelMap) -> ExclusionConfig:
-    return replace(search.exclusion, margin_m=voxel_map.config.voxel_size_m, margin_share=0.0)
 
 
 def set_aside(search: Search, voxel_map: VoxelMap, find: Find) -> None:
     """Set a candidate aside that images or its size contradict; exclude it the second time."""
     search.arrived_steps = 0
-    if search.is_reconsidered(find):
-        _exclude(search, voxel_map, find)
-        return
     region = exclusion_sphere(search.exclusion, find)
+    if search.is_reconsidered(find):
+        _exclude(search, voxel_map, region)
+        return
     share = search.image_check.share(find) or 0.0
-    before = evidence_of(search, voxel_map).suppress_ooi(region.centre_world, region.radius_m)
+    before = _suppress(search, voxel_map, region)
     too_large = search.is_too_large(find)
     search.set_aside.append(
-        SetAside(region=region, share=share, too_large=too_large, excluded=[before])
+        SetAside(region=region, share=share, too_large=too_large, excluded=before)
     )
 
 
@@ -128,15 +129,20 @@ def update_candidates(search: Search, voxel_map: VoxelMap, frame: Frame) -> None
     """
     search.update_candidates(voxel_map.arrays(), frame)
     for region, entry in search.take_continuations():
-        before = evidence_of(search, voxel_map).suppress_ooi(region.centre_world, region.radius_m)
+        before = _suppress(search, voxel_map, region)
         if entry is not None:
-            entry.excluded.append(before)
+            entry.excluded.extend(before)
 
 
-def _exclude(
-    search: Search, voxel_map: VoxelMap, find: Find, config: ExclusionConfig | None = None
-) -> None:
-    """Exclude a find for the rest of a search."""
-    region = exclusion_sphere(config or search.exclusion, find)
+def _exclude(search: Search, voxel_map: VoxelMap, region: ExclusionSphere) -> None:
+    """Exclude a region for the rest of a search."""
     search.rejected.append(region)
-    evidence_of(search, voxel_map).suppress_ooi(region.centre_world, region.radius_m)
+    _suppress(search, voxel_map, region)
+
+
+def _suppress(
+    search: Search, voxel_map: VoxelMap, region: ExclusionSphere
+) -> list[SuppressedRegion]:
+    """Remove the map's evidence from a region; returns what was there."""
+    evidence = evidence_of(search, voxel_map)
+    return [evidence.suppress_ooi(centre, radius_m) for centre, radius_m in region.balls]

@@ -1,7 +1,8 @@
 """What a search takes from memory, and what memory learns from it."""
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -63,6 +64,19 @@ class _Recalled:
     """Whether the map had given the place up and has seen too little of it since."""
 
 
+@dataclass(slots=True, kw_only=True, eq=False)
+class _Followed:
+    """A present search, and what memory has noted of it."""
+
+    search: Search
+    found: dict[int, int] = field(default_factory=dict[int, int])
+    """Things that it has found, by the number of the find."""
+
+    def besides(self, number: int | None) -> set[int]:
+        """Return the things that it has found, without that of a find."""
+        return {thing for find, thing in self.found.items() if find != number}
+
+
 class Recollection:
     """Joins one map's memory to its searches, in the thread of the mission.
 
@@ -83,11 +97,10 @@ class Recollection:
         self._config = config or RecollectionConfig()
         self._clusters = MapClusters(voxel_map)
         self._recalled: list[_Recalled] = []
-        self._search: Search | None = None
-        self._found: dict[int, int] = {}
-        """Things that the present search has found, by the number of the find."""
+        self._followed: tuple[_Followed, ...] = ()
+        """The present search, or those of a tour."""
         self._known_before: frozenset[int] = frozenset()
-        """Things that were remembered when it began."""
+        """Things that were remembered when they began."""
         self._updated_ns: int | None = None
         self._check: ImageCheck | None = None
         self._images = 0
@@ -108,9 +121,7 @@ class Recollection:
             raise ValueError(
                 f"memory begins searches for one goal; {search.goal.display} belongs to a tour"
             )
-        self._search, self._found, self._recalled = search, {}, []
-        self._known_before = frozenset(one.instance_id for one in self.memory.instances())
-        self.exclude(search)
+        self.follow((search,))
         named = self._named(search)
         if search.goal.object in self._map.labels:
             return () if named is None else (named,)
@@ -120,6 +131,13 @@ class Recollection:
                 self._recalled.append(self._recall(one))
         recalled = (self.memory.get(one.instance_id) for one in self._recalled)
         return tuple(one for one in recalled if one is not None)
+
+    def follow(self, searches: Iterable[Search]) -> None:
+        """Note from now on what searches find, such as those of a tour; nothing is recalled."""
+        self._followed, self._recalled = tuple(_Followed(search=one) for one in searches), []
+        self._known_before = frozenset(one.instance_id for one in self.memory.instances())
+        for one in self._followed:
+            self.exclude(one.search)
 
     def _recall(self, one: Instance) -> _Recalled:
         """Add to the map what memory knows of a place."""
@@ -144,9 +162,7 @@ class Recollection:
             find = _find_at(one)
             denied = any(is_instance_of(label, search.goal.object) for label in one.denied)
             other = (
-                kept is not None
-                and _answers(one, search)
-                and is_clear_of(search, self._map, find, kept)
+                kept is not None and _answers(one, search) and is_clear_of(self._map, find, kept)
             )
             if (denied or other) and not search.is_rejected(find):
                 exclude_only(search, self._map, find)
@@ -167,9 +183,10 @@ class Recollection:
             The things that answer the search and are not there any more, as was noticed now.
         """
         gone: list[Instance] = []
-        if search is not None and search is self._search:
+        if search is not None and self._of(search) is not None:
             # What is found moves the thing to where it was found, before that place is judged.
-            self._note_finds(search, now_ns)
+            for one in self._followed:
+                self._note_finds(one, now_ns)
             gone += self._disprove(search, now_ns)
         since = None if self._updated_ns is None else now_ns - self._updated_ns
         if since is None or not 0 <= since < self._config.update_every_s * _SECOND_NS:
@@ -194,8 +211,8 @@ class Recollection:
                 # The map shows it also where no image does any more.
                 is_seen = check.last_image_of(find) > before
                 if is_seen and check.confirms(find) and not search.is_rejected(find):
-                    number = search.find and search.find.number
-                    others = self._found_besides(number) if search is self._search else ()
+                    number, followed = search.find and search.find.number, self._of(search)
+                    others = () if followed is None else followed.besides(number)
                     self.memory.note_find(_sighting(search, find), now_ns, others)
         return [one for one in gone if _answers(one, search)]
 
@@ -246,17 +263,18 @@ class Recollection:
         withdraw_evidence(self._map, recalled.evidence)
         return replace(self._recall(known), is_part=is_part)
 
-    def _note_finds(self, search: Search, now_ns: int) -> None:
+    def _note_finds(self, followed: _Followed, now_ns: int) -> None:
         """Remember what a search has found; forget what is rejected."""
+        search, found = followed.search, followed.found
         if search.goal.object in self._map.labels:
             return
         finds = {find.number: find for find in search.finds}
-        for number in self._found.keys() - finds.keys():
-            self._forget(self._found.pop(number), search)
-        for number in sorted(finds.keys() - self._found.keys()):
+        for number in found.keys() - finds.keys():
+            self._forget(found.pop(number), search)
+        for number in sorted(finds.keys() - found.keys()):
             sighting = _sighting(search, finds[number])
-            noted = self.memory.note_find(sighting, now_ns, self._found_besides(number))
-            self._found[number] = noted.instance_id
+            noted = self.memory.note_find(sighting, now_ns, followed.besides(number))
+            found[number] = noted.instance_id
 
     def _forget(self, instance_id: int, search: Search) -> None:
         """Forget what was rejected, unless people have said something of it.
@@ -270,9 +288,8 @@ class Recollection:
         if is_for_any or instance_id not in self._known_before:
             self.memory.remove(instance_id)
 
-    def _found_besides(self, number: int | None) -> set[int]:
-        """Return the things that the present search has found, without that of a find."""
-        return {thing for find, thing in self._found.items() if find != number}
+    def _of(self, search: Search) -> _Followed | None:
+        return next((one for one in self._followed if one.search is search), None)
 
 
 def _answers(one: Instance, search: Search) -> bool:

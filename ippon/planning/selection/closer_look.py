@@ -66,6 +66,8 @@ class CloserLookSelector:
             patience_steps=config.patience_steps,
             give_up_steps=config.give_up_steps,
         )
+        self.counts = True
+        """Whether the next step counts as one on the way; see `Planner.set_searching`."""
         self._left: list[tuple[Float64Array, int]] = []
         """Centre and number of voxels of each cluster that was left."""
         self.out_of_reach = OutOfReach(config.out_of_reach, config.look, speed_m_s)
@@ -110,7 +112,7 @@ class CloserLookSelector:
             termination_min: T_min.
             cut_short: See `OutOfReach.choose`.
         """
-        ended = self._look.count_step(T_world_base)
+        ended = self._look.count_step(T_world_base, counts=self.counts)
         if ended is not None:
             self._left.append((ended.mean(axis=0), len(ended)))
         nodes = tree.order
@@ -135,12 +137,15 @@ class CloserLookSelector:
         look = None
         if known is not None:
             look = self.out_of_reach.choose(
-                known, around, tree, xy, T_world_base, enough=termination_min, cut_short=cut_short
-            )
+                known, around, tree, xy, T_world_base,
+                enough=termination_min, cut_short=cut_short, counts=self.counts,
+            )  # fmt: skip
         if look is not None:
             self._passing.cancel()
             return look
-        return self._passing.choose(around, tree, xy, T_world_base, termination_min=termination_min)
+        return self._passing.choose(
+            around, tree, xy, T_world_base, termination_min=termination_min, counts=self.counts
+        )
 
     def _look_down(self, look: LookTarget) -> LookTarget:
         """Direct the camera down in the last three quarters of the patience."""

@@ -152,8 +152,12 @@ class ClusterLook:
             (self._now.before,) = self._interrupted.take(centre)
         return target
 
-    def count_step(self, T_world_base: Float64Array) -> Float64Array | None:
+    def count_step(self, T_world_base: Float64Array, *, counts: bool = True) -> Float64Array | None:
         """Count a step with the robot at a pose.
+
+        Args:
+            T_world_base: The pose.
+            counts: Whether it counts as a step on the way; it does at the viewpoint in any case.
 
         Returns:
             The (M, 3) cluster whose look ends with this step, None for none.
@@ -161,7 +165,7 @@ class ClusterLook:
         now = self._now
         if now is None:
             return None
-        now.age += 1
+        now.age += counts
         stays = stands_facing(self._config, T_world_base, now.stand, now.yaw_rad)
         now.settled = now.settled + 1 if stays else 0
         lasts = now.before + now.age < INTERRUPTED_FACTOR * self._give_up_steps

@@ -117,6 +117,7 @@ class OutOfReach:
         *,
         enough: float,
         cut_short: bool = False,
+        counts: bool = True,
     ) -> LookTarget | None:
         """Return where to go for an object that no viewpoint ends the search at.
 
@@ -129,13 +130,14 @@ class OutOfReach:
             enough: Voxels that must be visible: T_min.
             cut_short: The step had no time for all new viewpoints and edges: it does not count as
                 a step without a detour.
+            counts: Whether it counts as a step of tries and ways.
 
         Returns:
             None while the case is undecided, or if the object is not visible well enough from any
             place.
         """
         case = self._case_of(cluster)
-        case.steps += 1
+        case.steps += counts
         if case.stand is not None and not is_standable(around, case.stand[0]):
             case.stand = None
         robot = float(T_world_base[0, 3]), float(T_world_base[1, 3])
@@ -156,7 +158,7 @@ class OutOfReach:
                 case.sure = 0
                 return None
             case.stand = found
-        case.approach += 1
+        case.approach += counts
         if not _lasts(case.approach, case.approach_before, approach_steps):
             if not self.is_given_up(cluster):
                 self._given_up.append(case.centre)

@@ -100,6 +100,7 @@ class PassingLook:
         T_world_base: Float64Array,
         *,
         termination_min: float,
+        counts: bool = True,
     ) -> LookTarget | None:
         """Return the viewpoint to look from, None if no place is worth it.
 
@@ -110,8 +111,9 @@ class PassingLook:
             T_world_base: Pose of the robot.
             termination_min: T_min; an object with more than that of a small one is recognised from
                 afar, and voxels with little evidence are mostly something else.
+            counts: See `ClusterLook.count_step`.
         """
-        ended = self._look.count_step(T_world_base)
+        ended = self._look.count_step(T_world_base, counts=counts)
         if ended is not None:
             self._done.append(ended.mean(axis=0))
         best: Sight | None = None

@@ -19,7 +19,7 @@ class SecondChances:
         self._floor = floor
         self._most = most
         self._left = self._looks_left = most
-        self._searching = False
+        self._searching, self._counts = False, True
         self._point: tuple[float, float] | None = None
         """The point that narrow gaps were opened for, None for none."""
 
@@ -29,14 +29,23 @@ class SecondChances:
         self._left = self._looks_left = self._most
         self._floor.restore()
 
-    def set_searching(self, searching: bool) -> None:
-        """Close what was opened when a search ends, or goes on after its end."""
+    def set_searching(self, searching: bool, *, counts: bool = True) -> None:
+        """Close what was opened when a search ends, or goes on after its end.
+
+        Args:
+            searching: Whether a search runs.
+            counts: Whether it may give up in the next step; nothing is opened for that otherwise.
+        """
+        self._counts = counts
         if searching != self._searching:
             self.begin()
             self._searching = searching
 
     def relax(self) -> bool:
         """Open both before a search gives up; return whether any was closed."""
+        return self._counts and self._open()
+
+    def _open(self) -> bool:
         if not self._searching or self._left == 0 or not self._floor.relax():
             return False
         self._left -= 1
@@ -50,7 +59,7 @@ class SecondChances:
         if self._looks_left == 0:
             return False
         self._looks_left -= 1
-        return self.relax()
+        return self._open()
 
     def open_for(self, xy: Float64Array) -> bool:
         """Open narrow gaps for a point (2,), unless a search runs; return whether any was closed.

@@ -79,10 +79,10 @@ def test_the_table_says_where_each_was_found():
     timeline = timeline_of(status_of(40.0, {1: "active"}, 1, tour=False))
     table = search_table(timeline, [search_of(goal) for goal in goals], ENGLISH)
     assert "<th>Outcome</th><th>Place</th>" in table
-    assert "<td>living room, at (0.7, 1.4) m, 0.5 m high</td>" in table
+    assert "<td>living room, at (0.7, 1.4) m, z = 0.5 m</td>" in table
     assert places_text(goals[1], ENGLISH) == ""
     german = places_text(goals[0], Words("de"))
-    assert german == "Wohnzimmer, bei (0,7; 1,4) m, in 0,5 m Höhe"
+    assert german == "Wohnzimmer, bei (0,7; 1,4) m, z = 0,5 m"
 
 
 def test_of_several_that_were_found_each_place_is_said():
@@ -91,7 +91,7 @@ def test_of_several_that_were_found_each_place_is_said():
         counted=[CountedFind(number=1, position_world=(1.0, 2.0, 0.4), room="Anna's room")],
     )  # fmt: skip
     assert places_text(goal, ENGLISH) == (
-        "Anna's room, at (1.0, 2.0) m, 0.4 m high; at (3.0, 0.0) m, 0.4 m high"
+        "Anna's room, at (1.0, 2.0) m, z = 0.4 m; at (3.0, 0.0) m, z = 0.4 m"
     )
 
 

@@ -31,5 +31,7 @@ def test_times_are_said_as_people_do(at, said):
 
 
 def test_a_place_is_a_room_and_metres():
-    assert said_place("kitchen", (3.21, -1.0, 0.84)) == "kitchen, at (3.2, -1.0), 0.8 m high"
-    assert said_place("", (3.21, -1.0, 0.84)) == "at (3.2, -1.0), 0.8 m high"
+    at = (3.21, -1.0, 3.84)
+    assert said_place("kitchen", at, 3.0) == "kitchen, at (3.2, -1.0), 0.8 m high"
+    assert said_place("", at, 3.0) == "at (3.2, -1.0), 0.8 m high"
+    assert said_place("kitchen", at) == "kitchen, at (3.2, -1.0), z = 3.8 m"

@@ -8,6 +8,7 @@ import pytest
 
 from ippon.camera import PinholeCamera
 from ippon.command import Command
+from ippon.control.drive_mode import DriveMode
 from ippon.control.obstacles import body_clearance, mapped_obstacles
 from ippon.errors import FrameRejectedError
 from ippon.evaluation.episode import EpisodeLimits, run_episode
@@ -16,6 +17,7 @@ from ippon.geometry import base_pose, yaw_of
 from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.levels import Level
 from ippon.guidance.prior import EmbeddedPrior
+from ippon.mission.behaviors.behavior import Action
 from ippon.mission.behaviors.config import LookAroundConfig
 from ippon.mission.config import MissionConfig
 from ippon.mission.goal import Goal
@@ -260,6 +262,29 @@ def test_a_reset_of_the_clock_does_not_change_the_age_of_a_search(scene) -> None
     for stamp_s, elapsed_s in ((500, 0.0), (503, 3.0), (2, 3.0), (4, 5.0)):
         result = mission.step(dataclasses.replace(frame, stamp_ns=stamp_s * 1_000_000_000))
         assert result.snapshot.elapsed_s == pytest.approx(elapsed_s)
+
+
+@pytest.mark.parametrize(("period_ms", "counted"), [(500, 8), (200, 20), (100, 20), (50, 20)])
+def test_patience_in_steps_is_that_of_five_a_second(scene, monkeypatch, period_ms, counted) -> None:
+    world, mission = start(scene)
+    ask(mission, "hat")
+    told: list[bool] = []
+    monkeypatch.setattr(mission._planner, "set_searching", lambda _, *, counts: told.append(counts))
+    monkeypatch.setattr(mission._behaviors, "act", lambda step: Action(step.hold))
+    frame, begun_ns = world.observe(), 7_000_000_000
+    mission.observe(frame)
+
+    def run(from_ms, to_ms):
+        told.clear()
+        for ms in range(from_ms, to_ms, period_ms):
+            mission.decide(dataclasses.replace(frame, stamp_ns=begun_ns + ms * 1_000_000))
+        return sum(told)
+
+    assert run(0, 4_000) in (counted, counted + 1), "one more for images that come unevenly"
+    mission.operator.drive(DriveMode.MANUAL)
+    assert run(4_000, 5_000) == 0
+    mission.operator.drive(DriveMode.AUTO)
+    assert run(0, 4_000) == counted, "also after a reset of the robot's clock"
 
 
 def test_a_map_that_reaches_its_bound_says_so_once(scene, monkeypatch) -> None:

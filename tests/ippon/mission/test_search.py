@@ -19,6 +19,7 @@ from ippon.mission.finds.rejection import (
     is_clear_of,
     readmit_most_likely,
     set_aside,
+    update_candidates,
 )
 from ippon.mission.goal import Goal
 from ippon.mission.search import Search
@@ -190,8 +191,30 @@ def test_a_large_thing_a_metre_from_one_that_is_counted_remains_a_candidate(sear
     more = replace(speck(voxels=9), position_world=(0.9, 0.5, 0.4), size_m=(0.4, 0.4, 0.2))
     count_known(search, voxel_map, first)
     assert not search.is_rejected(second)
-    assert is_clear_of(search, voxel_map, first, second)
+    assert is_clear_of(voxel_map, first, second)
     assert search.is_rejected(more), "the rest of the first one"
+
+
+@pytest.mark.parametrize("away_m", [0.65, 0.8, 1.0])
+def test_a_chair_beside_one_that_is_counted_remains_a_candidate(searching, away_m):
+    """Nothing is known of the size of chairs."""
+    search = searching(0.9, goal="chair")
+    search.goal = replace(search.goal, count=2)
+    voxel_map = VoxelMap(MapConfig(memory_limit_mb=64.0), MATTERPORT_40)
+    first = replace(speck(voxels=60), position_world=(0.0, 0.0, 0.45), size_m=(0.5, 0.5, 0.9))
+    second = replace(first, position_world=(away_m, 0.0, 0.45))
+    legs = replace(speck(voxels=8), position_world=(0.3, 0.1, 0.2), size_m=(0.2, 0.3, 0.4))
+    back = replace(speck(voxels=8), position_world=(0.0, 0.3, 0.8), size_m=(0.5, 0.1, 0.4))
+    count_known(search, voxel_map, first)
+    assert not search.is_rejected(second)
+    assert search.is_rejected(legs)
+    assert search.is_rejected(back)
+    search.candidates = (second, legs)
+    (continuation,) = search.take_continuations()
+    assert continuation[0].alone, "no more of what stands beside it is excluded"
+    assert search.candidates == (second,)
+    search.rejected = [exclusion_sphere(search.exclusion, first)]
+    assert search.is_rejected(second), "an operator's rejection reaches farther, as before"
 
 
 def test_an_object_beside_a_rejected_find_remains_a_candidate(searching):
@@ -209,6 +232,19 @@ def test_an_object_beside_a_rejected_find_remains_a_candidate(searching):
     search.reconsidered.append(region)
     assert search.is_reconsidered(more)
     assert not search.is_reconsidered(toilet)
+
+
+def test_what_continues_a_doubted_find_is_readmitted_with_it(searching, monkeypatch):
+    search = searching(0.9)
+    voxel_map = VoxelMap(MapConfig(memory_limit_mb=64.0), MATTERPORT_40)
+    set_aside(search, voxel_map, speck())
+    monkeypatch.setattr(search, "update_candidates", lambda *_: None)
+    search.candidates = (speck(x=1.2),)
+    update_candidates(search, voxel_map, None)
+    assert search.candidates == ()
+    (entry,) = search.set_aside
+    assert len(entry.excluded) == 2
+    assert readmit_most_likely(search, voxel_map)
 
 
 def test_a_find_out_of_reach_tells_what_is_unsure_of_it(searching):

@@ -43,7 +43,7 @@ def test_what_is_searched_for_what_waits_and_what_was_found(robot, capsys):
     assert lines[1].endswith(" m driven")
     assert lines[2:5] == [
         "  goal 3, red mug, in the kitchen: waits",
-        "  goal 2, keys: found at (1.0, 2.0) m, 0.5 m high",
+        "  goal 2, keys: found at (1.0, 2.0) m, z = 0.5 m",
         "  goal 4, bed: not found",
     ]
     assert run(["control", "--json", *robot.where]) == 0

@@ -31,7 +31,7 @@ def test_a_table_says_what_is_where(kept, capsys, monkeypatch):
     assert run(["memory", "--file", str(kept), "--find", "my keys"]) == 0
     out = capsys.readouterr().out
     assert "keys" in out
-    assert "kitchen, at (1.0, 1.0), 0.5 m high" in out
+    assert "kitchen, at (1.0, 1.0), z = 0.5 m" in out
     assert "90%" in out
     assert "5 minutes ago" in out
     assert "remote 20%" in out

@@ -146,7 +146,7 @@ def test_following_a_tour_prints_each_find_and_ends_with_the_last(
     publish_only(monkeypatch, [encode(status) for status in statuses])
     assert ask("my keys and my wallet", "--follow") == exit_status
     out = capsys.readouterr().out.splitlines()
-    place = " at (1.0, 2.0) m, 0.5 m high"
+    place = " at (1.0, 2.0) m, z = 0.5 m"
     end = place if last == "found" else ""
     assert out[-3:] == [
         "    3.0 s  searching: on the way", f"wallet: found{place}", f"keys: {last}{end}"
@@ -203,8 +203,8 @@ def test_following_a_search_for_several_prints_the_number_of_each_find(
     monkeypatch.setattr(asking, "subscribe", publish)
     assert ask("three chairs", "--follow") == 1
     assert capsys.readouterr().out.splitlines()[-2:] == [
-        "chairs: find 1 at (1.0, 2.0) m, 0.4 m high",
-        "chairs: find 3 at (3.0, 2.0) m, 0.4 m high",
+        "chairs: find 1 at (1.0, 2.0) m, z = 0.4 m",
+        "chairs: find 3 at (3.0, 2.0) m, z = 0.4 m",
     ]
 
 

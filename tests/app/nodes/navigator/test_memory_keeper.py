@@ -111,7 +111,7 @@ def test_what_was_found_is_there_after_a_restart_with_its_picture(open_keeper, f
     assert again.instances == (kept,)
     assert again.picture(hat.instance_id) == read_picture(path, hat.instance_id)
     again.begin(hat_search(found=False))
-    assert events == [("memory", "hat was last seen just now: at (2.0, 0.0), 1.0 m high")]
+    assert events == [("memory", "hat was last seen just now: at (2.0, 0.0), z = 1.0 m")]
 
 
 def test_what_is_not_there_any_more_is_said_and_kept(open_keeper, voxel_map, frame, tmp_path):
@@ -226,7 +226,7 @@ def test_what_a_person_says_is_kept_and_holds_for_searches_at_once(open_keeper, 
     again.note(MemoryNoteRequest(instance_id=number, allow="hat"), [])
     again.begin(hat_search(found=False))
     assert [text for _, text in events] == [
-        "Opa's hat was last seen just now: at (2.0, 0.0), 1.0 m high"
+        "Opa's hat was last seen just now: at (2.0, 0.0), z = 1.0 m"
     ]
 
 
@@ -332,6 +332,7 @@ def test_what_an_earlier_run_has_judged_is_excluded_before_memory_is_asked():
     goals = SimpleNamespace(
         set_goal=lambda *_: calls.append("set_goal"),
         count_again=lambda *known: calls.append(known),
+        running=(search,),
     )
     navigator = SimpleNamespace(
         _goals=SimpleNamespace(next=lambda *_, **__: (planned,)),
@@ -339,7 +340,7 @@ def test_what_an_earlier_run_has_judged_is_excluded_before_memory_is_asked():
             guidance=SimpleNamespace(fitted=lambda search: search),
             goals=SimpleNamespace(availability=SimpleNamespace(holds=False)),
         ),
-        _mission=SimpleNamespace(goals=goals, search=search),
+        _mission=SimpleNamespace(goals=goals),
         _memory=SimpleNamespace(begin=calls.append),
         _report=SimpleNamespace(goal_set=lambda _: None),
     )

@@ -50,6 +50,7 @@ def test_steps_without_time_neither_end_a_search_nor_count_for_its_going_on(last
 
     assert counted(nothing, nothing) == (2, 2)
     assert counted(open_yet, open_yet) == (2, 2)
+    exhaustion.count(search, nothing, counts=False)
     assert counted(nothing) == (3, 3)
     assert counted(dataclasses.replace(nothing, exhausted=False)) == (0, 4)
     promising = dataclasses.replace(open_yet, max_gain_per_s=2.0 * idle_gain)
@@ -74,7 +75,7 @@ def tour():
     )  # fmt: skip
     frame = SimpleNamespace(T_world_base=np.eye(4))
     step = SimpleNamespace(
-        search=searches[0], searches=searches, plan=plan, hold=Command(), frame=frame
+        search=searches[0], searches=searches, plan=plan, hold=Command(), frame=frame, counts=True
     )
     journal = Journal()
     exhaustion = Exhaustion(config, voxel_map, None, journal)

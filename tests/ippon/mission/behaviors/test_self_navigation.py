@@ -7,11 +7,12 @@ import pytest
 
 from ippon.command import Command, GoalOutcome
 from ippon.frame import NANOSECONDS
-from ippon.geometry import yaw_of
+from ippon.geometry import base_pose, yaw_of
 from ippon.mission.behaviors.operator_drive import plan_along
 from ippon.mission.behaviors.self_navigation import SILENT_TEXT, planner_config
 from ippon.mission.config import MissionConfig
 from ippon.mission.snapshot import MissionState
+from ippon.planning.selection.look_target import stands_facing
 from ippon.robot import ZED
 
 pytestmark = pytest.mark.slow
@@ -133,7 +134,12 @@ def test_a_viewpoint_close_by_that_cannot_be_reached_is_out_of_reach(robot, monk
 
 def test_viewpoints_count_as_reached_from_as_far_as_the_robot_stops():
     config = MissionConfig()
-    assert planner_config(config).selection.reached_m == config.goals.near_m
+    planner, goals = planner_config(config), config.goals
+    assert planner.selection.reached_m == goals.near_m
+    for look in (planner.closer_look.look, planner.closer_look.passing.look):
+        # A goal is kept while its target moves by `moved_m`; the robot stops `near_m` beside it.
+        beside = base_pose(0.99 * (goals.moved_m + goals.near_m), 0.0, 0.0, 0.0)
+        assert stands_facing(look, beside, np.zeros(2), 0.99 * (goals.turned_rad + goals.near_rad))
 
 
 def test_a_person_who_carries_the_camera_is_led_to_the_object(searcher, room):

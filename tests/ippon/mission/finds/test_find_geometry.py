@@ -10,6 +10,7 @@ from ippon.mission.finds.find_geometry import (
     FIND_WITHIN_M,
     ExclusionConfig,
     distance_m,
+    exclusion_of_itself,
     exclusion_sphere,
     exhausted_text,
     find_from,
@@ -124,3 +125,15 @@ def test_a_find_continues_the_excluded_one_if_both_are_one_object(x, size_m, lon
     # The sphere's radius is 0.72 m and its margin 0.2 m.
     region = exclusion_sphere(ExclusionConfig(), find(0.0, 40, size_m=(0.6, 0.6, 0.6)))
     assert region.is_continued_by(find(x, 20, size_m=size_m), longest_m) is continues
+
+
+@pytest.mark.parametrize("size_m", [(0.5, 0.5, 0.9), (0.1, 0.1, 0.1), (2.0, 0.9, 0.8)])
+def test_a_find_alone_is_covered_by_balls_that_reach_little_farther(size_m):
+    region = exclusion_of_itself(find(0.0, 40, size_m=size_m), 0.1)
+    rng = np.random.default_rng(1)
+    inside = region.centre_world + (rng.random((500, 3)) - 0.5) * size_m
+    away = np.array([np.linalg.norm(inside - centre, axis=1) for centre, _ in region.balls])
+    radii = np.array([[radius_m] for _, radius_m in region.balls])
+    assert (away <= radii - 0.1 + 1e-9).any(axis=0).all()
+    reach_m = max(centre[1] + radius_m for centre, radius_m in region.balls)
+    assert reach_m - region.centre_world[1] - 0.5 * size_m[1] < 0.45

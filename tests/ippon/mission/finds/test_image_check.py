@@ -251,6 +251,30 @@ def test_a_find_that_few_images_have_shown_is_looked_at_first(searcher, room, en
     assert robot.last.state is MissionState.FOUND
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("wait_s", "is_checked"), [(90.0, True), (10.0, False)])
+def test_images_of_a_slow_network_are_waited_for(searcher, room, wait_s, is_checked):
+    bed = ("bed", "bed", (2.4, 1.2, 0.0), (4.2, 3.0, 0.55))
+    config = MissionConfig(image_check=ImageCheckConfig(wait_s=wait_s))
+    robot = searcher([*room(8.0, 4.5), bed], 1.0, 2.0, config=config)
+    mission, taken = robot.mission, []
+
+    def step(frame: Frame):
+        """Only every tenth heatmap arrives, and late."""
+        mission.observe(dataclasses.replace(frame, heatmap=None))
+        taken.append(frame)
+        if len(taken) % 10 == 0:
+            mission.learn(taken[-5])
+        return mission.decide(dataclasses.replace(frame, heatmap=None))
+
+    mission.step = step
+    robot.ask("bed")
+    robot.search(150.0)
+    assert robot.last.state is MissionState.FOUND
+    assert (mission.search.image_check.share(robot.last.find) is not None) is is_checked
+    assert ("not checked: too few images show it" in robot.last.why) is not is_checked
+
+
 @pytest.mark.parametrize(("outline_voxels", "against"), [(133, False), (132, True)])
 def test_a_small_thing_that_fills_many_voxels_is_no_mere_outline(outline_voxels, against):
     look = ImageCheck(CONFIG, "hat", outline_voxels=outline_voxels)

@@ -16,12 +16,16 @@ MUGS = {"white": (3.0, 1.0), "red": (3.0, 3.9)}
 @pytest.fixture
 def robot(searcher, room):
     """A robot in a room with a red and a white mug, each on a box of its own."""
+    return _among(searcher, room, MUGS)
+
+
+def _among(searcher, room, colours):
     boxes = list(room(6.0, 4.5))
-    for x, y in MUGS.values():
+    for x, y in (MUGS[name] for name in colours):
         boxes.append(("counter", "counter", (x - 0.25, y - 0.25, 0.0), (x + 0.25, y + 0.25, 0.5)))
         boxes.append(("objects", "mug", (x - 0.08, y - 0.08, 0.5), (x + 0.08, y + 0.08, 0.7)))
     robot = searcher(boxes, 1.0, 1.2)
-    robot.paint("mug", [MUG_COLORS[name] for name in MUGS])
+    robot.paint("mug", [MUG_COLORS[name] for name in colours])
     return robot
 
 
@@ -49,6 +53,15 @@ def test_the_red_one_of_two_mugs_is_found_and_the_other_announced(robot):
     assert "a mug, but it is white: continuing the search for red mug" in doubted
     (found,) = [event.text for event in events if event.kind == "found"]
     assert found.endswith("red: checked")
+
+
+@pytest.mark.slow
+def test_a_mug_of_another_colour_is_looked_at_once(searcher, room):
+    robot = _among(searcher, room, ["white"])
+    kinds = [event.kind for event in _search(robot, "red mug")]
+    assert kinds.count("doubted") == 1
+    assert "reconsidered" not in kinds
+    assert robot.last.state is MissionState.EXHAUSTED
 
 
 @pytest.mark.slow

@@ -351,3 +351,24 @@ def test_what_only_this_search_has_found_is_forgotten_when_it_is_rejected(home):
     assert home.mission.goals.reject_find()
     home.step()
     assert home.places() == []
+
+
+def test_what_a_tour_finds_is_remembered_until_it_is_rejected(home):
+    goals = []
+    for number, name in ((1, "mug"), (2, "hat")):
+        resolved = resolve_object(name, MATTERPORT_40)
+        goals.append(
+            (Goal.of(resolved, number), EmbeddedPrior().levels(resolved, "", MATTERPORT_40))
+        )
+    home.mission.goals.set_goals(goals)
+    mug, hat = home.mission.goals.running
+    home.recollection.follow((mug, hat))
+    hat.announce(find())
+    hat.state = MissionState.FOUND
+    home.mission.goals.tour.settle()
+    assert home.step() == []
+    assert home.mission.search is mug, "another one leads"
+    assert [(one.label, one.probability) for one in home.memory.instances()] == [("hat", 0.95)]
+    assert home.mission.goals.reject_find(2)
+    assert home.step() == []
+    assert home.places() == []

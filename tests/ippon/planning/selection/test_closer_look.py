@@ -108,6 +108,15 @@ def test_a_cluster_that_disappears_again_and_again_is_left(dense_map):
     assert run(planner, volume, 10, there).closer_look, "for another object"
 
 
+def test_a_look_does_not_run_out_in_steps_that_do_not_count(dense_map):
+    planner, volume = make(closer_look=CloserLookConfig(give_up_steps=5)), seen_from_afar(dense_map)
+    assert run(planner, volume, 3).closer_look
+    planner.set_searching(True, counts=False)
+    assert run(planner, volume, 12).closer_look
+    planner.set_searching(True)
+    assert not run(planner, volume, 4).closer_look
+
+
 def test_a_corner_in_sight_is_enough(dense_map):
     volume = seen_from_afar(dense_map)
     # Long enough to be cut off by the wall but at one end.

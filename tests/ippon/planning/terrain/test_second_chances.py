@@ -46,6 +46,8 @@ def test_a_look_takes_its_tries_at_once_and_leaves_those_of_the_search(floor, ch
 def test_without_a_search_nothing_is_relaxed(floor, chances):
     assert not chances.relax()
     chances.begin()
+    chances.set_searching(True, counts=False)
+    assert not chances.relax(), "nobody follows the plan"
     chances.set_searching(True)
     chances.relax()
     chances.set_searching(True)

@@ -26,7 +26,7 @@ def test_what_was_found_so_far_says_what_is_confirmed_and_what_is_not_listed():
     assert "Confirmed: &lt;b&gt;chair 1, chair 3" in html
     assert "2 more wait" in html
     assert "wait" not in counted_head([], 0, ENGLISH)
-    assert "at (1.2, -3.0) m, 0.4 m high" in counted_find("chair 1", (1.24, -3.0, 0.4), ENGLISH)
+    assert "at (1.2, -3.0) m, z = 0.4 m" in counted_find("chair 1", (1.24, -3.0, 0.4), ENGLISH)
 
 
 def test_each_attribute_says_what_checked_it_and_what_was_not_checked():

@@ -250,7 +250,7 @@ def test_a_place_says_how_likely_where_when_and_what_else_it_may_be():
     )
     seen = replace(PLACE, picture=VoxelPicture(picture=picture, u=5, v=5, depth_m=1.84))
     html = candidate(2, seen, b"jpeg", "coffee_table", 10_000_000_000, ENGLISH)
-    for said in ("41% by the map", "most images show: coffee table", "at (2.4, 5.2) m, 0.6 m high"):
+    for said in ("41% by the map", "most images show: coffee table", "at (2.4, 5.2) m, z = 0.6 m"):
         assert said in html
     assert "seen at 0:42 from 1.8 m" in html
     assert "data:image/jpeg;base64,anBlZw==" in html

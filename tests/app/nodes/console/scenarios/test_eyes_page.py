@@ -691,9 +691,9 @@ def test_each_of_several_finds_is_confirmed_or_rejected_by_itself(page, parts, s
     view = page.frame_locator("#view")
     _tab(page, "Search")
     expect(view.get_by_text("Found so far:")).to_be_visible()
-    rows = view.get_by_text("m high", exact=False)
+    rows = view.get_by_text(", z = ", exact=False)
     expect(rows).to_have_count(2)
-    expect(rows.first).to_have_text("chair 2 at (1.3, 3.4) m, 0.4 m high")
+    expect(rows.first).to_have_text("chair 2 at (1.3, 3.4) m, z = 0.4 m")
     shoot("counted-finds", 1_000)
     for number, button, verdict in ((2, "Confirm", "confirm"), (1, "Not this", "reject")):
         before = len(noted.home.requests)
