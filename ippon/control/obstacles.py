@@ -15,6 +15,7 @@ from ippon.planning.terrain.obstacle_columns import (
     FLOOR_ABSENT,
     HeightBands,
     floor_of_column,
+    height_tolerance_m,
 )
 from ippon.planning.voxel_lookup import block_row
 from ippon.robot import RobotProfile, disc_centres
@@ -96,10 +97,11 @@ def _mapped_obstacles_kernel(arrays, x, y, radius, low, high, out):
 def mapped_drops(
     arrays: MapArrays, robot: RobotProfile, T_world_base: Float64Array, radius_m: float
 ) -> Float64Array:
-    """List the columns in which the map shows that the floor ends, as the planner reads it.
+    """List the columns in which the map shows that the floor ends.
 
-    A robot that stands where the map shows a drop is not at the height that the map has there, so
-    its drops are not believed.
+    The planner, whose floor may be `height_tolerance_m` off the base, avoids all of them. A robot
+    that stands in the middle of a drop is not at the height that the map has there, so its drops
+    are not believed.
 
     Args:
         arrays: The map.
@@ -111,12 +113,13 @@ def mapped_drops(
         (M, 2) float64 world x and y of their centres, metres.
     """
     v = arrays.voxel_size
-    bands = HeightBands.of(robot, float(T_world_base[2, 3]), v)
-    x, y = T_world_base[:2, 3].tolist()
+    x, y, z = T_world_base[:3, 3].tolist()
+    low = HeightBands.of(robot, z - height_tolerance_m(robot, v), v).floor_low
+    high = HeightBands.of(robot, z, v).floor_high
     side = 2 * math.ceil(radius_m / v) + 5
     absent = np.empty((side, side), dtype=np.bool_)
     out = np.empty((side * side, 2), dtype=np.float64)
-    count = _drops_kernel(arrays, x, y, radius_m, bands.floor_low, bands.floor_high, absent, out)
+    count = _drops_kernel(arrays, x, y, radius_m, low, high, absent, out)
     return out[:count]
 
 
@@ -141,7 +144,7 @@ def _drops_kernel(arrays, x, y, radius, low, high, absent, out):
                     columns += 1 if absent[c, d] else 0
             if columns < DROP_COLUMNS:
                 continue
-            if a == middle and b == middle:
+            if a == middle and b == middle and columns == 9:
                 return 0
             cx, cy = (i0 + a + 0.5) * v, (j0 + b + 0.5) * v
             if (cx - x) ** 2 + (cy - y) ** 2 <= radius * radius:

@@ -46,7 +46,7 @@ def run_control(command: Control) -> int:
     run = _show if command.action == "show" else _send
     try:
         with open_client(endpoint, command.timeout_s) as session:
-            if command.action != "stop":  # A Stop is sent at once.
+            if command.action not in ("stop", "pause"):  # They are sent at once.
                 _await_navigator(session, robot, command.timeout_s)
             run(session, robot, command)
     except (LinkError, RequestRefusedError) as error:

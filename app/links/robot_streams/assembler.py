@@ -275,6 +275,7 @@ class FrameAssembler:
             self._pairing.clear()
             self._image_stamps.clear()
             self._seen_ns = None
+            self._pressed = self._contact = False
             self._without.clear()
             self._late.clear()
             self._taken_ns = -1

@@ -3,8 +3,7 @@
 from dataclasses import replace
 from typing import NamedTuple
 
-from ippon.command import Command
-from ippon.frame import NANOSECONDS
+from ippon.command import COMMAND_S, Command
 from ippon.mapping.voxel_map import VoxelMap
 from ippon.mission.behaviors.behavior import Action, StepContext
 from ippon.mission.behaviors.step_closer import StepCloser
@@ -42,7 +41,7 @@ class _Wait(NamedTuple):
     """For more images of a find that is not sure."""
 
     goal_id: int
-    since_ns: int
+    waited_s: float
     images: int
     """Images that were compared with candidates by the last step."""
 
@@ -62,7 +61,7 @@ class Confirmation:
         self._confirm_steps = config.confirm_steps
         self._context = config.context_check
         self._min_images = config.image_check.min_images
-        self._most_wait_ns = round(config.image_check.wait_s * NANOSECONDS)
+        self._most_wait_s = config.image_check.wait_s
         self._same_m = config.image_check.same_m
         self._find_from = config.planner.ooi_threshold
         self._view = config.planner.view
@@ -94,7 +93,7 @@ class Confirmation:
         find = self._find_here(step, search)
         if find is None:
             # The voxels that led here have disappeared.
-            search.arrived_steps = 0
+            search.arrived_steps, self._wait = 0, None
             return None
         return self._judge(step, search, find, still)
 
@@ -140,15 +139,16 @@ class Confirmation:
 
     def _waits_for_images(self, step: StepContext, search: Search) -> bool:
         """Return whether more images may tell; a frame whose image comes later tells nothing."""
-        images, now_ns = search.image_check.images, step.frame.stamp_ns
-        before = self._wait
-        if before is None or before.goal_id != search.goal.goal_id or now_ns < before.since_ns:
-            before = _Wait(search.goal.goal_id, now_ns, images - 1)
+        images, before = search.image_check.images, self._wait
+        if before is None or before.goal_id != search.goal.goal_id:
+            before = _Wait(search.goal.goal_id, 0.0, images - 1)
         if images == before.images:
             search.arrived_steps = max(self._confirm_steps, search.arrived_steps - 1)
-        self._wait = before._replace(images=images)
+        # While the robot is held no step comes here.
+        waited_s = before.waited_s + min(step.dt_s, COMMAND_S)
+        self._wait = _Wait(before.goal_id, waited_s, images)
         waited = search.arrived_steps - self._confirm_steps
-        return waited < self._min_images and now_ns - before.since_ns < self._most_wait_ns
+        return waited < self._min_images and waited_s < self._most_wait_s
 
     def _end_closer(self, step: StepContext, search: Search) -> Action | None:
         """Go on to a verified find that was not close enough, and end the search there."""
@@ -184,6 +184,7 @@ class Confirmation:
             sentence: What the model said of it; None without a model.
         """
         search.announce(replace(find, stamp_ns=step.frame.stamp_ns))
+        self._wait = None
         why = search.found_text(step.frame.T_world_base)
         if self._rooms.is_elsewhere(search, find):
             why = f"{why}, in another room than you said"
@@ -196,7 +197,7 @@ class Confirmation:
 
     def _pass_by(self, search: Search, find: Find, still: Command, instead: str) -> Action:
         """Exclude a find that is another one than was meant, and report what it is."""
-        search.arrived_steps = 0
+        search.arrived_steps, self._wait = 0, None
         exclude_only(search, self._voxel_map, find)
         why = f"{instead}: continuing the search for {search.goal.display}"
         self._journal.note("doubted", why)
@@ -206,6 +207,7 @@ class Confirmation:
         """Set a find aside and report why."""
         why = f"what seemed to be {search.goal.display} {objection}"
         set_aside(search, self._voxel_map, find)
+        self._wait = None
         self._journal.note("doubted", why)
         return Action(still, MissionState.SEARCHING, why)
 

@@ -18,6 +18,8 @@ ARRIVED_M = SUCCESS_M + 0.1
 """That distance and the tolerance within which the robot stops at a viewpoint."""
 FIND_WITHIN_M = 2.5
 """Largest distance between a find and the robot at the end of a search."""
+_MOST_BALLS: Final = 4
+"""Along an edge: the map looks each voxel up in all of them."""
 _LARGER: Final = 1.25
 """Size of an object, in those of a find that shows most of it."""
 
@@ -66,7 +68,8 @@ class ExclusionSphere:
             return [(self.centre_world, self.radius_m)]
         size = np.array(self.size_m)
         # Small balls along a long box reach less far beyond its sides than one around all of it.
-        cells = np.ceil(size / max(size.min(), 3.0 * self.margin_m) - 1e-6)
+        edge_m = max(size.min(), 3.0 * self.margin_m, size.max() / _MOST_BALLS)
+        cells = np.maximum(1.0, np.ceil(size / edge_m - 1e-6))
         edges = size / cells
         radius_m = 0.5 * float(np.linalg.norm(edges)) + self.margin_m
         steps = np.indices(cells.astype(int)).reshape(3, -1).T

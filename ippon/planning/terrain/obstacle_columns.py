@@ -57,6 +57,11 @@ class HeightBands:
         )
 
 
+def height_tolerance_m(robot: RobotProfile, voxel_size: float) -> float:
+    """Return by how much the pose's height changes on one floor at most, metres."""
+    return max(0.5 * robot.max_step_m, 0.25 * voxel_size)
+
+
 def classify_columns(
     arrays: MapArrays,
     bands: HeightBands,

@@ -31,6 +31,7 @@ from ippon.planning.terrain.obstacle_columns import (
     HeightBands,
     changed_block_columns,
     classify_columns,
+    height_tolerance_m,
 )
 from ippon.planning.terrain.traversal_record import CONTACT, DRIVEN, TraversalRecord
 from ippon.robot import RobotProfile
@@ -225,8 +226,7 @@ class Traversability:
     def _follow_map(self, arrays: MapArrays, z: float) -> tuple[HeightBands, bool]:
         """Match extent and floor height; return the bands, and whether any changed."""
         v = arrays.voxel_size
-        # Small changes of the pose's height do not mean another floor.
-        apart = max(0.5 * self._robot.max_step_m, 0.25 * v)
+        apart = height_tolerance_m(self._robot, v)
         bands = self._bands
         new_floor = bands is None or abs(z - self._floor_z) > apart
         if bands is None or new_floor:

@@ -50,7 +50,22 @@ def test_a_drop_is_where_the_floor_ends_and_the_column_before(floor_with):
 def test_a_robot_that_stands_in_a_drop_believes_none(floor_with):
     arrays = floor_with(holes=[(-1.0, -3.0, 4.0, 3.0)])
     assert len(mapped_drops(arrays, ZED, HERE, 2.0)) == 0, "the map's height is off"
-    assert len(mapped_drops(arrays, ZED, base_pose(-1.5, 0.0, 0.0, 0.0), 2.0)) > 0
+    for x in (-1.5, -1.09, -1.05, -0.99):
+        at_its_edge = base_pose(x, 0.0, 0.0, 0.0)
+        assert len(mapped_drops(arrays, ZED, at_its_edge, 2.0)) > 0
+
+
+def test_the_planner_avoids_all_drops_at_any_height_of_one_floor(floor_with):
+    ramp = [(x, -2.0, x + 0.1, 2.0) for x in (1.0, 1.1, 1.2)]
+    arrays = floor_with(*[(x0, -2.0, -0.8, x1, 2.0, -0.05) for x0, _, x1, _ in ramp], holes=ramp,
+                        voxel_size=0.05)  # fmt: skip
+    floor = Traversability(TraversabilityConfig(), ZED)
+    for z in (0.0, 0.01, 0.02, 0.03):
+        at = base_pose(0.0, 0.0, z, 0.0)
+        floor.update(arrays, at)
+        obstacles = np.argwhere(floor.grid.kind == OBSTACLE) + floor.grid.origin
+        found = np.floor(mapped_drops(arrays, ZED, at, 2.0) / 0.05).astype(int)
+        assert {*map(tuple, found.tolist())} <= {*map(tuple, obstacles.tolist())}
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -152,9 +152,10 @@ class Alignment:
                     f"--align, `ippon doctor --robot {self._config.robot}` says what the robot "
                     "sends"
                 )
-            raise RegistrationError(
-                f"the robot has turned by {turned:.0f} degrees within {patience_s:.0f} s"
-            )
+            text = f"the robot has turned by {turned:.0f} degrees within {patience_s:.0f} s"
+            if self._last.contact:
+                text = f"the bumper is pressed; {text}"
+            raise RegistrationError(text)
 
     def _lacks(self) -> str:
         """Return which streams never came or what else an image lacks, and what was refused."""
@@ -177,7 +178,7 @@ class Alignment:
         dt_s = 0.0 if self._last is None else (frame.stamp_ns - self._last.stamp_ns) / NANOSECONDS
         self._note_turn(frame)
         command = self._command(frame, dt_s)
-        is_free = moves_base(command) or self.is_stopped
+        is_free = moves_base(command) or self.is_stopped or frame.contact
         self._blocked_s = 0.0 if is_free else self._blocked_s + dt_s
         self._stream.give(command, frame.stamp_ns)
         self._last = frame

@@ -167,6 +167,15 @@ def test_a_bumper_that_tells_its_changes_only_is_pressed_until_its_release(assem
     assert not assembler.take().contact
 
 
+def test_a_bumper_does_not_stay_pressed_where_the_robot_starts_again(assembler):
+    assembler.add_contact(pressed=True)
+    feed(assembler, 100 * PERIOD)
+    assert assembler.take().contact
+    feed(assembler, PERIOD)
+    assert assembler.restarts == 1
+    assert not assembler.take().contact
+
+
 def test_old_stamps_are_not_offered_again(assembler):
     feed(assembler, 3 * PERIOD)
     assembler.take()

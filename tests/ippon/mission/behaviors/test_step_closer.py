@@ -61,7 +61,7 @@ class Follower:
 
 
 def search_of(images) -> SimpleNamespace:
-    check = SimpleNamespace(recognised_at=lambda _find: images)
+    check = SimpleNamespace(recognised_at=lambda _find: images, share=lambda _find: 1.0)
     goal = SimpleNamespace(display="hat", goal_id=1, object="hat")
     return SimpleNamespace(image_check=check, goal=goal, candidates=())
 

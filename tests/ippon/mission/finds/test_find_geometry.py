@@ -137,3 +137,9 @@ def test_a_find_alone_is_covered_by_balls_that_reach_little_farther(size_m):
     assert (away <= radii - 0.1 + 1e-9).any(axis=0).all()
     reach_m = max(centre[1] + radius_m for centre, radius_m in region.balls)
     assert reach_m - region.centre_world[1] - 0.5 * size_m[1] < 0.45
+
+
+@pytest.mark.parametrize("size_m", [(3.0, 2.0, 0.05), (8.0, 6.0, 0.0), (1.0, 0.05, 0.7)])
+def test_few_balls_cover_a_flat_find(size_m):
+    region = exclusion_of_itself(find(0.0, 40, size_m=size_m), 0.05)
+    assert 1 < len(region.balls) <= 16
