@@ -95,31 +95,37 @@ def _mapped_obstacles_kernel(arrays, x, y, radius, low, high, out):
 
 
 def mapped_drops(
-    arrays: MapArrays, robot: RobotProfile, T_world_base: Float64Array, radius_m: float
+    arrays: MapArrays,
+    robot: RobotProfile,
+    T_world_base: Float64Array,
+    radius_m: float,
+    floor_z_m: float | None = None,
 ) -> Float64Array:
     """List the columns in which the map shows that the floor ends.
 
-    The planner, whose floor may be `height_tolerance_m` off the base, avoids all of them. A robot
-    that stands in the middle of a drop is not at the height that the map has there, so its drops
-    are not believed.
+    A robot that stands in the middle of a drop is not at the height that the map has there, so its
+    drops are not believed.
 
     Args:
         arrays: The map.
         robot: Its step height.
         T_world_base: Pose of the robot.
         radius_m: Radius of the search around it.
+        floor_z_m: Height at which the planner has read the floor, if it has: both see the same
+            drops, as long as the robot is on that floor.
 
     Returns:
         (M, 2) float64 world x and y of their centres, metres.
     """
     v = arrays.voxel_size
     x, y, z = T_world_base[:3, 3].tolist()
-    low = HeightBands.of(robot, z - height_tolerance_m(robot, v), v).floor_low
-    high = HeightBands.of(robot, z, v).floor_high
+    if floor_z_m is not None and abs(floor_z_m - z) <= height_tolerance_m(robot, v):
+        z = floor_z_m
+    bands = HeightBands.of(robot, z, v)
     side = 2 * math.ceil(radius_m / v) + 5
     absent = np.empty((side, side), dtype=np.bool_)
     out = np.empty((side * side, 2), dtype=np.float64)
-    count = _drops_kernel(arrays, x, y, radius_m, low, high, absent, out)
+    count = _drops_kernel(arrays, x, y, radius_m, bands.floor_low, bands.floor_high, absent, out)
     return out[:count]
 
 
@@ -159,6 +165,7 @@ def hazards_around(
     T_world_base: Float64Array,
     radius_m: float,
     frame: Frame | None = None,
+    floor_z_m: float | None = None,
 ) -> Hazards:
     """List the obstacles of the map and, where there is one, of the newest image, and the drops.
 
@@ -168,6 +175,7 @@ def hazards_around(
         T_world_base: Pose of the robot.
         radius_m: Radius of the search around it.
         frame: The newest image; None for the map alone.
+        floor_z_m: See `mapped_drops`.
 
     Returns:
         See `mapped_obstacles`, `observed_obstacles` and `mapped_drops`.
@@ -176,7 +184,7 @@ def hazards_around(
     if frame is not None:
         seen = observed_obstacles(frame, robot, arrays.voxel_size, radius_m)
         obstacles = np.concatenate([obstacles, seen])
-    return Hazards(obstacles, mapped_drops(arrays, robot, T_world_base, radius_m))
+    return Hazards(obstacles, mapped_drops(arrays, robot, T_world_base, radius_m, floor_z_m))
 
 
 def observed_obstacles(

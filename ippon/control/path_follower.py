@@ -183,7 +183,7 @@ class PathFollower:
         braking = config.braking_share * robot.max_linear_acceleration_m_s2
         remaining = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
         reach = 0.5 * robot.max_linear_m_s**2 / braking + 0.4
-        obstacles = hazards_around(map_arrays, robot, T_world_base, reach + robot.radius_m).all
+        obstacles = self._hazards(map_arrays, T_world_base, reach + robot.radius_m, plan)
         room, free = self._free_ahead(path, obstacles, reach, backwards=backwards)
         speed = robot.max_linear_m_s * self._speed_fraction(room) * max(0.2, math.cos(1.5 * off))
         if not backwards:
@@ -203,12 +203,19 @@ class PathFollower:
         if not plan.can_turn(off):
             return True
         reach = robot.radius_m + OVERLAP_TOLERANCE_M
-        obstacles = hazards_around(map_arrays, robot, T_world_base, reach).all
+        obstacles = self._hazards(map_arrays, T_world_base, reach, plan)
         turn = np.linspace(0.0, off, math.ceil(abs(off) / _TURN_STEP_RAD) + 1)
         here = np.tile(T_world_base[:2, 3], (len(turn), 1))
         poses = np.column_stack([here, yaw_of(T_world_base) + turn])
         room = disc_clearance(robot.outline, poses, obstacles)
         return bool(room.min() < min(-OVERLAP_TOLERANCE_M, float(room[0]) - 0.01))
+
+    def _hazards(
+        self, map_arrays: MapArrays, T_world_base: Float64Array, reach_m: float, plan: Plan
+    ) -> Float64Array:
+        return hazards_around(
+            map_arrays, self._robot, T_world_base, reach_m, floor_z_m=plan.floor_z_m
+        ).all
 
     def _free_ahead(
         self, path: Float64Array, obstacles: Float64Array, reach: float, *, backwards: bool

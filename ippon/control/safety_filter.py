@@ -28,6 +28,7 @@ def filter_command(
     map_arrays: MapArrays,
     horizon_s: float,
     frame: Frame | None = None,
+    floor_z_m: float | None = None,
 ) -> tuple[Command, str | None]:
     """Scale a command down until the robot can execute it and still stop in time.
 
@@ -43,12 +44,13 @@ def filter_command(
         map_arrays: The map; unknown space is no obstacle here.
         horizon_s: Longest time until the next command, seconds.
         frame: The newest image, whose obstacles may not be in the map yet; None if there is none.
+        floor_z_m: See `mapped_drops`.
 
     Returns:
         The safe command, and the reason if it differs from the requested one, else None.
     """
     reach_m = checked_reach_m(robot, abs(command.linear_m_s), horizon_s)
-    hazards = hazards_around(map_arrays, robot, T_world_base, reach_m, frame)
+    hazards = hazards_around(map_arrays, robot, T_world_base, reach_m, frame, floor_z_m)
     return filter_among_hazards(command, T_world_base, robot, hazards, horizon_s)
 
 

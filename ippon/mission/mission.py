@@ -118,6 +118,11 @@ class Mission:
         """Height of the floor under the robot, world frame, metres; 0 before the first frame."""
         return 0.0 if self._last is None else float(self._last.T_world_base[2, 3])
 
+    @property
+    def planned_floor_z_m(self) -> float | None:
+        """Height at which the planner has read the floor, metres; None without a plan."""
+        return None if self._plan is None else self._plan.floor_z_m
+
     def preview(self, guidance: Guidance) -> Preview | None:
         """Return what would be chosen next with other levels; the mission does not change.
 
@@ -179,7 +184,9 @@ class Mission:
         wanted = self.motion.accelerate(action, dt_s, brakes_at_once=stops)
         followed = wanted if self.operator.follows_mission else None
         self._behaviors.recovery.watch(frame, followed, self.operator.speed_limit)
-        command, reason = self.motion.avoid_collision(wanted, frame, dt_s, age_s)
+        command, reason = self.motion.avoid_collision(
+            wanted, frame, dt_s, age_s, self.planned_floor_z_m
+        )
         if moves_base(wanted) and not moves_base(command):
             # No space to turn: the look around cannot be completed here.
             self._behaviors.look_around.abandon(self.search)

@@ -65,7 +65,12 @@ class SafeMotion:
         return limit_acceleration(command, last, self._robot, step_s, brakes_at_once=at_once)
 
     def avoid_collision(
-        self, command: Command, frame: Frame, dt_s: float, age_s: float = 0.0
+        self,
+        command: Command,
+        frame: Frame,
+        dt_s: float,
+        age_s: float = 0.0,
+        floor_z_m: float | None = None,
     ) -> tuple[Command, str | None]:
         """Scale a command down until it is free of collisions, and keep it as the last one.
 
@@ -74,6 +79,7 @@ class SafeMotion:
             frame: Pose and newest image.
             dt_s: Seconds since the last frame.
             age_s: Seconds since the frame was taken: the robot has driven on meanwhile.
+            floor_z_m: Height at which the planner has read the floor; None for that of the base.
 
         Returns:
             The safe command, and the reason if it differs from the wanted one.
@@ -82,7 +88,13 @@ class SafeMotion:
         if moves_base(command):
             horizon_s = min(max(dt_s, MIN_HORIZON_S), MAX_HORIZON_S) + min(age_s, MAX_AGE_S)
             command, reason = filter_command(
-                command, frame.T_world_base, self._robot, self._voxel_map.arrays(), horizon_s, frame
+                command,
+                frame.T_world_base,
+                self._robot,
+                self._voxel_map.arrays(),
+                horizon_s,
+                frame,
+                floor_z_m,
             )
         self.last = command
         return command, reason

@@ -96,6 +96,8 @@ class Plan:
     free_turn_rad: tuple[float, float] = (math.pi, math.pi)
     """How far a long body can turn on the spot, to the right and to the left, before it would reach
     an obstacle, a drop or floor that was not seen."""
+    floor_z_m: float | None = None
+    """Height at which the planner has read the floor, world frame; None for that of the base."""
     full: bool = False
     """The roadmap is full: it takes no viewpoint beyond those that it has."""
     cut_short: bool = False

@@ -196,8 +196,7 @@ class ViewpointPlanner:
         grown = saturated and not growth.cut_short
         done = grown and selector.node is None and not self._gain_is_left(map_arrays, tree)
         exhausted = done and not self._chances.relax()
-        self._tree = tree
-        exporter = self._exporter(self._viewpoints, tree, scores)
+        self._tree, exporter = tree, self._exporter(self._viewpoints, tree, scores)
         return Plan(
             target=exporter.target(selector.node, look),
             path_world=np.column_stack([path, np.full(len(path), self._floor.floor_z_m)]),
@@ -209,6 +208,7 @@ class ViewpointPlanner:
             unseen_shortcut_m=unseen_shortcut_m(around.grid, around.limits, around.margin_m, path),
             floor_gap=self._gaps.step(self._floor, reachable, (x, y), deadline),
             free_turn_rad=self._floor.free_turn(T_world_base),
+            floor_z_m=self._floor.floor_z_m,
             cut_short=deadline.cut_short,
             max_gain_per_s=max_gain_per_s(self.config.selection, scores),
             full=self._roadmap.room == 0,

@@ -212,6 +212,7 @@ class Navigator:
             self._mission.voxel_map.arrays(),
             waypoint,
             age_s,
+            self._mission.planned_floor_z_m,
         )
         if moves_base(result.command) and not moves_base(command):
             self._mission.motion.resume_from(Command())

@@ -64,7 +64,7 @@ def test_the_planner_avoids_all_drops_at_any_height_of_one_floor(floor_with):
         at = base_pose(0.0, 0.0, z, 0.0)
         floor.update(arrays, at)
         obstacles = np.argwhere(floor.grid.kind == OBSTACLE) + floor.grid.origin
-        found = np.floor(mapped_drops(arrays, ZED, at, 2.0) / 0.05).astype(int)
+        found = np.floor(mapped_drops(arrays, ZED, at, 2.0, floor.floor_z_m) / 0.05).astype(int)
         assert {*map(tuple, found.tolist())} <= {*map(tuple, obstacles.tolist())}
         assert len(found) > 0
 

@@ -155,6 +155,7 @@ class CommandMux:
         arrays: MapArrays,
         waypoint: tuple[float, float] | None,
         age_s: float = 0.0,
+        floor_z_m: float | None = None,
     ) -> Command:
         """Update pose and obstacles from a frame, and command.
 
@@ -164,13 +165,14 @@ class CommandMux:
             arrays: The map that includes the frame.
             waypoint: Point that the operator sent the robot to, None for none.
             age_s: Seconds since the frame was taken, during which the robot has driven on.
+            floor_z_m: Height at which the planner has read the floor, if it has.
 
         Returns:
             The command that was sent.
         """
         # The next command comes a tick later, or two.
         horizon_s = max(HORIZON_S, min(age_s, MAX_AGE_S) + 2 * TICK_S)
-        hazards = self._hazards_near(frame, arrays, horizon_s)
+        hazards = self._hazards_near(frame, arrays, horizon_s, floor_z_m)
         with self._lock:
             self._horizon_s = horizon_s
             self._planned, self._waypoint = planned, waypoint
@@ -184,13 +186,15 @@ class CommandMux:
                 self._tilt_rad = frame.tilt_rad
             return self._tick(self._framed_at)
 
-    def _hazards_near(self, frame: Frame, arrays: MapArrays, horizon_s: float) -> Hazards:
+    def _hazards_near(
+        self, frame: Frame, arrays: MapArrays, horizon_s: float, floor_z_m: float | None
+    ) -> Hazards:
         """Copy the obstacles and drops that matter: only the mission's thread may read the map."""
         robot = self._profile
         reach_m = max(LEAST_REACH_M, checked_reach_m(robot, robot.max_linear_m_s, horizon_s))
         # In Auto the mission's command is filtered already.
         newest = None if self._mode is DriveMode.AUTO else frame
-        return hazards_around(arrays, robot, frame.T_world_base, reach_m, newest)
+        return hazards_around(arrays, robot, frame.T_world_base, reach_m, newest, floor_z_m)
 
     def status(self) -> DriveStatus:
         """Return drive mode, waypoint, limits and the filter's last intervention."""
