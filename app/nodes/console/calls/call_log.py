@@ -87,11 +87,10 @@ class CallLog:
         Of a judged find nobody needs to hear. A navigator that was started again counts its goals
         from 1: what can be repeated is only a goal of the same name.
         """
-        open_ones = {
-            kind: [one for one in held if not verdict_on(one, status)]
-            for kind, held in self._held.items()
-        }
-        self._held = {kind: held for kind, held in open_ones.items() if held}
+        for kind, held in list(self._held.items()):
+            self._held[kind] = [one for one in held if not verdict_on(one, status)]
+            if not self._held[kind]:
+                del self._held[kind]
         with self._lock:
             for place, call in enumerate(self._calls):
                 if not call.judged and (judged := verdict_on(call.occasion, status)):
