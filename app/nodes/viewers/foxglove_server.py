@@ -116,6 +116,8 @@ class FoxgloveServer(ServerListener):
         """Clouds that lack changes or that a client has just subscribed to."""
         self._T_map_world: Float64Array | None = None
         self._now_ns = 0
+        self._forgotten = 0
+        """How often the scene had been forgotten when it was last drawn."""
         self._sent_at: dict[str, float] = {}
         self._link_problem = ""
         """Why the robot is not heard; empty while it is."""
@@ -193,10 +195,12 @@ class FoxgloveServer(ServerListener):
             self._server.remove_status([_LINK])
 
     def _set_clock(self, scene: SceneModel) -> None:
-        now_ns = clock_ns(scene)
-        is_new = begins_again(now_ns, self._now_ns)
+        # A navigator that was started again has no time before its first frame.
+        now_ns = clock_ns(scene) or self._now_ns
+        is_new = begins_again(now_ns, self._now_ns) or scene.forgotten != self._forgotten
+        self._forgotten = scene.forgotten
         if is_new:
-            logger.info("the robot's clock began again: clients forget what they have")
+            logger.info("robot or navigator began again: clients forget what they have")
             for key in _OF_SESSION:
                 self._kept.pop(key, None)
             self._server.clear_session()

@@ -139,8 +139,9 @@ class RerunScene:
 
     def _at(self, stamp_ns: int) -> None:
         if stamp_ns == 0:
-            self._stream.reset_time()
-        elif stamp_ns > _SINCE_1970_NS:
+            # A navigator has no time before its first frame: what is drawn is of the time before.
+            return
+        if stamp_ns > _SINCE_1970_NS:
             self._stream.set_time(TIMELINE, timestamp=np.datetime64(stamp_ns, "ns"))
         else:
             self._stream.set_time(TIMELINE, duration=np.timedelta64(stamp_ns, "ns"))

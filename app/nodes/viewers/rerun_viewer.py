@@ -152,7 +152,8 @@ class RerunViewer:
         if self.closed:
             return
         now = time.monotonic()
-        now_ns, before_ns = clock_ns(scene), self._now_ns
+        # A navigator that was started again has no time before its first frame.
+        now_ns, before_ns = clock_ns(scene) or self._now_ns, self._now_ns
         self._now_ns = now_ns
         if begins_again(now_ns, before_ns):
             self._begin_again(scene)

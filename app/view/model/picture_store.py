@@ -14,6 +14,8 @@ KEPT: Final = 160
 """Number of pictures, about 5 MB."""
 MOVED_M: Final = 0.3
 TURNED_RAD: Final = math.radians(18.0)
+_FAR_NS: Final = 500_000_000
+"""An image this far from every pose was stamped by another clock."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,6 +55,8 @@ class PictureStore:
     def place(self, poses: Sequence[tuple[int, Float64Array]]) -> None:
         """Store the held image with the pose that is nearest to it in time.
 
+        If all are far from it in time, the camera has a clock of its own: then with the last pose.
+
         Args:
             poses: Stamp in nanoseconds and T_world_camera of the last poses, in order.
         """
@@ -60,7 +64,8 @@ class PictureStore:
             return
         (image, camera), self._held = self._held, None
         # Of one stamp the last: the map may have been aligned since.
-        _, T_world_camera = min(reversed(poses), key=lambda pose: abs(pose[0] - image.stamp_ns))
+        nearest = min(reversed(poses), key=lambda pose: abs(pose[0] - image.stamp_ns))
+        _, T_world_camera = poses[-1] if abs(nearest[0] - image.stamp_ns) > _FAR_NS else nearest
         self.add(image.stamp_ns, image.encoded, camera, T_world_camera)
 
     def add(

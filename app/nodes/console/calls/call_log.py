@@ -43,8 +43,8 @@ class CallLog:
         self._calls: deque[Call] = deque(maxlen=KEPT)
         self._number = 0
         self._called_s: dict[CallKind, float] = {}
-        self._held: dict[CallKind, tuple[Occasion, int]] = {}
-        """The latest occasion of each kind since its last call, and how many there were."""
+        self._held: dict[CallKind, list[Occasion]] = {}
+        """Occasions of each kind since its last call, without finds that were judged."""
 
     def send_to(self, send: Callable[[Call], None], webhook: str) -> None:
         """Send calls to a webhook from now on.
@@ -71,16 +71,15 @@ class CallLog:
             holding: Kinds of what holds now; a state that is over is only counted.
         """
         for one in occasions:
-            _, count = self._held.get(one.kind, (one, 0))
-            self._held[one.kind] = (one, count + 1)
-        for kind, (one, count) in list(self._held.items()):
+            self._held.setdefault(one.kind, []).append(one)
+        for kind, held in list(self._held.items()):
             if kind in _STATES and kind not in holding:
                 continue
             last_s = self._called_s.get(kind)
             if last_s is None or now_s - last_s >= EVERY_S:
                 del self._held[kind]
                 self._called_s[kind] = now_s
-                self._call(one, count, wall_ns)
+                self._call(held[-1], len(held), wall_ns)
 
     def follow(self, status: Status) -> None:
         """Note the verdicts on finds that were called for, and the goals that are no longer known.
@@ -88,8 +87,9 @@ class CallLog:
         Of a judged find nobody needs to hear. A navigator that was started again counts its goals
         from 1: what can be repeated is only a goal of the same name.
         """
-        for kind, (one, _) in list(self._held.items()):
-            if verdict_on(one, status):
+        for kind, held in list(self._held.items()):
+            self._held[kind] = [one for one in held if not verdict_on(one, status)]
+            if not self._held[kind]:
                 del self._held[kind]
         with self._lock:
             for place, call in enumerate(self._calls):
@@ -149,6 +149,9 @@ def verdict_on(one: Occasion, status: Status) -> Verdict:
         confirmed |= {goal.find: goal.confirmed} if goal.find else {}
         if one.find in confirmed:
             return "confirmed" if confirmed[one.find] else ""
+        if goal.find is None and goal.outcome in ("found", "out_of_reach"):
+            # A navigator of an earlier version does not say which find was the last.
+            return ""
         return "rejected" if goal.rejected else ""
     # The finds of a goal are numbered as they come.
     if one.find <= goal.rejected:

@@ -37,7 +37,10 @@ class LastQuestions:
         return True
 
     def take_outdated(self) -> list[tuple[str, str]]:
-        """Return the words of questions that are over while another goal runs; each once."""
+        """Return the words of questions that are over while another goal runs; each once.
+
+        Words that are searched for still, in another scenario, are left out.
+        """
         goal = None if self._status is None else self._status.goal
         if goal is None or goal.outcome != "active":
             return []
@@ -46,7 +49,9 @@ class LastQuestions:
             for question, asked in self._asked.items()
             if goal.goal_id not in asked.goals and not self._go_on(asked.goals)
         ]
-        return [self._asked.pop(question).words for question in over]
+        ended = [self._asked.pop(question).words for question in over]
+        going = {asked.words for asked in self._asked.values()}
+        return [words for words in ended if words not in going]
 
     def accepted(self, question: Question, goals: set[int], words: tuple[str, str]) -> None:
         """Note the goals of a question.

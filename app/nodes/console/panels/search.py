@@ -64,7 +64,7 @@ class SearchPanel:
         self._find: FindReport | None = None
         self._pictures = FindPictures()
         self._is_pictured = False
-        """Whether the find that is shown has its picture."""
+        """Whether a find is shown with its picture; without one the camera is shown."""
         self._find_waits = False
         """Whether the find that is shown waits for a verdict."""
         self._state = ""
@@ -116,7 +116,7 @@ class SearchPanel:
         """Show what changed."""
         if "status" in changed and model.status is not None:
             self._show_status(model.status, model)
-        if "image" in changed and model.image is not None and self._find is None:
+        if "image" in changed and model.image is not None and not self._is_pictured:
             self._show_camera(model.image.encoded)
         if "proximity" in changed and model.proximity is not None:
             self._common_sense.show(model.proximity)
@@ -275,13 +275,13 @@ class SearchPanel:
         self._state = status.state
         self._candidates.show(model)
         self._counted.show(status)
-        find = status.find
-        self._camera.visible = (
-            find is None and not self._candidates.is_shown and model.image is not None
-        )
-        waits = awaited_find(status) is not None
-        if find is not None and (find != self._find or not self._is_pictured):
+        find, waits = status.find, awaited_find(status) is not None
+        if find is None:
+            self._is_pictured = False
+        elif find != self._find or not self._is_pictured:
             self._show_picture(find, status, model)
+        has_picture = self._is_pictured or (find is None and self._candidates.is_shown)
+        self._camera.visible = model.image is not None and not has_picture
         if (find, waits) == (self._find, self._find_waits):
             return
         self._find, self._find_waits = find, waits

@@ -262,6 +262,16 @@ def test_what_a_new_navigator_publishes_before_its_first_status_is_kept(server, 
     assert client.messages["/guidance/levels"] == [levels]
 
 
+def test_the_clock_goes_on_while_a_navigator_that_was_started_again_has_no_time(server):
+    path, model, times = StampedPath(stamp_ns=1, points_world=np.zeros((1, 3))), SceneModel(), []
+    for stamp_ns in (10_000_000_000, 0, 11_000_000_000):
+        server.take(keys.PLAN_PATH, encode_path(path))
+        model.on_status(status_of(stamp_ns=stamp_ns))
+        server.draw(model, model.take_changes())
+        times.append((server._now_ns, keys.PLAN_PATH in server._kept))
+    assert times == [(10_000_000_000, True), (10_000_000_000, False), (11_000_000_000, True)]
+
+
 def _x(client):
     return decode_transforms(client.messages["/tf"][-1])[0].T_parent_child[0, 3]
 

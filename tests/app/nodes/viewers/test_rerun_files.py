@@ -78,6 +78,21 @@ def test_a_clock_that_begins_again_begins_another_file(model, save, tmp_path):
     assert (tmp_path / "a-2.rrd").read_text() == "of somebody"
 
 
+def test_a_navigator_that_is_started_again_alone_goes_on_in_the_file(model, save, tmp_path):
+    save.draw(model, model.take_changes())
+    for state, stamp_ns in (("starting", 0), ("paused", 301 * SECOND_NS)):
+        model.on_status(status_of(state, stamp_ns=stamp_ns))
+        save.draw(model, model.take_changes())
+    assert not (tmp_path / "a-2.rrd").exists()
+    for stamp_ns in (0, 2 * SECOND_NS):
+        model.on_status(status_of(stamp_ns=stamp_ns))
+        save.draw(model, model.take_changes())
+    save.close()
+    assert (tmp_path / "a-2.rrd").exists(), "with the robot"
+    chunks = _chunks(tmp_path / "a.rrd", STATUS)
+    assert all("robot_time" in chunk.to_record_batch().schema.names for chunk in chunks)
+
+
 def test_what_comes_before_the_clock_is_seen_at_every_time(save, tmp_path):
     model = SceneModel()
     camera = PinholeCamera(fx=200.0, fy=200.0, cx=160.0, cy=120.0, width=320, height=240)

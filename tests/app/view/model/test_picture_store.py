@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from app.messages.images import CompressedColor
 from app.view.model.picture_store import KEPT, PictureStore
 from ippon.camera import PinholeCamera
 
@@ -45,3 +46,14 @@ def test_an_album_does_not_grow_without_end():
     assert pictures.find(KEPT + 19) is not None
     pictures.clear()
     assert pictures.find(KEPT + 19) is None
+
+
+def test_a_picture_has_the_pose_of_its_time_and_of_another_clock_the_last_one():
+    poses = [(1_000_000_000 + 100_000_000 * n, pose(float(n))) for n in range(5)]
+    stamps_ns = (900_000_000, 1_140_000_000, 60_000_000, 9_000_000_000)
+    for stamp_ns, x in zip(stamps_ns, (0.0, 1.0, 4.0, 4.0), strict=True):
+        pictures = PictureStore()
+        image = CompressedColor(stamp_ns=stamp_ns, frame_id="camera", encoded=b"jpeg")
+        pictures.hold(image, CAMERA)
+        pictures.place(poses)
+        assert pictures.find(0).T_world_camera[0, 3] == x

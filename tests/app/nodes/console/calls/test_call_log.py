@@ -106,16 +106,28 @@ def test_the_last_of_several_finds_and_a_rejected_one_have_their_verdicts():
     counted = [CountedFind(number=1, position_world=(1.0, 2.0, 0.5))]
     two = GoalStatus(goal_id=1, object="hat", count=2, counted=counted, outcome="found", find=2)
     log.step([find_of(1, 2)], 0.0, 1)
-    log.step([find_of(1, 3)], 10.0, 2)
+    log.step([find_of(1, 1), find_of(1, 3)], 10.0, 2)
     log.follow(status_of(goal=two))
     assert [one.judged for one in log.shown().calls] == [""]
     log.follow(status_of(goal=replace(two, confirmed=True, rejected=1)))
     log.step([], 2 * EVERY_S, 3)
-    assert [one.judged for one in log.shown().calls] == ["confirmed"], "the third is not called for"
+    first, second = log.shown().calls
+    assert (first.occasion.find, first.count) == (1, 1), "the third is not called for"
+    assert second.judged == "confirmed"
     log = CallLog()
     log.step([find_of(1, 2)], 0.0, 1)
     log.follow(status_of(goal=replace(two, outcome="active", find=None, rejected=1)))
     assert [one.judged for one in log.shown().calls] == ["rejected"]
+
+
+def test_the_last_find_of_a_navigator_that_does_not_number_it_is_not_rejected():
+    log = CallLog()
+    counted = [CountedFind(number=1, position_world=(1.0, 2.0, 0.5), confirmed=True)]
+    two = GoalStatus(goal_id=1, object="hat", count=2, counted=counted, outcome="found", rejected=1)
+    log.step([find_of(1, 3)], 0.0, 1)
+    log.step([find_of(1, 1)], EVERY_S, 2)
+    log.follow(status_of(goal=two))
+    assert [one.judged for one in log.shown().calls] == ["confirmed", ""]
 
 
 def test_a_goal_that_the_navigator_does_not_know_any_more_cannot_be_repeated():

@@ -1,3 +1,5 @@
+from msgspec.structs import replace
+
 from app.messages.status import GoalStatus
 from app.nodes.console.panels.last_questions import LastQuestions
 from tests.app.nodes.console.drawn_home import status_of
@@ -40,6 +42,18 @@ def test_a_question_that_is_over_is_outdated_by_the_next_goal():
     last.follow(status_of(goal=mug, history=[found]))
     assert last.take_outdated() == [("hat", "")]
     assert not last.take_outdated(), "said once"
+
+
+def test_words_that_are_searched_for_in_another_scenario_are_not_outdated():
+    last = _asked([1])
+    last.accepted(("hat", "", "an office"), {2}, HAT[:2])
+    found = GoalStatus(goal_id=1, object="hat", outcome="found")
+    second = GoalStatus(goal_id=2, object="hat", outcome="active")
+    last.follow(status_of(goal=second, history=[found]))
+    assert not last.take_outdated()
+    mug = GoalStatus(goal_id=3, object="mug", outcome="active")
+    last.follow(status_of(goal=mug, history=[found, replace(second, outcome="found")]))
+    assert last.take_outdated() == [("hat", "")]
 
 
 def test_another_question_in_between_changes_nothing():

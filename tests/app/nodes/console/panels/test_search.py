@@ -48,6 +48,30 @@ def test_a_find_without_an_image_has_no_picture_until_one_comes(monkeypatch, sta
     assert (crop.visible, shown) == (True, [b"of the find"])
 
 
+def test_a_find_of_which_no_image_is_kept_is_judged_by_what_the_robot_sees(monkeypatch, stage):
+    monkeypatch.setattr(search, "encoded_picture", lambda encoded, *_, **__: encoded)
+    shown = []
+    monkeypatch.setattr(search, "show_jpeg_in_panel", lambda _, jpeg: shown.append(jpeg))
+    monkeypatch.setattr(find_picture, "outlined", lambda encoded, _: encoded)
+    gui, images = MagicMock(), []
+    gui.add_image.side_effect = lambda *_, **props: images.append(MagicMock(**props)) or images[-1]
+    panel = search.SearchPanel(gui, MagicMock(say=ENGLISH, recorded=False))
+    (crop, camera), model = images, SceneModel()
+    find = msgspec.structs.replace(stage.find_of(), stamp_ns=1)
+    states = []
+    for minute, image in ((2, b"late"), (3, b"later"), (0, b"of the find"), (4, b"elsewhere")):
+        stamp_ns = 60_000_000_000 * minute
+        model.on_image(CompressedColor(stamp_ns=stamp_ns, frame_id="camera", encoded=image))
+        model.on_status(stage.status_of("found", find=find))
+        panel.update(model, model.take_changes())
+        states.append((crop.visible, camera.visible))
+    assert states == [(False, True)] * 2 + [(True, False)] * 2
+    assert shown == [b"late", b"later", b"of the find"]
+    model.on_status(stage.status_of("searching"))
+    panel.update(model, model.take_changes())
+    assert camera.visible, "the search goes on"
+
+
 def test_a_verdict_names_the_find_that_is_shown(monkeypatch, stage):
     monkeypatch.setattr(search, "show_jpeg_in_panel", lambda *_: None)
     gui, actions = MagicMock(), MagicMock(say=ENGLISH, recorded=False)
