@@ -18,7 +18,7 @@ from ippon.guidance.language.context_polarity import (
     retracts,
     strength_of,
 )
-from ippon.guidance.language.mentions import Mention, find_mentions, room_phrases
+from ippon.guidance.language.mentions import Mention, distinction, find_mentions, room_phrases
 from ippon.guidance.language.naming import category_of
 from ippon.guidance.language.words import ADJECTIVES, DETERMINERS, Token, tokenize
 from ippon.vocabulary import in_words
@@ -51,6 +51,8 @@ class Claim:
     text: str
     """The operator's words."""
 
+    which: frozenset[str] = frozenset()
+    """Words that tell the place from others of its type: "small", "anna's"."""
     @property
     def firm(self) -> bool:
         """Whether the place is stated, not given as a habit or a possibility."""
@@ -143,6 +145,8 @@ def _corrects(later: Claim, claim: Claim) -> bool:
         return later.relation not in lexicon.BESIDE
     beside = {later.relation, claim.relation} & lexicon.BESIDE
     if beside and later.relation != claim.relation:
+    if later.negated and not later.which <= claim.which:
+        return False  # "In a bathroom, but not in the guest bathroom".
         return False
     same_room = claim.room == later.room or (later.negated and later.room is None)
     return claim.place == later.place and same_room
@@ -236,6 +240,7 @@ def _read_clause(
             for place in mention.places
         ]
     return _join(claims, context)
+                which=distinction(words, begin, mention),
 
 
 def _relation_before(
