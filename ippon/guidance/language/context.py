@@ -17,8 +17,9 @@ from ippon.guidance.language.context_polarity import (
     polarity,
     retracts,
     strength_of,
+    was_placed,
 )
-from ippon.guidance.language.mentions import Mention, find_mentions, room_phrases
+from ippon.guidance.language.mentions import Mention, distinction, find_mentions, room_phrases
 from ippon.guidance.language.naming import category_of
 from ippon.guidance.language.words import ADJECTIVES, DETERMINERS, Token, tokenize
 from ippon.vocabulary import in_words
@@ -50,6 +51,8 @@ class Claim:
     end: int
     text: str
     """The operator's words."""
+    which: frozenset[str] = frozenset()
+    """Words that tell the place from others of its type: "small", "anna's"."""
 
     @property
     def firm(self) -> bool:
@@ -95,12 +98,15 @@ def read_context(
     knowledge = load_knowledge()
     claims: list[Claim] = []
     last = 0
+    placed = False
     notes: list[str] = []
     for clause in _clauses(context):
         found = _read_clause(context, clause, knowledge, ooi, rooms)
-        if is_gone(clause.words) and found:
+        placed = was_placed(clause.words) if found else placed
+        gone = is_gone(clause.words, placed=placed)
+        if gone and found:
             found = [_retracted(claim, clause) for claim in found]
-        elif not found and (retracts(clause.words) or is_gone(clause.words)):
+        elif not found and (gone or retracts(clause.words)):
             claims[last:] = [_retracted(claim, clause) for claim in claims[last:]]
         last = len(claims) if found else last
         claims += found
@@ -139,6 +145,8 @@ def _corrects(later: Claim, claim: Claim) -> bool:
     """Tell whether a claim takes an earlier one back: "in the hall, but it's not in the hall"."""
     if later.negated == claim.negated or claim.firm > later.firm:
         return False
+    if later.negated and not later.which <= claim.which:
+        return False  # "In a bathroom, but not in the guest bathroom".
     if later.negated and later.kind == "room" and claim.room == later.place:
         return later.relation not in lexicon.BESIDE
     beside = {later.relation, claim.relation} & lexicon.BESIDE
@@ -232,6 +240,7 @@ def _read_clause(
                 start=start,
                 end=end,
                 text=text,
+                which=distinction(words, begin, mention),
             )
             for place in mention.places
         ]

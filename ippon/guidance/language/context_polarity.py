@@ -29,6 +29,12 @@ _GONE = re.compile(
 )
 """What says that a thing was not where it was said to be."""
 _GONE_NOW = re.compile(rf"\b{lexicon.GONE_SINCE}(?: (?:now|again|already))*$")
+_PLACED = re.compile(
+    r"\b(?:was|were|been|had|seen|placed|puts?|kept|keeps?(?! \w+ing)|leaves?|forgot|dropped|"
+    r"stored|laid|lay|stood|sat|hung|(?:i|we|he|she|they|you|last) saw|"
+    r"(?<!\bthe )(?<!\bmy )(?<!\bhis )(?<!\bher )left)\b"
+)
+"""What says that a thing was at a place; "the left shoe" does not."""
 
 _USED = word_set(
     "hair beard face teeth email emails mail mails inbox message messages text texts phone watch "
@@ -99,9 +105,23 @@ def retracts(words: list[str]) -> bool:
     return absent or bool(_GONE.search(said.strip()))
 
 
-def is_gone(words: list[str]) -> bool:
-    """Tell whether a clause ends in "it's gone"."""
-    return "if" not in words and bool(_GONE_NOW.search(" ".join(words)))
+def was_placed(words: list[str]) -> bool:
+    """Tell whether a thing is said to have been at a place: "I left it on", not "check"."""
+    guessed = (lexicon.BELIEFS | lexicon.DOUBTS) & set(words)
+    return not guessed and bool(_PLACED.search(" ".join(words)))
+
+
+def is_gone(words: list[str], *, placed: bool) -> bool:
+    """Tell whether a clause ends in "it's gone" and takes back where a thing is.
+
+    "Check the garage, it's missing" only says why.
+
+    Args:
+        words: All words of the clause.
+        placed: Whether the thing is said to have been at the place.
+    """
+    gone = "if" not in words and bool(_GONE_NOW.search(" ".join(words)))
+    return gone and (placed or "but" in words)
 
 
 def _statement_start(words: list[str], begin: int, places: Container[int]) -> int:

@@ -11,12 +11,15 @@ from ippon.guidance.knowledge import Knowledge, load_knowledge
 from ippon.guidance.language.context_words import RELATIONS, STOREYS
 from ippon.guidance.language.naming import resolve_object
 from ippon.guidance.language.words import ADJECTIVES, DETERMINERS, tokenize, word_set
+from ippon.vocabulary import in_words
 
 _LONGEST = 5
 _VERBS = word_set("can may left right saw light clean watch see back present last iron")
 """Words of the table that usually mean something else in running text; they need an article."""
 
 _OWNERS = word_set("my our your his her their")
+_ANY = DETERMINERS - _OWNERS - {"other", "another"} | {"whole", "entire"}
+"""Words before a place that do not tell it from others of its type."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,6 +90,24 @@ def room_phrases(text: str) -> tuple[str, ...]:
                 found.append(f"{word} {room}")
                 break
     return tuple(dict.fromkeys(found))
+
+
+def distinction(words: list[str], begin: int, mention: Mention) -> frozenset[str]:
+    """Return the words that tell a place from others of its type: "guest", "anna's", "upstairs".
+
+    Args:
+        words: The sentence in lower case.
+        begin: Index of the first word of the place's phrase.
+        mention: The place.
+    """
+    end = mention.end - 1 if mention.kind == "room" else mention.start
+    said = {word for place in mention.places for word in in_words(place).split()}
+    told = set(words[mention.end : mention.end + 1]) & STOREYS
+    for word in reversed(words[begin:end]):
+        if word in RELATIONS or word == "of":
+            break
+        told.add(word)
+    return frozenset(told - _ANY - said)
 
 
 def _is_goal(mention: Mention, knowledge: Knowledge, ooi: str | None) -> bool:

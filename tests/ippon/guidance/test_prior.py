@@ -52,6 +52,7 @@ def levels_of(prior: EmbeddedPrior, ooi: str, context: str = ""):
         ("it was on the sofa, but it's not on the sofa now", "sofa", Level.FAR),
         ("it is on the sofa", "sofa", Level.CERTAIN),
         ("not in the bedroom", "bed", Level.FAR),
+        ("in a bathroom, but not in the guest bathroom", "toilet", Level.CERTAIN),
         ("maybe it isn't on the sofa", "sofa", Level.AVERAGE),
         ("not usually on the sofa", "sofa", Level.AVERAGE),
     ],

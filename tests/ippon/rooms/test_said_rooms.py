@@ -120,6 +120,12 @@ def test_a_room_of_a_person_that_is_denied_excludes_no_other_room():
     assert weighed.by_part[BEDROOM] == 1.0
 
 
+@pytest.mark.parametrize("other", ["the guest bedroom", "the small bedroom", "Anna's bedroom"])
+def test_one_room_that_is_denied_leaves_its_type(other):
+    _, weighed = _weigh(f"in the bedroom, but not in {other}")
+    assert weighed.by_part[BEDROOM] > 1.0
+
+
 def test_a_name_counts_from_when_it_is_given():
     _, before = _weigh("in Anna's room")
     assert (before.by_part == 1.0).all()

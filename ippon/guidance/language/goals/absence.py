@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from ippon.guidance.language.context_polarity import was_placed
 from ippon.guidance.language.context_words import NEGATIONS
 from ippon.guidance.language.goals.drafts import Draft, Reading
 from ippon.guidance.language.goals.features import SUBJECTS
@@ -42,9 +43,11 @@ def read_gone(said: Utterance, start: int, goal: Draft) -> int:
     end = start
     while match is not None and end < len(said) and said.tokens[end].start < match.end():
         end += 1
-    if end > start:
-        goal.relations = [replace(one, negated=True) for one in goal.relations]
-        goal.note(said.said(start, end))
+    first = next((n for n in range(start - 1, 0, -1) if said.ends(n)), 0)
+    if match is None or not (said.word(start) == "but" or was_placed(said.words(first, start))):
+        return start  # "Look in the garage, it's missing" only says why.
+    goal.relations = [replace(one, negated=True) for one in goal.relations]
+    goal.note(f"but {match[1]}")
     return end
 
 

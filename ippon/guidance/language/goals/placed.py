@@ -6,7 +6,7 @@ from ippon.guidance.language.goals.features import BE, COVERED, SUBJECTS, is_mak
 from ippon.guidance.language.goals.goal import Attribute
 from ippon.guidance.language.grammar.guesses import as_guessed, is_guessed
 from ippon.guidance.language.grammar.noun_ends import STANDS
-from ippon.guidance.language.grammar.noun_phrase import read_noun_phrase
+from ippon.guidance.language.grammar.noun_phrase import NounPhrase, read_noun_phrase
 from ippon.guidance.language.grammar.places import is_room
 from ippon.guidance.language.grammar.relation_phrase import (
     SPOTS,
@@ -69,19 +69,23 @@ def read_placed(said: Utterance, start: int, goal: Draft) -> int:
     if guessed and not phrase.soft and not all(place.negated for place in phrase.relations):
         goal.note(as_guessed(said, phrase.begin, phrase.end))
     else:
-        goal.note(_taken(said, phrase) + said.said(phrase.begin, phrase.end))
+        goal.note(_taken(said, phrase, goal.phrase) + said.said(phrase.begin, phrase.end))
     return phrase.end
 
 
-def _taken(said: Utterance, phrase: RelationPhrase) -> str:
-    """Return "took " of "who took the torch from the shelf": it is no longer there."""
+def _taken(said: Utterance, phrase: RelationPhrase, thing: NounPhrase) -> str:
+    """Return "took " of "who took the torch from the shelf": it is no longer there.
+
+    "The missing page from the study" only describes the object.
+    """
     if phrase.relations[0].relation != "from":
         return ""
     index = phrase.begin
     while index > 0 and not said.breaks(index) and said.word(index - 1) not in ("and", "or", "but"):
         index -= 1
         asked = said.word(index) == "take" and "did" not in said.words(0, index)
-        if said.word(index) in MOVED | MISSING and not asked:
+        inside = index < thing.end and said.word(index) in thing.display.lower().split()
+        if said.word(index) in MOVED | MISSING and not asked and not inside:
             return said.word(index) + " "
     return ""
 

@@ -212,7 +212,7 @@ GONE_SENTENCE: Final = re.compile(
     re.IGNORECASE,
 )
 GONE_NOW: Final = re.compile(
-    rf"(?:(?:but|and|yet) )?(?:now )?{GONE_SINCE}(?: (?:now|again|already))*"
+    rf"(?:(?:but|and|yet) )?(?:now )?({GONE_SINCE}(?: (?:now|again|already))*)"
     r"(?=\s*(?:$|[.,;:!?…)]))",
     re.IGNORECASE,
 )
