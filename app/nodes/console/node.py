@@ -75,6 +75,8 @@ def run_console(config: ConsoleConfig, *, is_awaited: bool = False) -> None:
     if webhook is not None:
         webhook.start()
     scheme = "http" if tls is None else "https"
+    # Who reads the address may open it at once: the server listens a little later.
+    listener.listen()
     logger.info("console at %s://%s:%d", scheme, *listener.getsockname()[:2])
     if config.host not in LOOPBACK and not config.is_encrypted:
         logger.warning(

@@ -930,6 +930,18 @@ def test_the_camera_in_the_corner_has_the_shape_of_its_picture(page, size, shape
     assert page.evaluate(SHAPE, size) == pytest.approx(shape, rel=0.01)
 
 
+@pytest.mark.parametrize("size", [(1280, 800), (820, 1180), (390, 844)])
+def test_the_introduction_covers_no_part_of_the_pad(browser, alone, post, size):
+    window = new_window(browser, *size, is_first_visit=True)
+    page = _opened(window, alone.origin)
+    post(MANUAL)
+    expect_state(page, "Manual")
+    card, pad = boxes_at_rest(page.locator("#introduction"), page.locator("#pad"))
+    assert 0.0 <= card["y"]
+    assert card["y"] + card["height"] <= pad["y"]
+    window.close()
+
+
 def test_escape_closes_the_introduction_wherever_the_focus_is(browser, alone, post):
     window = new_window(browser, is_first_visit=True)
     page = _opened(window, alone.origin)
