@@ -45,10 +45,7 @@ def run_console(config: ConsoleConfig, *, is_awaited: bool = False) -> None:
         ConsoleError: The endpoint is none, the port is taken, or a part of the console has failed.
         LanguageError: There are no words in the language.
     """
-    try:
-        check_endpoint(config.connect)
-    except LinkError as error:
-        raise ConsoleError(str(error)) from error
+    _check_endpoint(config)
     say = Words(config.language)
     accounts, tls = _accounts(config), _tls(config)
     calls, webhook = _calls(config, say)
@@ -96,6 +93,13 @@ def run_console(config: ConsoleConfig, *, is_awaited: bool = False) -> None:
             f"the console has ended because a part of it failed ({failures[0]!r}); its log says "
             "where. The robot continues on its own: restart the console with ippon console"
         ) from failures[0]
+
+
+def _check_endpoint(config: ConsoleConfig) -> None:
+    try:
+        check_endpoint(config.connect)
+    except LinkError as error:
+        raise ConsoleError(str(error)) from error
 
 
 def _calls(config: ConsoleConfig, say: Words) -> tuple[CallLog, Webhook | None]:

@@ -937,7 +937,7 @@ def test_the_introduction_covers_no_part_of_the_pad(browser, alone, post, size):
     post(MANUAL)
     expect_state(page, "Manual")
     card, pad = boxes_at_rest(page.locator("#introduction"), page.locator("#pad"))
-    assert 0.0 <= card["y"]
+    assert card["y"] >= 0.0
     assert card["y"] + card["height"] <= pad["y"]
     window.close()
 
