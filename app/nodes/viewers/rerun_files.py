@@ -1,9 +1,14 @@
 """Files that Rerun's SDK writes."""
 
 import itertools
+import shutil
 from pathlib import Path
+from typing import Final
 
 from app.nodes.viewers.errors import ViewerError
+
+LEAST_FREE: Final = 64_000_000
+"""Bytes left on a disk at which a recording ends: more than a few seconds take."""
 
 
 def check_file(path: Path) -> None:
@@ -18,16 +23,21 @@ def check_file(path: Path) -> None:
         raise ViewerError(f"{path} cannot be written: {error.strerror}") from error
 
 
-def size_of(path: Path) -> int:
-    """Return how many bytes were written to a file.
+def check_space(path: Path) -> None:
+    """End a recording while it can still be completed.
+
+    Once a write fails, the SDK waits for ever wherever its stream is used or released.
 
     Raises:
-        ViewerError: There is no such file any more.
+        ViewerError: There is no such file any more, or its disk is nearly full.
     """
     try:
-        return path.stat().st_size
+        path.stat()
+        free = shutil.disk_usage(path.parent).free
     except OSError as error:
         raise incomplete(path, error) from error
+    if free < LEAST_FREE:
+        raise ViewerError(f"{path} ends here: its disk has {free / 1e6:.0f} MB left")
 
 
 def next_file(path: Path) -> Path:

@@ -26,7 +26,7 @@ from app.nodes.viewers.live_robot import (
     clock_ns,
 )
 from app.nodes.viewers.rerun_blueprint import blueprint
-from app.nodes.viewers.rerun_files import check_file, incomplete, next_file, size_of
+from app.nodes.viewers.rerun_files import check_file, check_space, incomplete, next_file
 from app.nodes.viewers.rerun_scene import RerunScene
 from app.process.stop_signal import ProcessStopSignal
 from app.view.model.scene_model import Part, SceneModel
@@ -123,7 +123,6 @@ class RerunViewer:
         self._received_at = self._opened_at = 0.0
         self.closed = False
         """Whether the viewer that this program started was closed."""
-        self._file_size = 0
         self._now_ns = 0
         self._past: Event | None = None
         """Last event before the robot's clock began again."""
@@ -206,7 +205,6 @@ class RerunViewer:
             raise ViewerError(f"{path} cannot be written: {error}") from error
         self._save, self._stream = path, stream
         self._scene = RerunScene(stream, self._ceiling_m, self._past)
-        self._received_at = time.monotonic()
 
     def _begin_again(self, scene: SceneModel) -> None:
         """Begin another recording: one whose time steps back shows two sessions at once."""
@@ -221,11 +219,6 @@ class RerunViewer:
         else:
             self._open_file(next_file(self._first_file))
             logger.info("writing %s", self._save)
-
-    def _has_grown(self, path: Path) -> bool:
-        """Return whether a file has grown since the last call."""
-        before, self._file_size = self._file_size, size_of(path)
-        return self._file_size != before
 
     def _try_to_open(self, now: float) -> bool:
         self._tried_at = now
@@ -253,12 +246,11 @@ class RerunViewer:
         return stream
 
     def _check(self, now: float) -> None:
-        """Notice a viewer that is gone, or a file: the SDK neither raises nor tries again."""
+        """Notice a viewer that is gone, or a full disk: the SDK neither raises nor tries again."""
         if self._stream is None:
             return
-        # Where a write fails under a flush, the SDK waits for ever: one that grows is not flushed.
-        if self._save is not None and self._has_grown(self._save):
-            self._received_at = now
+        if self._save is not None:
+            check_space(self._save)
             return
         try:
             self._stream.flush(timeout_sec=_FLUSH_S)
@@ -266,9 +258,6 @@ class RerunViewer:
             is_slow = "timed out" in str(error)
             if is_slow and now - self._received_at < STALLED_S:
                 return
-            if self._save is not None:
-                self._scene = self._stream = None
-                raise incomplete(self._save, error) from error
             logger.warning("the viewer at %s does not receive any more: %s", self._url, error)
             self.close()
             if self._process is not None:

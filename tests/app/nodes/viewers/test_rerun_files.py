@@ -1,8 +1,7 @@
 """Files of Rerun: one for each session of the robot, and disks that are full."""
 
-import resource
-import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +14,7 @@ from app.messages.body import BodyConfiguration, BodyProfile, BodySphere
 from app.messages.images import StampedCamera
 from app.messages.motion import robot_transforms
 from app.messages.status import Event
-from app.nodes.viewers import rerun_viewer
+from app.nodes.viewers import rerun_files, rerun_viewer
 from app.nodes.viewers.errors import ViewerError
 from app.nodes.viewers.rerun_scene import CAMERA, LOG, ROBOT_BODY, STATUS, TRAIL
 from app.nodes.viewers.rerun_viewer import RerunConfig, RerunViewer
@@ -141,21 +140,18 @@ def test_a_disk_that_is_full_from_the_beginning_is_said():
         RerunViewer(RerunConfig(save=Path("/dev/full")))
 
 
-def test_a_disk_that_becomes_full_ends_the_command(model, save):
+def test_a_recording_ends_whole_before_its_disk_is_full(model, save, tmp_path, monkeypatch):
     save.draw(model, model.take_changes())
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, limits[1]))
-    try:
-        with pytest.raises(ViewerError, match=r"a.rrd cannot be written any more, and is not"):
-            _draw_for_long(save, model)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    usage = SimpleNamespace(free=rerun_files.LEAST_FREE - 1)
+    monkeypatch.setattr(rerun_files.shutil, "disk_usage", lambda _: usage)
+    with pytest.raises(ViewerError, match=r"a.rrd ends here: its disk has 64 MB left"):
+        save.draw(model, frozenset())
+    save.close()
+    assert "searching" in _texts(tmp_path / "a.rrd", STATUS)[0]
 
 
-def _draw_for_long(viewer, model):
-    """Write more lines than fit, slower than the SDK sends them by itself."""
-    for n in range(100):
-        for i in range(50):
-            viewer.show_link("live", f"line {n} {i}")
-        time.sleep(0.1)
-        viewer.draw(model, frozenset())
+def test_a_file_that_was_deleted_ends_the_command(model, save, tmp_path):
+    save.draw(model, model.take_changes())
+    (tmp_path / "a.rrd").unlink()
+    with pytest.raises(ViewerError, match=r"a.rrd cannot be written any more, and is not"):
+        save.draw(model, frozenset())
