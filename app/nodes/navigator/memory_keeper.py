@@ -102,11 +102,6 @@ class MemoryKeeper:
             seen = said_time(one.last_seen_ns, now_ns)
             self._report_event("memory", f"{_name(one)} was last seen {seen}: {place}")
 
-    def exclude(self, searches: Iterable[Search]) -> None:
-        """Keep searches from what a person has said that it is not."""
-        for search in searches:
-            self._recollection.exclude(search)
-
     def note(self, request: MemoryNoteRequest, searches: Iterable[Search]) -> Instance:
         """Keep what a person says of a thing, in the mission's thread.
 
@@ -133,7 +128,8 @@ class MemoryKeeper:
             raise ValueError(unkept)
         noted = memory.note(one.instance_id, name=name, denied=denied)
         assert noted is not None, "it was there"
-        self.exclude(searches)
+        for search in searches:
+            self._recollection.exclude(search)
         self.instances = memory.instances()
         self._start_writer()
         return noted
