@@ -178,6 +178,8 @@ class ActionServer:
         self.silent = 0
         """Requests to take or cancel a goal that are carried out without an answer."""
         self.goals, self.cancelled, self.attachments = Received(), Received(), []
+        self.confirmed = Received()
+        """Goals whose cancelling was answered."""
         self.cleared = Received()
         """Requests to cancel all goals."""
         self._result = None
@@ -237,11 +239,14 @@ class ActionServer:
             self.cleared.add(payload, None)
         else:
             self.cancelled.add(payload[4:20], None)
-        self._reply(query, answer)
+        if self._reply(query, answer):
+            self.confirmed.add(payload[4:20], None)
 
     def _reply(self, query, answer):
-        if self.silent:
-            self.silent -= 1
-        else:
+        answers = not self.silent
+        if answers:
             query.reply(query.key_expr, answer, attachment=query.attachment.to_bytes())
+        else:
+            self.silent -= 1
         query.drop()
+        return answers
