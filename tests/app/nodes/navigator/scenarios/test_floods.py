@@ -38,7 +38,7 @@ STOP_S = 0.5
 """Within which it stands; without the time in which the machine runs something else."""
 ANSWER_S = 1.0
 """Within which a Stop is answered, likewise. The robot stands by then: the answer waits for its
-turn among the threads of all keys, at most 0.62 s in ten floods of every request at once."""
+turn among the threads of all keys, at most 0.62 s in eight floods of every request at once."""
 SECONDS = 30.0
 RECORDED = (
     keys.COLOR, keys.DEPTH, keys.CAMERA_INFO, keys.TF, keys.HEATMAP, keys.CONTACT, keys.STATUS,
