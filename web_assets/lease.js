@@ -48,7 +48,6 @@ export class Lease {
   meet(you) {
     this.you = you;
     this.deniedBy = you.standing === "denied" ? this.lease.holder : null;
-    this.render();
   }
 
   update(lease) {

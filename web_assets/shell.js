@@ -133,6 +133,7 @@ function receive(message) {
     lease.meet(message);
     edition ??= message.edition;
     isOutdated = message.edition !== edition;
+    render(); // The pad, too: a robot that says nothing new sends no state after it.
   } else if (message.type === "stalled") {
     if (state !== null) state = { ...state, link: "stalled" };
     render();

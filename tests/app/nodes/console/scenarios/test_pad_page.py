@@ -1,6 +1,7 @@
 """The driving pad in a real browser: it says why nothing moves, and covers no camera."""
 
 import contextlib
+import json
 import time
 
 import pytest
@@ -78,6 +79,40 @@ def test_an_old_picture_is_said_on_the_pad(page, parts):
     reason = "stopped: no picture for 0.8 s"
     parts.home.status_changes = {"drive": DriveStatus(mode="manual", intervention=reason)}
     expect(page.locator("#pad-note")).to_have_text(reason)
+
+
+def test_the_pad_comes_with_control_though_no_state_follows(page, parts):
+    far = parts.window.new_page()
+    leave_out_scene(far)
+    held, taken = [], []
+
+    def relay(route):
+        server = route.connect_to_server()
+
+        def pass_on(text):
+            message = json.loads(text)
+            if message["type"] == "you" and message["standing"] == "holds":
+                held.append(lambda: route.send(text))
+            elif message["type"] != "state" or not taken:
+                # The state that tells of the holder is the last one.
+                if message["type"] == "state" and message["lease"]["state"] != "free":
+                    taken.append(message)
+                route.send(text)
+
+        server.on_message(pass_on)
+
+    far.route_web_socket("**/api/ws*", relay)
+    far.goto(f"http://127.0.0.1:{parts.port}")
+    far.locator("#pad-take").click()
+    expect(far.locator("#lease-request")).to_be_visible()
+    expect(far.locator("#pad")).to_be_hidden()
+    while not held:
+        far.wait_for_timeout(100)
+    held[0]()
+    expect(far.locator("#holder")).to_have_text("you")
+    expect(far.locator("#pad")).to_be_visible()
+    expect(far.locator("#pad-note")).not_to_contain_text("control")
+    far.close()
 
 
 def test_keys_on_a_line_that_queues_move_nothing_and_the_pad_says_so(page, parts):
