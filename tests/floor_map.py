@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ippon.mapping.arrays import BLOCK_VOLUME, FREE, NOT_MAPPED, OCCUPIED, MapArrays
+from ippon.mapping.arrays import BLOCK_VOLUME, FREE, NOT_MAPPED, OCCUPIED, UNKNOWN, MapArrays
 
 Box = tuple[float, float, float, float, float, float]
 
@@ -12,10 +12,12 @@ Box = tuple[float, float, float, float, float, float]
 Hole = tuple[float, float, float, float]
 
 
-def floor_with(*boxes: Box, holes: Sequence[Hole] = (), voxel_size: float = 0.1) -> MapArrays:
+def floor_with(
+    *boxes: Box, holes: Sequence[Hole] = (), unseen: Sequence[Hole] = (), voxel_size: float = 0.1
+) -> MapArrays:
     """A free hall of 9.6 x 9.6 m round the origin with a floor at z = 0, and boxes and holes in it.
 
-    The lowest layer of a hole, 0.8 m down, is its ground.
+    The lowest layer of a hole, 0.8 m down, is its ground. Nothing is known below unseen floor.
     """
     v = voxel_size
     blocks = np.array([round(9.6 / (8 * v))] * 2 + [round(2.4 / (8 * v))])
@@ -23,10 +25,11 @@ def floor_with(*boxes: Box, holes: Sequence[Hole] = (), voxel_size: float = 0.1)
     shape = tuple(8 * blocks)
     state = np.full(shape, FREE, dtype=np.uint8)
     state[:, :, :8] = OCCUPIED
-    for x0, y0, x1, y1 in holes:
-        low, high = (np.round(np.array(xy) / v).astype(int) for xy in ((x0, y0), (x1, y1)))
-        (i0, j0), (i1, j1) = low - origin[:2] * 8, high - origin[:2] * 8
-        state[i0:i1, j0:j1, 1:8] = FREE
+    for value, places in ((FREE, holes), (UNKNOWN, unseen)):
+        for x0, y0, x1, y1 in places:
+            low, high = (np.round(np.array(xy) / v).astype(int) for xy in ((x0, y0), (x1, y1)))
+            (i0, j0), (i1, j1) = low - origin[:2] * 8, high - origin[:2] * 8
+            state[i0:i1, j0:j1, 1:8] = value
     for x0, y0, z0, x1, y1, z1 in boxes:
         low = np.round(np.array([x0, y0, z0]) / v).astype(int) - origin * 8
         high = np.round(np.array([x1, y1, z1]) / v).astype(int) - origin * 8

@@ -7,16 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ippon.compiling import njit
+from ippon.control.drops import NOWHERE, drops_around
 from ippon.frame import Frame
 from ippon.geometry import Float64Array, transform_points, yaw_of
 from ippon.mapping.arrays import OCCUPIED, MapArrays
-from ippon.planning.terrain.obstacle_columns import (
-    DROP_COLUMNS,
-    FLOOR_ABSENT,
-    HeightBands,
-    floor_of_column,
-    height_tolerance_m,
-)
+from ippon.planning.terrain.obstacle_columns import HeightBands
 from ippon.planning.voxel_lookup import block_row
 from ippon.robot import RobotProfile, disc_centres
 
@@ -36,11 +31,21 @@ class Hazards(NamedTuple):
     """At the height of the body."""
     drops: Float64Array
     """Where the floor ends: stairs that lead down, an edge."""
+    hidden: Float64Array = NOWHERE
+    """Beside a drop, where no image has shown the floor. The planner does not drive there; an
+    operator might."""
 
     @property
     def all(self) -> Float64Array:
-        """Both."""
-        return np.concatenate(self) if len(self.drops) else self.obstacles
+        """Obstacles and drops."""
+        return np.concatenate(self[:2]) if len(self.drops) else self.obstacles
+
+    @property
+    def by_hand(self) -> "Hazards":
+        """The same with what is hidden counted among the drops."""
+        if len(self.hidden) == 0:
+            return self
+        return Hazards(self.obstacles, np.concatenate([self.drops, self.hidden]))
 
 
 def mapped_obstacles(
@@ -94,71 +99,6 @@ def _mapped_obstacles_kernel(arrays, x, y, radius, low, high, out):
     return count
 
 
-def mapped_drops(
-    arrays: MapArrays,
-    robot: RobotProfile,
-    T_world_base: Float64Array,
-    radius_m: float,
-    floor_z_m: float | None = None,
-) -> Float64Array:
-    """List the columns in which the map shows that the floor ends.
-
-    A robot that stands in the middle of a drop is not at the height that the map has there, so its
-    drops are not believed.
-
-    Args:
-        arrays: The map.
-        robot: Its step height.
-        T_world_base: Pose of the robot.
-        radius_m: Radius of the search around it.
-        floor_z_m: Height at which the planner has read the floor, if it has: both see the same
-            drops, as long as the robot is on that floor.
-
-    Returns:
-        (M, 2) float64 world x and y of their centres, metres.
-    """
-    v = arrays.voxel_size
-    x, y, z = T_world_base[:3, 3].tolist()
-    if floor_z_m is not None and abs(floor_z_m - z) <= height_tolerance_m(robot, v):
-        z = floor_z_m
-    bands = HeightBands.of(robot, z, v)
-    side = 2 * math.ceil(radius_m / v) + 5
-    absent = np.empty((side, side), dtype=np.bool_)
-    out = np.empty((side * side, 2), dtype=np.float64)
-    count = _drops_kernel(arrays, x, y, radius_m, bands.floor_low, bands.floor_high, absent, out)
-    return out[:count]
-
-
-@njit(cache=True, nogil=True)
-def _drops_kernel(arrays, x, y, radius, low, high, absent, out):
-    v, side = arrays.voxel_size, absent.shape[0]
-    middle = side // 2
-    i0, j0 = math.floor(x / v) - middle, math.floor(y / v) - middle
-    some = False
-    for a in range(side):
-        for b in range(side):
-            absent[a, b] = floor_of_column(arrays, i0 + a, j0 + b, low, high) == FLOOR_ABSENT
-            some = some or absent[a, b]
-    count = 0
-    if not some:
-        return count
-    for a in range(1, side - 1):
-        for b in range(1, side - 1):
-            columns = 0
-            for c in range(a - 1, a + 2):
-                for d in range(b - 1, b + 2):
-                    columns += 1 if absent[c, d] else 0
-            if columns < DROP_COLUMNS:
-                continue
-            if a == middle and b == middle and columns == 9:
-                return 0
-            cx, cy = (i0 + a + 0.5) * v, (j0 + b + 0.5) * v
-            if (cx - x) ** 2 + (cy - y) ** 2 <= radius * radius:
-                out[count, 0], out[count, 1] = cx, cy
-                count += 1
-    return count
-
-
 def hazards_around(
     arrays: MapArrays,
     robot: RobotProfile,
@@ -166,6 +106,8 @@ def hazards_around(
     radius_m: float,
     frame: Frame | None = None,
     floor_z_m: float | None = None,
+    *,
+    hidden: bool = False,
 ) -> Hazards:
     """List the obstacles of the map and, where there is one, of the newest image, and the drops.
 
@@ -175,16 +117,18 @@ def hazards_around(
         T_world_base: Pose of the robot.
         radius_m: Radius of the search around it.
         frame: The newest image; None for the map alone.
-        floor_z_m: See `mapped_drops`.
+        floor_z_m: See `drops_around`.
+        hidden: Whether to list hidden floor, too.
 
     Returns:
-        See `mapped_obstacles`, `observed_obstacles` and `mapped_drops`.
+        See `mapped_obstacles`, `observed_obstacles` and `drops_around`.
     """
     obstacles = mapped_obstacles(arrays, robot, T_world_base, radius_m)
     if frame is not None:
         seen = observed_obstacles(frame, robot, arrays.voxel_size, radius_m)
         obstacles = np.concatenate([obstacles, seen])
-    return Hazards(obstacles, mapped_drops(arrays, robot, T_world_base, radius_m, floor_z_m))
+    drops = drops_around(arrays, robot, T_world_base, radius_m, floor_z_m, hidden=hidden)
+    return Hazards(obstacles, *drops)
 
 
 def observed_obstacles(

@@ -44,7 +44,7 @@ def filter_command(
         map_arrays: The map; unknown space is no obstacle here.
         horizon_s: Longest time until the next command, seconds.
         frame: The newest image, whose obstacles may not be in the map yet; None if there is none.
-        floor_z_m: See `mapped_drops`.
+        floor_z_m: See `drops_around`.
 
     Returns:
         The safe command, and the reason if it differs from the requested one, else None.

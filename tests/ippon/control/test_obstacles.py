@@ -11,7 +11,6 @@ from ippon.camera import PinholeCamera
 from ippon.control.obstacles import (
     body_clearance,
     disc_clearance,
-    mapped_drops,
     mapped_obstacles,
     nearest_distance,
     observed_obstacles,
@@ -19,9 +18,7 @@ from ippon.control.obstacles import (
 from ippon.frame import Frame
 from ippon.geometry import base_pose
 from ippon.mapping.arrays import OCCUPIED
-from ippon.planning.terrain.floor_grid import OBSTACLE
 from ippon.planning.terrain.obstacle_columns import HeightBands
-from ippon.planning.terrain.traversability import Traversability, TraversabilityConfig
 from ippon.robot import ZED, CollisionSphere, RobotProfile
 from tests.long_robot import LONG
 from tests.reference import obstacles as plain
@@ -36,56 +33,6 @@ def test_the_floor_is_no_obstacle_and_a_box_is(floor_with):
     assert found.shape == (8, 2)
     assert found[:, 0].min() == pytest.approx(1.05)
     assert len(mapped_obstacles(floor_with((1.0, -0.2, 1.3, 1.2, 0.2, 1.5)), ZED, HERE, 2.0)) == 0
-
-
-def test_a_drop_is_where_the_floor_ends_and_the_column_before(floor_with):
-    assert len(mapped_drops(floor_with(), ZED, HERE, 2.0)) == 0
-    found = mapped_drops(floor_with(holes=[(1.0, -3.0, 4.0, 3.0)]), ZED, HERE, 2.0)
-    assert found[:, 0].min() == pytest.approx(0.95)
-    assert np.hypot(*found.T).max() <= 2.0
-    speck = floor_with(holes=[(1.0, 0.0, 1.1, 0.2)])
-    assert len(mapped_drops(speck, ZED, HERE, 2.0)) == 0, "two columns are holes in the map"
-
-
-def test_a_robot_that_stands_in_a_drop_believes_none(floor_with):
-    arrays = floor_with(holes=[(-1.0, -3.0, 4.0, 3.0)])
-    assert len(mapped_drops(arrays, ZED, HERE, 2.0)) == 0, "the map's height is off"
-    for x in (-1.5, -1.09, -1.05, -0.99):
-        at_its_edge = base_pose(x, 0.0, 0.0, 0.0)
-        assert len(mapped_drops(arrays, ZED, at_its_edge, 2.0)) > 0
-
-
-def test_the_planner_avoids_all_drops_at_any_height_of_one_floor(floor_with):
-    step, pit = (1.0, -2.0, 1.3, 2.0), (-2.0, -2.0, -1.5, 2.0)
-    lower = (1.0, -2.0, -0.4, 1.3, 2.0, -0.05)
-    arrays = floor_with(lower, holes=[step, pit], voxel_size=0.05)
-    floor = Traversability(TraversabilityConfig(), ZED)
-    for z in (0.0, 0.02, 0.035):
-        at = base_pose(0.0, 0.0, z, 0.0)
-        floor.update(arrays, at)
-        obstacles = np.argwhere(floor.grid.kind == OBSTACLE) + floor.grid.origin
-        found = np.floor(mapped_drops(arrays, ZED, at, 2.0, floor.floor_z_m) / 0.05).astype(int)
-        assert {*map(tuple, found.tolist())} <= {*map(tuple, obstacles.tolist())}
-        assert len(found) > 0
-
-
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("z", [0.0, 0.04])
-def test_drops_are_those_that_the_planner_sees(floor_with, seed, z):
-    rng = np.random.default_rng(seed)
-    corners = rng.random((6, 2)) * 5.0 - 2.5
-    holes = [(*low, *(low + 0.1 + rng.random(2))) for low in corners]
-    arrays = floor_with(*[(*low, -0.8, *(low + 0.3), 0.0) for low in corners[:2]], holes=holes)
-    at = base_pose(*(rng.random(2) - 0.5), z, 0.3)
-    floor = Traversability(TraversabilityConfig(), ZED)
-    floor.update(arrays, at)
-    i, j = np.nonzero(floor.grid.kind == OBSTACLE)
-    centres = (np.stack([i, j], axis=1) + floor.grid.origin + 0.5) * 0.1
-    inside = np.hypot(*(centres - at[:2, 3]).T) <= 1.6
-    found = mapped_drops(arrays, ZED, at, 1.6)
-    expected = {tuple(p) for p in centres[inside].round(3).tolist()}
-    assert {tuple(p) for p in found.round(3).tolist()} == expected
-    assert len(expected) > 0
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -193,8 +193,10 @@ class CommandMux:
         robot = self._profile
         reach_m = max(LEAST_REACH_M, checked_reach_m(robot, robot.max_linear_m_s, horizon_s))
         # In Auto the mission's command is filtered already.
-        newest = None if self._mode is DriveMode.AUTO else frame
-        return hazards_around(arrays, robot, frame.T_world_base, reach_m, newest, floor_z_m)
+        auto = self._mode is DriveMode.AUTO
+        newest = None if auto else frame
+        at = frame.T_world_base
+        return hazards_around(arrays, robot, at, reach_m, newest, floor_z_m, hidden=not auto)
 
     def status(self) -> DriveStatus:
         """Return drive mode, waypoint, limits and the filter's last intervention."""
@@ -280,12 +282,8 @@ class CommandMux:
         # Under the operator's hand the robot does not navigate by itself.
         planned = dataclasses.replace(self._planned, goal=None)
         self._by_hand = not planned_tilt
-        wanted = self._eased(
-            scale_command(
-                blend_commands(self._mode, self._hand, planned, self._profile), self._limit
-            ),
-            now,
-        )
+        blended = blend_commands(self._mode, self._hand, planned, self._profile)
+        wanted = self._eased(scale_command(blended, self._limit), now)
         if not planned_tilt:
             wanted = dataclasses.replace(wanted, tilt_rad=self._tilted(now))
         self._tilt_rad = wanted.tilt_rad
@@ -316,9 +314,10 @@ class CommandMux:
         is_blocked = self._touch.blocks(wanted.linear_m_s)
         if is_blocked:
             wanted = dataclasses.replace(wanted, linear_m_s=0.0)
+        hazards = self._hazards if as_planned else self._hazards.by_hand
         margin = -OVERLAP_TOLERANCE_M if as_planned else self._hand_margin_m
         safe, reason = filter_among_hazards(
-            wanted, self._pose, self._profile, self._hazards, self._horizon_s, margin, 1e-6
+            wanted, self._pose, self._profile, hazards, self._horizon_s, margin, 1e-6
         )
         if is_blocked:
             reason = "stopped: the bumper is pressed"

@@ -163,7 +163,7 @@ def test_a_drop_is_not_driven_onto_by_hand(searcher, room, yaw):
     base.yaw_rad = yaw
     for _ in range(400):
         wanted, here = Command(linear_m_s=0.4), base.T_world_base
-        hazards = hazards_around(arrays, ZED, here, 2.5)
+        hazards = hazards_around(arrays, ZED, here, 2.5, hidden=True).by_hand
         safe, why = filter_among_hazards(wanted, here, ZED, hazards, 0.3, margin_m, 1e-6)
         reasons.append(why)
         robot.world.step(safe, 0.05)
@@ -171,6 +171,34 @@ def test_a_drop_is_not_driven_onto_by_hand(searcher, room, yaw):
     assert reasons[-1].startswith("stopped: drop ")
     assert robot.world.collisions == 0, "its wheels never reached the edge"
     assert 2.2 < base.x_m < 3.0
+
+
+@pytest.mark.parametrize("x", [1.6, 2.3])
+def test_an_edge_that_was_hardly_seen_is_not_driven_over_by_hand(searcher, room, x):
+    stairs = [
+        ("stairs", "stairs", (3.0 + 0.3 * k, -0.1, -2.0), (3.3 + 0.3 * k, 8.1, -0.17 * (k + 1)))
+        for k in range(6)
+    ]
+    ground = ("floor", "floor", (-0.1, -0.1, -0.1), (3.0, 8.1, 0.0))
+    robot = searcher([ground, *room(8.0, 8.0)[1:], *stairs], x, 0.8)
+    robot.world.base.yaw_rad = math.pi / 2
+    robot.ask("toilet")
+    robot.search(0.5)
+    base = robot.world.base
+    base.x_m, base.y_m, base.yaw_rad = x, 0.8, math.radians(50)
+    base.linear_m_s = base.yaw_rate_rad_s = 0.0
+    for n in range(200):
+        arrays, here = robot.mission.voxel_map.arrays(), base.T_world_base
+        hazards = hazards_around(arrays, ZED, here, 2.5, hidden=True).by_hand
+        margin_m = 0.5 * arrays.voxel_size + 0.03
+        wanted = Command(linear_m_s=0.4)
+        safe, why = filter_among_hazards(wanted, here, ZED, hazards, 0.3, margin_m, 1e-6)
+        robot.world.step(safe, 0.05)
+        if n % 4 == 0:
+            robot.mission.step(robot.world.observe())
+    assert why.startswith("stopped: drop ")
+    assert robot.world.collisions == 0, "its wheels never reached the edge"
+    assert base.x_m < 2.85
 
 
 def test_stairs_up_are_no_floor(searcher, room):

@@ -517,6 +517,17 @@ def test_a_hand_does_not_drive_over_the_edge_of_the_floor(bench, mode):
         assert _filtered(bench, -0.4, mode=mode) == -0.4, "away from it"
 
 
+def test_a_hand_does_not_drive_where_an_edge_hides_the_floor_and_the_plan_may(bench):
+    near, edge = ZED.radius_m + 0.2, ZED.radius_m + 0.6
+    bench.arrays = floor_with(holes=[(edge, -2.0, 3.0, 2.0)], unseen=[(near, -2.0, edge, 2.0)])
+    mux = bench.mux
+    with mux._lock:  # No tick without a key comes between.
+        assert _filtered(bench, 0.4, mode=DriveMode.ASSISTED) < 0.4
+        assert mux.status().intervention.endswith(": drop 0.45 m ahead")
+        planned = Command(linear_m_s=0.4)
+        assert mux._filtered(planned, mux._framed_at, as_planned=True) == planned
+
+
 def test_the_later_a_frame_comes_the_farther_ahead_the_hand_is_checked(bench):
     speeds = [_filtered(bench, ahead_m=1.25, age_s=age_s) for age_s in (0.0, 0.2, 0.8, 1.0, 1.1)]
     assert speeds[0] == speeds[1] == 0.8, "a frame of ordinary age costs nothing"
