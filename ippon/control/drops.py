@@ -22,6 +22,7 @@ NOWHERE: Float64Array = np.zeros((0, 2))
 _HIDDEN_M = 0.5
 """How far from a drop floor that no image has shown counts as hidden. Behind an edge a camera sees
 nothing down to step height times distance over its own height: 0.15 to 0.45 m."""
+_STANDS_IN_ONE = -1
 _REACHED = 16
 """Bit: a column of a drop, or one that is hidden beside it."""
 
@@ -64,8 +65,10 @@ def drops_around(
     floor = np.empty((side, side), dtype=np.uint8)
     drops = np.empty((side * side, 2), dtype=np.float64)
     low, high = bands.floor_low, bands.floor_high
-    count, some = _drops_kernel(arrays, x, y, radius_m, low, high, floor, drops)
-    if not (some and hidden):
+    count = _drops_kernel(arrays, x, y, radius_m, low, high, floor, drops)
+    if count == _STANDS_IN_ONE:
+        return NOWHERE, NOWHERE
+    if not hidden:
         return drops[:count], NOWHERE
     discs = np.array(robot.outline)
     discs[:, :2] = disc_centres(robot.outline, np.array([[x, y, yaw_of(T_world_base)]]))[0]
@@ -87,8 +90,7 @@ def _drops_kernel(arrays, x, y, radius, low, high, floor, out):
             some = some or floor[a, b] == FLOOR_ABSENT
     count = 0
     if not some:
-        return count, False
-    some = False
+        return count
     for a in range(1, side - 1):
         for b in range(1, side - 1):
             columns = 0
@@ -98,14 +100,13 @@ def _drops_kernel(arrays, x, y, radius, low, high, floor, out):
             if columns < DROP_COLUMNS:
                 continue
             if a == middle and b == middle and columns == 9:
-                return 0, False
+                return _STANDS_IN_ONE
             floor[a, b] |= _REACHED
-            some = True
             cx, cy = (i0 + a + 0.5) * v, (j0 + b + 0.5) * v
             if (cx - x) ** 2 + (cy - y) ** 2 <= radius * radius:
                 out[count, 0], out[count, 1] = cx, cy
                 count += 1
-    return count, some
+    return count
 
 
 @njit(cache=True, nogil=True)

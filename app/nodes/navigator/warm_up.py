@@ -18,6 +18,7 @@ from app.process.kernel_cache import COMPLETE
 from ippon.camera import PinholeCamera
 from ippon.command import Command
 from ippon.compiling import compile_in_second_process
+from ippon.control.drops import drops_around
 from ippon.evaluation.episode import EpisodeLimits, run_episode
 from ippon.frame import Frame
 from ippon.guidance.levels import Guidance, LabelLevel, Level
@@ -85,7 +86,9 @@ def _use_the_rest(mission: Mission, frame: Frame, guidance: Guidance) -> None:
     label_census(mission.voxel_map, frame.T_world_base[:3, 3], NEARBY_M)
     warm_up_far_evidence()
     warm_up_instances()
-    warm_up_planning(mission.voxel_map.arrays(), mission.robot, frame.T_world_base)
+    arrays, robot, at = mission.voxel_map.arrays(), mission.robot, frame.T_world_base
+    warm_up_planning(arrays, robot, at)
+    drops_around(arrays, robot, at, robot.radius_m, hidden=True)
     goals = [Goal(goal_id=n, object=name, display=name) for n, name in enumerate(("hat", "mug"))]
     mission.goals.set_goals([(goal, guidance) for goal in goals])
     mission.step(frame)
