@@ -20,8 +20,9 @@ from ippon.robot import RobotProfile, disc_centres
 NOWHERE: Float64Array = np.zeros((0, 2))
 """No points."""
 _HIDDEN_M = 0.5
-"""How far from a drop floor that no image has shown counts as hidden. Behind an edge a camera sees
-nothing down to step height times distance over its own height: 0.15 to 0.45 m."""
+"""How far from a drop floor that no image has shown counts as hidden. Behind an edge a ray has left
+the floor's band after that band's depth times its distance over the camera's height: 0.15 to 0.45 m.
+"""
 _STANDS_IN_ONE = -1
 _REACHED = 16
 """Bit: a column of a drop, or one that is hidden beside it."""
