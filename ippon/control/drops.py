@@ -20,9 +20,8 @@ from ippon.robot import RobotProfile, disc_centres
 NOWHERE: Float64Array = np.zeros((0, 2))
 """No points."""
 _HIDDEN_M = 0.5
-"""How far from a drop floor that no image has shown counts as hidden. Behind an edge a ray has left
-the floor's band after that band's depth times its distance over the camera's height: 0.15 to 0.45 m.
-"""
+"""How far from a drop floor that no image has shown counts as hidden. A ray over an edge leaves the
+floor's band behind it: by its depth times the distance over the camera's height, 0.15 to 0.45 m."""
 _STANDS_IN_ONE = -1
 _REACHED = 16
 """Bit: a column of a drop, or one that is hidden beside it."""
