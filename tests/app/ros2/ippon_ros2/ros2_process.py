@@ -4,6 +4,7 @@ import contextlib
 import fcntl
 import os
 import shutil
+import signal
 import subprocess
 import time
 from pathlib import Path
@@ -12,6 +13,8 @@ from tests.locations import ROOT, ROS2_PYTHON
 
 TYPES = ROOT / ".pytest_cache" / "d" / "nav2_msgs"
 """Where the package nav2_msgs is built for the tests."""
+ENDS_WITHIN_S = 8.0
+"""The middleware hangs at times as it ends, and the nodes leave it behind after 5 s."""
 HAS_COMPILER = shutil.which("g++") is not None and shutil.which("gcc") is not None
 
 
@@ -54,6 +57,14 @@ class Ros2Process:
             assert self.child.poll() is None, self.log()
             assert time.monotonic() < deadline, f"no {text!r} in:\n{self.log()}"
             time.sleep(0.02)
+
+    def stop(self):
+        """End it as an operator does: a killed node leaves its shared memory in /dev/shm."""
+        self.child.send_signal(signal.SIGINT)
+        try:
+            self.child.wait(ENDS_WITHIN_S)
+        except subprocess.TimeoutExpired:
+            self.kill()
 
     def kill(self):
         with contextlib.suppress(ProcessLookupError):

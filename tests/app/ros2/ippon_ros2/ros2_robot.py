@@ -5,6 +5,7 @@ velocities that arrive on `cmd_vel` go back as JSON on `robot/twist`.
 """
 
 import contextlib
+import faulthandler
 import importlib
 import json
 import sys
@@ -65,6 +66,10 @@ def main():
     with contextlib.suppress(KeyboardInterrupt, rclpy.executors.ExternalShutdownException):
         rclpy.spin(node)
     del subscriber
+    session.close()
+    # The middleware hangs at times as it ends, as `ippon_ros2.__main__` says.
+    faulthandler.dump_traceback_later(5.0, exit=True)
+    rclpy.try_shutdown()
 
 
 if __name__ == "__main__":

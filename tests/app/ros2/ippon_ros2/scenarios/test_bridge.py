@@ -117,8 +117,8 @@ class Rig:
         return time.monotonic()
 
     def close(self):
-        self.bridge.kill()
-        self.robot.kill()
+        self.bridge.stop()
+        self.robot.stop()
         self.session.close()
         self.router.close()
 
@@ -172,7 +172,7 @@ def test_a_bridge_with_the_certificate_of_another_role_says_that_it_is_refused(
         bridges.append(Ros2Process(arguments, 100, tmp_path / f"{role}.log"))
     for bridge in bridges:
         bridge.wait_for_log("nobody publishes /tf")
-        bridge.kill()
+        bridge.stop()
     for router in routers:
         router.close()
     refused = ["access rules refuse what this bridge sends" in bridge.log() for bridge in bridges]
@@ -252,7 +252,7 @@ def test_the_robot_stops_when_the_bridge_is_ended(rig):
         rig.wait_for(lambda: rig.twists[-1]["linear"] == 0.0)
     finally:
         driving.join()
-        rig.bridge.kill()
+        rig.bridge.stop()
         rig.bridge = rig.start_bridge()
         rig.bridge.wait_for_log("cmd_vel: /scout/cmd_vel")
 
@@ -277,7 +277,7 @@ def test_raw_depth_is_compressed_without_loss_where_the_profile_says_so(rig):
         np.testing.assert_array_equal(came.depth, decode_depth_raw(image).depth)
         assert "second/camera/depth/image_raw" not in rig.arrived
     finally:
-        second.kill()
+        second.stop()
 
 
 def test_a_camera_in_a_hand_sends_its_images_and_gets_no_commands(rig, checks):
@@ -302,4 +302,4 @@ def test_a_camera_in_a_hand_sends_its_images_and_gets_no_commands(rig, checks):
         assert "cmd_vel" not in hand.log()
         assert [t for t in rig.twists if t["linear"] != 0.0] == []
     finally:
-        hand.kill()
+        hand.stop()

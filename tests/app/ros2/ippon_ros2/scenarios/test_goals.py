@@ -93,8 +93,8 @@ class Rig:
 
     def close(self):
         self.stream.close()
-        self.bridge.kill()
-        self.robot.kill()
+        self.bridge.stop()
+        self.robot.stop()
         self.session.close()
         self.router.close()
 

@@ -180,10 +180,10 @@ def test_a_ros2_robot_with_raw_images_and_odometry_finds_a_hat(
         ask = launch("ask", "hat", "--connect", free_endpoint, "--follow", "--json")
         status, out = ask.finish(100.0)
     finally:
-        node.kill()
+        node.stop()
         if navigation is not None:
-            navigation.kill()
-        bridge.kill()
+            navigation.stop()
+        bridge.stop()
         session.close()
     assert status == 0, (out, ask.log(), bridge.log(), statuses[-1:])
     if navigation is not None:

@@ -69,7 +69,7 @@ def robot(tmp_path, free_endpoint):
 
     yield start, drive
     for process in processes:
-        process.kill()
+        process.stop()
     del subscriber
     session.close()
     router.close()
