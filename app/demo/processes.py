@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
-import httpx
+import httpx2
 import zenoh
 
 from app.errors import DemoError
@@ -260,7 +260,7 @@ class DemoProcesses:
     def _await_page(self, port: int) -> None:
         assert self._console is not None, "begin_console() comes first"
         deadline = time.monotonic() + PAGE_S
-        with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=1.0) as client:
+        with httpx2.Client(base_url=f"http://127.0.0.1:{port}", timeout=1.0) as client:
             while time.monotonic() < deadline:
                 self._check_running(self._console, port)
                 if _page_is_of(self.robot, client):
@@ -281,10 +281,10 @@ def prefix_part(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9_.-]+", "_", name)[:LONGEST_NAME] or "home"
 
 
-def _page_is_of(robot: str, client: httpx.Client) -> bool:
+def _page_is_of(robot: str, client: httpx2.Client) -> bool:
     """Return whether the page shows this robot; another demo's console may have the port."""
     try:
         answer = client.get("/health")
         return answer.is_success and answer.json()["state"].get("robot") == robot
-    except (httpx.HTTPError, ValueError, KeyError, AttributeError, TypeError):
+    except (httpx2.HTTPError, ValueError, KeyError, AttributeError, TypeError):
         return False

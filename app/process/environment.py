@@ -25,7 +25,7 @@ def prepare_process() -> None:
         datefmt="%H:%M:%S",
         stream=sys.stderr,
     )
-    for chatty in ("httpx", "httpx2", "websockets"):
+    for chatty in ("httpx2", "websockets"):
         # At INFO these libraries log every request and connection.
         logging.getLogger(chatty).setLevel(logging.WARNING)
 

@@ -4,12 +4,17 @@ import ast
 import contextlib
 import io
 import os
-from collections.abc import Iterator
+import tomllib
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final, get_args
 
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
 from app.cli.main import run
 from app.cli.options.commands import Command
+from app.doctor.packages import purposes
 from app.messages import keys
 from scripts.documentation.command_options import describe_command
 from scripts.documentation.python_source import (
@@ -39,6 +44,12 @@ _PYTHON: Final = (
     "[extending](../guides/extending.md). They may change with a minor version before 1.0, "
     "which the changelog says; everything else may change at any time."
 )
+_PACKAGES: Final = (
+    "What each package is for. A lower bound is the oldest version with which the tests passed, an "
+    "upper bound the next version that may change an interface, where no other reason is given. "
+    "`ippon doctor --licences` lists those that are installed, with what they need themselves, "
+    "their licences and sizes."
+)
 JSON_MODULES: Final = ("control", "status", "driving", "lease", "memory", "recording", "body")
 
 
@@ -51,7 +62,7 @@ ADDED: Final = {
     "users/researcher.md": "[Reference of the Python interface](../reference/python.md).",
     "users/integrator.md": "Reference: [command line](../reference/command-line.md), "
     "[fields of the configuration](../reference/configuration-fields.md), "
-    "[types of the messages](../reference/message-types.md).",
+    "[types of the messages](../reference/message-types.md), [packages](../reference/packages.md).",
 }
 """What the site adds to documents: links to pages that are not in the repository."""
 
@@ -62,6 +73,7 @@ def write_reference(root: Path) -> dict[str, str]:
         "reference/command-line.md": command_line(),
         "reference/configuration-fields.md": configuration_fields(),
         "reference/message-types.md": message_types(root),
+        "reference/packages.md": packages(root),
         "reference/python.md": python_interface(root),
     }
 
@@ -112,6 +124,26 @@ def message_types(root: Path) -> str:
         name = f"{path.parent.name}/msg/{path.stem}"
         parts += [f"## {name}", f"```text\n{path.read_text('utf-8').rstrip()}\n```"]
     return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def packages(root: Path) -> str:
+    """Return what each package is for that `pyproject.toml` names."""
+    project = tomllib.loads((root / "pyproject.toml").read_text("utf-8"))["project"]
+    parts = ["# Packages", _PACKAGES, _package_table(project["dependencies"])]
+    for extra, named in sorted(project["optional-dependencies"].items()):
+        parts += [f"## Extra: {extra}", _package_table(named)]
+    return "\n\n".join(parts) + "\n"
+
+
+def _package_table(named: Sequence[str]) -> str:
+    rows: list[tuple[str, str, str]] = []
+    for requirement in map(Requirement, named):
+        said = purposes()[canonicalize_name(requirement.name)]
+        reason = said["for"]
+        if "versions" in said:
+            reason += f" ({said['versions']})"
+        rows.append((requirement.name, as_code(str(requirement.specifier)), reason))
+    return table(("package", "versions", "for"), rows).rstrip()
 
 
 def python_interface(root: Path) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import httpx
+import httpx2
 import pytest
 from playwright.sync_api import Page, expect
 
@@ -32,7 +32,7 @@ def page(launch: Callable[..., Any], port: int):
     """The page of a running demo that waits for a query."""
     demo = launch("demo", "--home", HOME, "--port", str(port), "--speed", "2", "--no-search")
     demo.wait_for_log(f"simulated robot in home-{HOME}", timeout_s=300.0)
-    assert httpx.get(f"http://127.0.0.1:{port}/health", timeout=60.0).is_success
+    assert httpx2.get(f"http://127.0.0.1:{port}/health", timeout=60.0).is_success
     with open_browser() as browser:
         page = new_page(browser)
         page.goto(f"http://127.0.0.1:{port}")

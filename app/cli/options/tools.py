@@ -252,6 +252,8 @@ class Doctor:
     """Measure a segmentation network: images per second."""
     network: Segmentation = field(default_factory=Segmentation)
     """The network; without a checkpoint, SAN is measured with random weights, at equal speed."""
+    licences: bool = False
+    """List the installed packages instead: licence, size, and what each is for."""
     json: bool = False
     """Print JSON instead of a table."""
     robot: str | None = None

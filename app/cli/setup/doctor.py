@@ -15,6 +15,7 @@ from rich.text import Text
 
 from app.cli.nodes.segment import config_of, models_folder
 from app.cli.options.tools import Doctor
+from app.cli.setup.licences import run_licences
 from app.cli.tools.navigator_address import find_navigator
 from app.datasets.bag_robot import read_bag_robot
 from app.datasets.messages import is_bag
@@ -44,6 +45,8 @@ EXIT_UNWELL: Final = 1
 def run_doctor(command: Doctor) -> int:
     """Run the checks and print their results; exit status 1 when something is missing."""
     _check_options(command)
+    if command.licences:
+        return run_licences(as_json=command.json)
     if command.recording is not None:
         return _run_file_doctor(command)
     if command.robot is not None or command.connect is not None:
@@ -70,6 +73,8 @@ def _check_options(command: Doctor) -> None:
     if is_robot and command.recording is not None:
         raise UsageError("a recording and a robot are checked one at a time")
     is_machine = not is_robot and command.recording is None
+    if command.licences and (command.segmentation or not is_machine):
+        raise UsageError("--licences lists packages and checks nothing: only --json goes with it")
     if command.segmentation and not is_machine:
         raise UsageError(
             "--segmentation measures this machine: check the robot or the recording in another "

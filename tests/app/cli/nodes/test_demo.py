@@ -7,7 +7,7 @@ import signal
 import time
 from pathlib import Path
 
-import httpx
+import httpx2
 import pytest
 
 from app.links.network.requests import last_message
@@ -105,7 +105,7 @@ def test_lock_step_repeats_itself(launch):
 
 def test_a_dead_console_is_replaced_and_a_dead_navigator_is_the_end(start, free_page_port):
     (demo,) = start(("--home", "3", "--object", "toilet", "--port", free_page_port))
-    assert httpx.get(f"http://127.0.0.1:{free_page_port}/health", timeout=60.0).is_success
+    assert httpx2.get(f"http://127.0.0.1:{free_page_port}/health", timeout=60.0).is_success
     others = kill(demo, "console")
     demo.wait_for_log("-P -m app console --connect", timeout_s=60.0)
     assert f"--port {free_page_port}\n" in demo.log()
@@ -141,7 +141,7 @@ def test_demos_side_by_side_do_not_disturb_each_other(launch, start):
     pages = [re.findall(r"IPPON is at (\S+)", demo.log())[0] for demo in demos]
     assert len(set(pages)) == 2
     for demo, page in zip(demos, pages, strict=True):
-        robot = httpx.get(f"{page}/health", timeout=60.0).json()["state"]["robot"]
+        robot = httpx2.get(f"{page}/health", timeout=60.0).json()["state"]["robot"]
         assert robot.endswith(f"-{demo.child.pid}")
     places = [where(demo) for demo in demos]
     assert len({endpoint for endpoint, _ in places}) == 2

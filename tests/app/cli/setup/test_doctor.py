@@ -154,3 +154,28 @@ def test_a_bag_without_a_known_topic_names_what_it_has(tmp_path, capsys):
     told = capsys.readouterr().err
     assert "it has /scan00 (sensor_msgs/msg/LaserScan), /scan01" in told
     assert "/scan19 (sensor_msgs/msg/LaserScan), …, and a recording" in told
+
+
+def test_packages_are_listed_with_licence_size_and_reason(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "160")
+    assert doctor.run_doctor(Doctor(licences=True)) == 0
+    printed = capsys.readouterr()
+    assert printed.err == ""
+    (row,) = [line for line in printed.out.splitlines() if " llvmlite " in line]
+    assert "BSD-2-Clause" in row
+    assert "needed by numba" in row
+    assert "compiles the kernels" in printed.out
+
+
+def test_packages_are_listed_for_programs_too(capsys):
+    assert doctor.run_doctor(Doctor(licences=True, json=True)) == 0
+    (viser,) = [one for one in json.loads(capsys.readouterr().out) if one["name"] == "viser"]
+    assert viser["licence"] == "MIT License"
+    assert viser["megabytes"] > 1.0
+    assert viser["texts"]
+
+
+@pytest.mark.parametrize("more", [{"robot": "scout"}, {"recording": "x"}, {"segmentation": True}])
+def test_a_list_of_packages_goes_with_no_check(more):
+    with pytest.raises(UsageError, match="--licences"):
+        doctor.run_doctor(Doctor(licences=True, **more))

@@ -9,7 +9,7 @@ import sys
 import threading
 import time
 
-import httpx
+import httpx2
 import msgspec
 import pytest
 import uvicorn
@@ -65,7 +65,7 @@ class Served:
         # Nothing is verified: to read the certificates of all authorities takes longer than most
         # tests.
         headers = {"Origin": self.origin}
-        self.http = httpx.Client(base_url=self.origin, headers=headers, verify=False, timeout=60.0)
+        self.http = httpx2.Client(base_url=self.origin, headers=headers, verify=False, timeout=60.0)
         self.get, self.post = self.http.get, self.http.post
 
     def socket(self, path, *, origin=None, subprotocols=None, cookie=None):
@@ -101,13 +101,13 @@ class ConsoleProcess:
 
     def wait_until_up(self, timeout_s=180.0):
         deadline = time.monotonic() + timeout_s
-        with httpx.Client(timeout=1.0) as client:
+        with httpx2.Client(timeout=1.0) as client:
             while time.monotonic() < deadline:
                 assert self.process.poll() is None, "the console has ended"
                 try:
                     answer = client.get(f"{self.url}/health")
                     return answer.json() if answer.is_success else None
-                except httpx.TransportError:
+                except httpx2.TransportError:
                     time.sleep(0.05)
         self.close()
         raise TimeoutError("the console does not answer")

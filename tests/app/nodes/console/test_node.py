@@ -6,7 +6,7 @@ import socket
 import time
 from pathlib import Path
 
-import httpx
+import httpx2
 import msgspec
 import pytest
 import websockets.sync.client
@@ -182,7 +182,7 @@ def test_broken_messages_neither_end_the_console_nor_reach_the_scene(home, shell
     home.put("status", json.dumps({"robot": "<b>"}).encode())
     time.sleep(0.5)
     deadline = time.monotonic() + 10.0
-    while httpx.get(f"{console.url}/health", timeout=60.0).json()["state"]["robot"] != "ippon":
+    while httpx2.get(f"{console.url}/health", timeout=60.0).json()["state"]["robot"] != "ippon":
         assert time.monotonic() < deadline, "the next whole status is shown"
         shell.hear(_live)
     shell.hear(_live)

@@ -4,7 +4,7 @@ import json
 import shutil
 import time
 
-import httpx
+import httpx2
 import pytest
 import websockets.sync.client
 import zstandard
@@ -26,7 +26,7 @@ def test_choose_a_session_play_it_and_write_beside_it(session_folder, launch):
     process = launch("review", str(session_folder.parent), "--port", "0")
     process.wait_for_log("review at http")
     url = process.log().split("review at ")[1].split()[0]
-    with httpx.Client(base_url=url, follow_redirects=True, timeout=30.0) as client:
+    with httpx2.Client(base_url=url, follow_redirects=True, timeout=30.0) as client:
         assert "Sessions" in client.get("/").text
         (entry,) = client.get("/review/sessions").json()["sessions"]
         assert entry["object"] == "hat"

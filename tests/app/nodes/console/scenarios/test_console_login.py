@@ -4,7 +4,7 @@ import io
 import re
 import ssl
 
-import httpx
+import httpx2
 import pytest
 import trustme
 import websockets.sync.client
@@ -62,7 +62,7 @@ def test_login_over_tls(launch, users, tmp_path):
     context = ssl.create_default_context()
     authority.configure_trust(context)
     url = f"https://127.0.0.1:{port}"
-    with httpx.Client(
+    with httpx2.Client(
         base_url=url, verify=context, headers={"Origin": url}, timeout=60.0
     ) as client:
         page = client.get("/login")
@@ -81,5 +81,5 @@ def test_login_over_tls(launch, users, tmp_path):
             additional_headers={"Cookie": cookie.split(";")[0]},
         ) as shell:
             assert any('"you"' in message for message in shell)
-    with pytest.raises(httpx.TransportError):
-        httpx.get(f"http://127.0.0.1:{port}/login", timeout=60.0)
+    with pytest.raises(httpx2.TransportError):
+        httpx2.get(f"http://127.0.0.1:{port}/login", timeout=60.0)

@@ -7,7 +7,7 @@ import ssl
 import time
 from urllib.parse import quote, urlsplit
 
-import httpx
+import httpx2
 import msgspec
 import pytest
 import trustme
@@ -233,7 +233,7 @@ def test_what_is_no_form_is_refused(client, body):
 
 def test_after_a_logout_the_pass_is_worth_nothing(client):
     cookie = log_in(client, "anna")
-    other = httpx.Client(
+    other = httpx2.Client(
         base_url=client.origin, headers={"Cookie": cookie}, verify=False, timeout=60.0
     )
     assert other.get("/health").status_code == 200
@@ -334,7 +334,7 @@ def test_a_thousand_connections_keep_nobody_out(client, many_files):
         shell.recv(timeout=10)
         flood = [raw(client) for _ in range(1000)]
         try:
-            assert httpx.get(f"{client.origin}/login", timeout=10.0).status_code == 200
+            assert httpx2.get(f"{client.origin}/login", timeout=10.0).status_code == 200
             assert client.get("/health").status_code == 200
             shell.send('{"type":"ping","t":1}')
             assert any('"pong"' in message for message in shell)

@@ -3,7 +3,7 @@
 import math
 import threading
 
-import httpx
+import httpx2
 import msgspec
 import pytest
 import websockets.sync.client
@@ -123,7 +123,7 @@ def test_viser_refuses_whoever_lacks_the_secret(viser_server, headers):
             viser_server.url, additional_headers=headers, subprotocols=[PROTOCOL]
         )
     assert refused.value.response.status_code == 403
-    plain = httpx.get(viser_server.url.replace("ws:", "http:"), headers=headers, timeout=60.0)
+    plain = httpx2.get(viser_server.url.replace("ws:", "http:"), headers=headers, timeout=60.0)
     assert plain.status_code == 403
 
 
