@@ -56,9 +56,10 @@ class _Found:
 
 
 def installed_packages() -> list[Package]:
-    """Return IPPON and all that it needs, directly or not: what it names first, then by name.
+    """Return IPPON and all that it needs.
 
-    Packages of extras count where they are installed.
+    What is always installed comes first, then what extras name and is installed, then what only
+    others need; by name.
 
     Raises:
         NotInstalledError: IPPON itself is not installed in this Python.
@@ -72,7 +73,10 @@ def installed_packages() -> list[Package]:
     for extra in ("", *(own.metadata.get_all("Provides-Extra") or ())):
         _follow(ROOT, extra, found)
     packages = [_describe(name, one) for name, one in found.items()]
-    return sorted(packages, key=lambda one: (one.name != ROOT, not one.purpose, one.name))
+    return sorted(
+        packages,
+        key=lambda one: (one.name != ROOT, not one.purpose, bool(one.extras), one.name),
+    )
 
 
 @cache
@@ -126,14 +130,16 @@ def _describe(name: str, found: _Found) -> Package:
 def licence_of(distribution: importlib.metadata.Distribution) -> str:
     """Return the licence that a package states: an SPDX expression, else a classifier or a name."""
     metadata = distribution.metadata
-    if expression := metadata.get("License-Expression"):
+    for expression in metadata.get_all("License-Expression") or ():
         return expression
     classifiers = metadata.get_all("Classifier") or []
     named = [one.split(" :: ")[-1] for one in classifiers if one.startswith(_CLASSIFIER)]
     if named:
         return ", ".join(named)
-    lines = (metadata.get("License") or "").strip().splitlines()
-    return lines[0].strip()[:_LONGEST] if lines else NOT_STATED
+    for text in metadata.get_all("License") or ():
+        if lines := text.strip().splitlines():
+            return lines[0].strip()[:_LONGEST]
+    return NOT_STATED
 
 
 def _holds_licence(path: PurePosixPath) -> bool:

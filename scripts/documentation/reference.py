@@ -45,8 +45,9 @@ _PYTHON: Final = (
     "which the changelog says; everything else may change at any time."
 )
 _PACKAGES: Final = (
-    "What each package is for. A lower bound is the oldest version with which the tests passed, an "
-    "upper bound the next version that may change an interface, where no other reason is given. "
+    "What each package is for. Where no other reason is given, a lower bound is one with which the "
+    "tests pass (all of the base install together), an upper bound the next version that may "
+    "change an interface. "
     "`ippon doctor --licences` lists those that are installed, with what they need themselves, "
     "their licences and sizes."
 )
