@@ -143,7 +143,9 @@ def _package_table(named: Sequence[str]) -> str:
         reason = said["for"]
         if "versions" in said:
             reason += f" ({said['versions']})"
-        rows.append((requirement.name, as_code(str(requirement.specifier)), reason))
+        # The lower bound first.
+        bounds = sorted(map(str, requirement.specifier), reverse=True)
+        rows.append((requirement.name, as_code(", ".join(bounds)), reason))
     return table(("package", "versions", "for"), rows).rstrip()
 
 
