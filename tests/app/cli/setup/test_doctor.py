@@ -162,7 +162,7 @@ def test_packages_are_listed_with_licence_size_and_reason(capsys, monkeypatch):
     printed = capsys.readouterr()
     assert printed.err == ""
     (row,) = [line for line in printed.out.splitlines() if " llvmlite " in line]
-    assert "BSD-2-Clause" in row
+    assert "BSD" in row
     assert "needed by numba" in row
     assert "compiles the kernels" in printed.out
 
