@@ -3,6 +3,7 @@
 import os
 import shutil
 import subprocess
+import sys
 
 import pytest
 
@@ -13,10 +14,16 @@ PYTHON = """#!/bin/sh
 case "$*" in
     *"playwright install --with-deps"*) echo "$*" >>"$MADE/log"; exit 1 ;;
     *"playwright install"*) echo "$*" >>"$MADE/log"; touch "$MADE/browser" ;;
+    *"pip install"*ros-rclpy*eclipse-zenoh*) echo "pip install ROS 2" >>"$MADE/log" ;;
     *"pip install"*) echo "pip install" >>"$MADE/log" ;;
     *browser.py) test -e "$MADE/browser" ;;
 esac
 """
+
+READER = f"""#!/bin/sh
+[ "$1" != - ] || exec {sys.executable} "$@"
+"""
+"""A Python that runs what it is given on standard input."""
 
 
 def program(path, text):
@@ -29,7 +36,10 @@ def program(path, text):
 def checkout(tmp_path):
     """A checkout whose Python keeps a log of what it is asked to install."""
     root = tmp_path / "checkout"
-    for name in ("scripts/setup", "tests/browser.py", "pyproject.toml", "constraints.txt"):
+    for name in (
+        "scripts/setup", "tests/browser.py", "pyproject.toml", "constraints.txt",
+        "app/ros2/pyproject.toml",
+    ):  # fmt: skip
         (root / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, root / name)
     program(root / ".venv/bin/python", PYTHON)
@@ -145,14 +155,23 @@ esac
 
 def test_ros2_has_an_environment_of_its_own_and_is_installed_once(checkout, setup):
     program(checkout / ".venv-ros2/bin/python", PYTHON)
-    program(checkout.parent / "bin/python3", "#!/bin/sh\nexit 0\n")
-    assert setup(checkout, 1000, "--ros2")[1] == ["pip install"]
+    program(checkout.parent / "bin/python3", READER + "exit 0\n")
+    assert setup(checkout, 1000, "--ros2")[1] == ["pip install ROS 2"]
     assert setup(checkout, 1000, "--ros2")[1] == []
     assert not (checkout / ".venv/.installed").exists()
 
 
+def test_a_list_of_ros2_packages_that_cannot_be_read_installs_nothing(checkout, setup):
+    program(checkout / ".venv-ros2/bin/python", PYTHON)
+    program(checkout.parent / "bin/python3", READER + "exit 0\n")
+    (checkout / "app/ros2/pyproject.toml").unlink()
+    done, asked = setup(checkout, 1000, "--ros2")
+    assert (done.returncode, asked) == (1, [])
+    assert "the list of ROS 2's packages cannot be read" in done.stderr
+
+
 def test_ros2_is_for_the_python_of_its_wheels_and_says_where_there_is_none(checkout, setup):
-    made_by = """#!/bin/sh
+    made_by = """{reader}
 case "$*" in
     *sys.version_info*) {is_it} ;;
     *"-m venv"*) echo "{name} $1 $2" >>"$MADE/log" ;;
@@ -163,11 +182,11 @@ esac
     newer = """case "$*" in *"3, 13"* | *3.13*) exit 0 ;; esac; exit 1"""
     program(checkout / ".venv-ros2/bin/python", PYTHON)
     folder = checkout.parent / "bin"
-    program(folder / "python3", made_by.format(name="python3", is_it=newer))
-    program(folder / "python3.11", made_by.format(name="python3.11", is_it="exit 0"))
-    assert setup(checkout, 1000, "--ros2")[1] == ["python3.11 -m venv", "pip install"]
+    program(folder / "python3", made_by.format(reader=READER, name="python3", is_it=newer))
+    program(folder / "python3.11", made_by.format(reader=READER, name="python3.11", is_it="exit 0"))
+    assert setup(checkout, 1000, "--ros2")[1] == ["python3.11 -m venv", "pip install ROS 2"]
     (checkout / ".venv-ros2/.installed").unlink()
-    program(folder / "python3.11", made_by.format(name="python3.11", is_it="exit 1"))
+    program(folder / "python3.11", made_by.format(reader=READER, name="python3.11", is_it="exit 1"))
     done, asked = setup(checkout, 1000, "--ros2")
     assert (done.returncode, asked) == (1, [])
     assert "Python 3.11 is needed; found: Python 3.13.1" in done.stderr

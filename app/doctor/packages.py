@@ -14,13 +14,14 @@ from packaging.utils import canonicalize_name
 ROOT: Final = "ippon"
 NOT_STATED: Final = "not stated"
 _CLASSIFIER: Final = "License :: "
+_NO_LICENCES: Final = ("OSI Approved", "DFSG approved")
 _TEXTS: Final = ("licen", "copying", "notice")
 _LONGEST: Final = 60
 """Some packages give the whole text where a name is expected."""
 
 
 class NotInstalledError(Exception):
-    """This Python runs IPPON from a folder, and does not know what it needs."""
+    """IPPON is not installed in this Python, so that its requirements are unknown."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -134,12 +135,12 @@ def licence_of(distribution: importlib.metadata.Distribution) -> str:
         return expression
     classifiers = metadata.get_all("Classifier") or []
     named = [one.split(" :: ")[-1] for one in classifiers if one.startswith(_CLASSIFIER)]
-    if named:
+    named = [one for one in named if one not in _NO_LICENCES]
+    lines = (metadata.get_all("License") or [""])[0].strip().splitlines()
+    # Of two classifiers nobody knows whether both count, or one may choose.
+    if len(named) == 1 or (named and not (len(lines) == 1 and len(lines[0]) <= _LONGEST)):
         return ", ".join(named)
-    for text in metadata.get_all("License") or ():
-        if lines := text.strip().splitlines():
-            return lines[0].strip()[:_LONGEST]
-    return NOT_STATED
+    return lines[0].strip()[:_LONGEST] if lines else NOT_STATED
 
 
 def _holds_licence(path: PurePosixPath) -> bool:

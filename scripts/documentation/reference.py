@@ -45,9 +45,9 @@ _PYTHON: Final = (
     "which the changelog says; everything else may change at any time."
 )
 _PACKAGES: Final = (
-    "What each package is for. Where no other reason is given, a lower bound is one with which the "
-    "tests pass (all of the base install together), an upper bound the next version that may "
-    "change an interface. "
+    "What each package is for. Where nothing else is said, the lower bounds of the base install "
+    "were tested together, with the tests that start no process, and an upper bound is the next "
+    "version that may change an interface. "
     "`ippon doctor --licences` lists those that are installed, with what they need themselves, "
     "their licences and sizes."
 )
@@ -143,6 +143,8 @@ def _package_table(named: Sequence[str]) -> str:
         reason = said["for"]
         if "versions" in said:
             reason += f" ({said['versions']})"
+        if requirement.marker is not None:
+            reason += f"; only where {as_code(str(requirement.marker))}"
         # The lower bound first.
         bounds = sorted(map(str, requirement.specifier), reverse=True)
         rows.append((requirement.name, as_code(", ".join(bounds)), reason))

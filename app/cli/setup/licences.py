@@ -40,7 +40,8 @@ def _print_table(packages: list[Package]) -> None:
     total = sum(one.megabytes for one in packages)
     screen.print(
         f"{len(packages)} packages, {total:.0f} MB. Licences are those that the packages state of "
-        "themselves; --json names the files that hold their texts. Some bring libraries of others."
+        "themselves; where one states none, look in its source. --json names the files that hold "
+        "their texts. Some wheels contain further libraries."
     )
 
 

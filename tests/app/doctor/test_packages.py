@@ -41,6 +41,9 @@ class Distributions:
         lines += [f"Provides-Extra: {extra}" for extra in extras]
         lines += [f"Requires-Dist: {text}" for text in needs]
         (info / "METADATA").write_text("\n".join(lines) + "\n")
+        for path, _ in files:
+            (self._folder / path).parent.mkdir(parents=True, exist_ok=True)
+            (self._folder / path).touch()
         (info / "RECORD").write_text("".join(f"{path},,{size}\n" for path, size in files))
 
     def _distribution(self, name):
@@ -107,6 +110,28 @@ def test_sizes_and_texts_come_from_the_list_of_files(distributions):
         (["License: text", "Classifier: License :: OSI Approved :: BSD License"], "BSD License"),
         (["Classifier: License :: OSI Approved :: ISC License (ISCL)"], "ISC License (ISCL)"),
         (["License: Apache 2.0"], "Apache 2.0"),
+        (
+            [
+                "License: MIT OR Apache-2.0",
+                "Classifier: License :: OSI Approved :: MIT License",
+                "Classifier: License :: OSI Approved :: Apache Software License",
+            ],
+            "MIT OR Apache-2.0",
+        ),
+        (
+            [
+                "Classifier: License :: OSI Approved :: MIT License",
+                "Classifier: License :: OSI Approved :: BSD License",
+            ],
+            "MIT License, BSD License",
+        ),
+        (
+            [
+                "Classifier: License :: DFSG approved",
+                "Classifier: License :: OSI Approved :: MIT License",
+            ],
+            "MIT License",
+        ),
         (["License: The MIT License", "  Permission is hereby granted"], "The MIT License"),
         (["Classifier: Programming Language :: Python"], NOT_STATED),
         ([], NOT_STATED),
