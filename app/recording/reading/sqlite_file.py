@@ -1,6 +1,7 @@
 """A file of a rosbag2 folder in SQLite: tables of topics and of messages."""
 
 import sqlite3
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Final
 
@@ -23,8 +24,11 @@ class SqliteFile:
         self.path = path
         self.index = FileIndex(complete=True)
         try:
-            self._file = _opened(path)
-            self._read_index()
+            with ExitStack() as on_error:
+                self._file = _opened(path)
+                on_error.callback(self._file.close)
+                self._read_index()
+                on_error.pop_all()
         except (sqlite3.Error, OverflowError, ValueError) as error:
             raise RecordingError(f"{path} is damaged: {error}") from error
 
@@ -88,4 +92,7 @@ def _opened(path: Path) -> sqlite3.Connection:
         # On a disk that cannot be written there is no place for the lock of a log.
         file.close()
         file = sqlite3.connect(f"{address}?immutable=1", uri=True, check_same_thread=False)
+    except sqlite3.Error:
+        file.close()
+        raise
     return file
