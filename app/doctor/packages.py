@@ -114,7 +114,7 @@ def _follow(name: str, extra: str, found: dict[str, _Found]) -> None:
 def _describe(name: str, found: _Found) -> Package:
     said = purposes().get(name, {})
     contents = found.distribution.files or []
-    texts = [one for one in contents if _holds_licence(PurePosixPath(one))]
+    texts = [one for one in contents if _holds_licence(one)]
     return Package(
         name=name,
         version=found.distribution.version,
@@ -131,14 +131,15 @@ def _describe(name: str, found: _Found) -> Package:
 def licence_of(distribution: importlib.metadata.Distribution) -> str:
     """Return the licence that a package states: an SPDX expression, else a classifier or a name."""
     metadata = distribution.metadata
-    for expression in metadata.get_all("License-Expression") or ():
-        return expression
+    if "License-Expression" in metadata:
+        return metadata["License-Expression"]
     classifiers = metadata.get_all("Classifier") or []
     named = [one.split(" :: ")[-1] for one in classifiers if one.startswith(_CLASSIFIER)]
     named = [one for one in named if one not in _NO_LICENCES]
     lines = (metadata.get_all("License") or [""])[0].strip().splitlines()
+    is_name = len(lines) == 1 and len(lines[0]) <= _LONGEST
     # Of two classifiers nobody knows whether both count, or one may choose.
-    if len(named) == 1 or (named and not (len(lines) == 1 and len(lines[0]) <= _LONGEST)):
+    if len(named) == 1 or (named and not is_name):
         return ", ".join(named)
     return lines[0].strip()[:_LONGEST] if lines else NOT_STATED
 

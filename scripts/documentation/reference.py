@@ -46,8 +46,8 @@ _PYTHON: Final = (
 )
 _PACKAGES: Final = (
     "What each package is for. Where nothing else is said, the lower bounds of the base install "
-    "were tested together, with the tests that start no process, and an upper bound is the next "
-    "version that may change an interface. "
+    "were tested together, with tests of `app/` that start no process, and an upper bound is the "
+    "next version that may change an interface. "
     "`ippon doctor --licences` lists those that are installed, with what they need themselves, "
     "their licences and sizes."
 )
